@@ -36,7 +36,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..io_images.front_door import homes_in, imported_from
+from scanrack.io_images.front_door import homes_in, imported_from
+
 from .model import hooks
 
 TYPE_CHECKING = False  # a type checker takes it for true

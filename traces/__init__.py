@@ -60,6 +60,6 @@ hooks.read_columns, hooks.short_text, hooks.as_html = _read_columns, _short_text
 
 
 def __getattr__(name: str) -> object:
-    from ..io_images.front_door import listed_in
+    from scanrack.io_images.front_door import listed_in
 
     return listed_in(__spec__, name)

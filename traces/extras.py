@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from types import ModuleType
 
-from ..io_images.installing import how_to_install
+from scanrack.io_images.installing import how_to_install
 
 
 class MissingExtraError(ImportError):

@@ -15,8 +15,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from ..io_images.memory_layout import MemoryLayout
-from ..io_images.renamed import renamed
+from scanrack.io_images.memory_layout import MemoryLayout
+from scanrack.io_images.renamed import renamed
+
 from .compare import EXACT, Comparison, Tolerance, compare_parts
 from .format.layout import SlotInfo, block_layout
 from .read.arrays import column_chunks, extent

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from ...io_images.site import Site
+from scanrack.io_images.site import Site
+
 from ..model.errors import TooLongError
 from ..model.stretches import Spot
 from ..model.tags import BASE, FRAME, OWN, FrameLayout, Layout, Leaf

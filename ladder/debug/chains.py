@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
-from ...io_images.site import Site
-from ...io_images.times import time_text
+from scanrack.io_images.site import Site
+from scanrack.io_images.times import time_text
+
 from ..model.resolver import Resolver
 from ..model.schedule import TaskKind
 from ..state.lowered import LoweredProgram

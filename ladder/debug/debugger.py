@@ -7,7 +7,8 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from ...io_images.times import seconds
+from scanrack.io_images.times import seconds
+
 from ..compiler.observed import LineKey
 from ..lowering.runnable import LadderLogic
 from ..model.errors import LadderError, LadderFault

@@ -12,8 +12,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ...io_images.site import NOWHERE, Site
-from ...io_images.times import seconds
+from scanrack.io_images.site import NOWHERE, Site
+from scanrack.io_images.times import seconds
+
 from ..state.memory import Value
 
 ROOTS = (

@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-from ...io_images.times import seconds
+from scanrack.io_images.times import seconds
+
 from ..state.lowered import (
     ADD_ON,
 )

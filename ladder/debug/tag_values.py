@@ -18,7 +18,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from ...io_images.tag_names import TEXT, NamesByPattern, element_of, normal, without_ranges
+from scanrack.io_images.tag_names import TEXT, NamesByPattern, element_of, normal, without_ranges
+
 from ..model.errors import LadderError
 from ..model.expressions import parse_address
 from ..model.operands import Constant, Group, Place

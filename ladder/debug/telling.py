@@ -12,7 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from textwrap import wrap
 
-from ...io_images.times import seconds
+from scanrack.io_images.times import seconds
+
 from .links import CauseLink
 from .watched import shown
 

@@ -7,9 +7,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from scanrack.io_images.site import Site
 from typing_extensions import override
 
-from ...io_images.site import Site
 from ..interpreter import Interpreter
 from ..model.errors import LadderFault
 from ..model.operands import Calculation, Place

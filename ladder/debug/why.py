@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ...io_images.times import seconds
+from scanrack.io_images.times import seconds
+
 from ..model.operands import Constant, Group, Place
 from ..model.types import HIDDEN
 from ..state.lowered import LoweredProgram

@@ -28,7 +28,8 @@ import re
 from collections.abc import Mapping
 from typing import NoReturn
 
-from ...io_images.site import Site
+from scanrack.io_images.site import Site
+
 from ..model.chart import PRESETS, Action, Chart, ChartStep, Qualifier, Transition
 from ..model.errors import RungTextError
 from ..model.expressions import parse_address

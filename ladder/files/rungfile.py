@@ -49,10 +49,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from ...io_images.input_files import read_input_text
-from ...io_images.site import Site
-from ...io_images.text_limits import TextKind, TextLimitError, check_text
-from ...io_images.times import time_text
+from scanrack.io_images.input_files import read_input_text
+from scanrack.io_images.site import Site
+from scanrack.io_images.text_limits import TextKind, TextLimitError, check_text
+from scanrack.io_images.times import time_text
+
 from ..lowering.addon import AddOn
 from ..lowering.controller import Controller
 from ..lowering.dialects import LOGIX

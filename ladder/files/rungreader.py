@@ -14,9 +14,10 @@ from importlib.resources import files
 from itertools import accumulate
 from typing import NoReturn
 
-from ...io_images.doors import json_value
-from ...io_images.site import Site
-from ...io_images.times import TIME, parse_time
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.site import Site
+from scanrack.io_images.times import TIME, parse_time
+
 from ..lowering.addon import ROUTINES, AddOn, Parameter, ParameterMode, specs_of
 from ..lowering.calls import model_number
 from ..lowering.controller import Controller

@@ -25,12 +25,12 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
-from ...io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS_MAX, Image
-from ...io_images.site import Site, SiteError
-from ...io_images.text_limits import TextKind, TextLimitError, check_text
-from ...io_images.thousands import split_thousands
-from ...io_images.times import parse_time
+from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
+from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS_MAX, Image
+from scanrack.io_images.site import Site, SiteError
+from scanrack.io_images.text_limits import TextKind, TextLimitError, check_text
+from scanrack.io_images.thousands import split_thousands
+from scanrack.io_images.times import parse_time
 
 _LINE = re.compile(r"(?P<what>.*?)(?:\s+(?P<end>until|for)\s+(?P<when>.*))?")
 _STATUS = frozenset(str(bit.name) for bit in (*StatusMsw, *StatusLsw))

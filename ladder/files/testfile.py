@@ -18,9 +18,10 @@ import re
 from pathlib import Path
 from typing import NamedTuple
 
-from ...io_images.input_files import read_input_text
-from ...io_images.site import Site
-from ...io_images.text_limits import TextKind
+from scanrack.io_images.input_files import read_input_text
+from scanrack.io_images.site import Site
+from scanrack.io_images.text_limits import TextKind
+
 from ..lowering.controller import Controller
 from ..lowering.program import Program
 from ..lowering.runnable import LadderLogic

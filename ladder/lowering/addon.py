@@ -37,7 +37,8 @@ from enum import Enum
 from functools import cached_property
 from types import MappingProxyType
 
-from ...io_images.site import Site
+from scanrack.io_images.site import Site
+
 from ..instructions import BY_NAME
 from ..instructions.addons import ADD_ON_CALL, with_off_calls
 from ..instructions.stubbed import specs_of_stubs

@@ -11,7 +11,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...io_images.site import Site
+from scanrack.io_images.site import Site
+
 from ..instructions.motion.axes import AxisSettings, MotionData
 from ..instructions.motion.axis_3601 import Axis, BoundAxis, show
 from ..instructions.motion.ideal_axis import IdealAxis, update_axes

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from ...io_images.drives.models import Layout
-from ...io_images.drives.translation import model_of
-from ...io_images.module_words import ModuleWords
+from scanrack.io_images.drives.models import Layout
+from scanrack.io_images.drives.translation import model_of
+from scanrack.io_images.module_words import ModuleWords
+
 from ..model.operand_checks import OperandError, described
 from ..model.operands import Constant, Group, Place, first_leaf
 from ..model.resolver import AddressError, Resolver

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from ...io_images.site import Site
+from scanrack.io_images.site import Site
+
 from ..instructions.motion import ideal_moves, ideal_systems
 from ..instructions.motion.motion_3601 import ANSWERS
 from ..model.errors import Problem

@@ -27,9 +27,9 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, Self
 
+from scanrack.io_images.times import exact_ns
 from typing_extensions import override
 
-from ...io_images.times import exact_ns
 from ..model.errors import LadderError, Problem
 from ..model.routine import Routine
 from ..model.schedule import Task, TaskKind, schedule_of

@@ -18,7 +18,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Mapping, Sequence
 
-from ...io_images.site import Site
+from scanrack.io_images.site import Site
+
 from ..instructions import BY_NAME
 from ..model.errors import LadderError
 from ..model.spec import Spec

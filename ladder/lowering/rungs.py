@@ -8,7 +8,8 @@ from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
 
-from ...io_images.site import NOWHERE, Site
+from scanrack.io_images.site import NOWHERE, Site
+
 from ..instructions import BY_NAME
 from ..instructions.addons import ADD_ON_CALL, ADD_ON_OFF_CALL, OFF
 from ..instructions.statements import CONDITION

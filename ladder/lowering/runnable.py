@@ -10,7 +10,8 @@ from contextlib import suppress
 from copy import copy
 from typing import Any, Self
 
-from ...io_images.module_words import ModuleWords
+from scanrack.io_images.module_words import ModuleWords
+
 from ..compiler import Scanner, scanner_of, source_of
 from ..instructions.motion.axes import MotionData
 from ..instructions.system.messages import ends_of_messages

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ...io_images.site import NOWHERE, Site, SiteError
+from scanrack.io_images.site import NOWHERE, Site, SiteError
 
 
 class LadderError(SiteError):

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import lru_cache
 
-from ...io_images.records import record
+from scanrack.io_images.records import record
+
 from .operators import BITWISE, FUNCTIONS, RELATIONS
 from .tags import Layout, Leaf
 from .types import BOOL, DINT, HIDDEN, LINT, LREAL, REAL, UDINT, ULINT, DataType, Elementary, leaves_of

@@ -18,12 +18,20 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
 
-from ...io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, ConfigMsw, StatusLsw, StatusMsw
-from ...io_images.cards import MemberPlace, member_of
-from ...io_images.image import WORDS
-from ...io_images.module_words import PLAIN_WORDS, ModuleWords
-from ...io_images.site import Site, sites_of
-from ...io_images.tag_names import AmbiguousNameError, in_scope, normal
+from scanrack.io_images.amci3601.bits import (
+    PROFILE_BITS,
+    CommandLsw,
+    CommandMsw,
+    ConfigMsw,
+    StatusLsw,
+    StatusMsw,
+)
+from scanrack.io_images.cards import MemberPlace, member_of
+from scanrack.io_images.image import WORDS
+from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
+from scanrack.io_images.site import Site, sites_of
+from scanrack.io_images.tag_names import AmbiguousNameError, in_scope, normal
+
 from .errors import LadderError
 from .expressions import parse_address
 from .operands import (

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from ...io_images.site import Site
+from scanrack.io_images.site import Site
+
 from .chart import Chart, body_name
 from .drawing import Drawing
 from .errors import LadderError

@@ -5,7 +5,8 @@ from __future__ import annotations
 import re
 from typing import NoReturn
 
-from ...io_images.site import Site
+from scanrack.io_images.site import Site
+
 from .errors import RungTextError
 
 _SPACE = re.compile(r"\s*")

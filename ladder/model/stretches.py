@@ -14,7 +14,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
-from ...io_images.records import record
+from scanrack.io_images.records import record
+
 from .types import BOOL, HIDDEN, DataType, Elementary, Structure, count_of, members_at, size_of
 
 

@@ -23,8 +23,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
-from ...io_images.module_words import ModuleWords
-from ...io_images.times import TIME, parse_time, time_text
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.io_images.times import TIME, parse_time, time_text
+
 from .errors import LadderError
 
 ALL_MESSAGES = "MSG"

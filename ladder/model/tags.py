@@ -16,9 +16,10 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from ...io_images.enip.listing import ExternalAccess
-from ...io_images.module_words import PLAIN_WORDS, ModuleWords
-from ...io_images.records import record
+from scanrack.io_images.enip.listing import ExternalAccess
+from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
+from scanrack.io_images.records import record
+
 from .expressions import parse_address
 from .operators import CALLED
 from .stretches import Spot, spot_of, stretch_of

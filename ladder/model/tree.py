@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from ...io_images.records import record
+from scanrack.io_images.records import record
+
 from . import hooks
 from .quoting import quoted
 

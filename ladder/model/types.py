@@ -20,7 +20,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
-from ...io_images.records import record
+from scanrack.io_images.records import record
+
 from .errors import LadderError
 
 MAX_DIMENSIONS = 3

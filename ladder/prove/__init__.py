@@ -9,6 +9,6 @@ if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
 
 
 def __getattr__(name: str) -> object:
-    from ...io_images.front_door import listed_in
+    from scanrack.io_images.front_door import listed_in
 
     return listed_in(__spec__, name)

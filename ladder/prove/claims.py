@@ -17,7 +17,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-from ...io_images.site import NOWHERE, Site
+from scanrack.io_images.site import NOWHERE, Site
+
 from ..model.errors import LadderError
 from ..model.tags import program_of
 from ..state.lowered import LoweredLine, LoweredProgram, LoweredRoutine

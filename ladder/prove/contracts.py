@@ -24,8 +24,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from ...io_images.amci3601.bits import StatusMsw
-from ...io_images.amci3601.contracts import TYPICAL, Contract, Reading, Side
+from scanrack.io_images.amci3601.bits import StatusMsw
+from scanrack.io_images.amci3601.contracts import TYPICAL, Contract, Reading, Side
+
 from ..run.engine import Engine
 from ..state.lowered import LoweredProgram
 from .algebra.meaning import BOOL, INT

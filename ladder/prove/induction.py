@@ -16,7 +16,8 @@ from enum import StrEnum
 from itertools import pairwise
 from typing import Any
 
-from ...io_images.site import Site
+from scanrack.io_images.site import Site
+
 from .algebra.meaning import BOOL, INT
 from .algebra.terms import FALSE, TRUE, T
 from .certificate import Certificate

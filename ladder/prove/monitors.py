@@ -28,8 +28,9 @@ from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ...io_images.site import Site
-from ...io_images.tag_names import normal
+from scanrack.io_images.site import Site
+from scanrack.io_images.tag_names import normal
+
 from ..instructions import BY_NAME
 from ..lowering.checks import calls_of
 from ..lowering.rungs import Lowering

@@ -14,9 +14,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from ...io_images.doors import json_value
-from ...io_images.text_limits import TextKind
-from ...io_images.times import seconds
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.text_limits import TextKind
+from scanrack.io_images.times import seconds
+
 from ..model.errors import LadderError
 from ..model.schedule import Schedule
 from ..model.tags import Layout, Leaf, Tag, tag_in

@@ -10,8 +10,9 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
-from ...io_images.annotations import signature_of
-from ...io_images.site import Site
+from scanrack.io_images.annotations import signature_of
+from scanrack.io_images.site import Site
+
 from ..interpreter import Interpreter
 from ..model.errors import STACK_CODE, LadderFault, MinorFault, ScanEndedError
 from ..model.tags import program_of, scoped

@@ -14,7 +14,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, NoReturn, cast
 
-from ...io_images.site import Site
+from scanrack.io_images.site import Site
+
 from ..instructions import BY_NAME
 from ..model.errors import RungTextError
 from ..model.spec import BYTE_ORDERS, Spec, Use

@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 
-from ...io_images.enip.listing import BOOL as BIT
-from ...io_images.enip.listing import DINT as DOUBLE
-from ...io_images.enip.listing import INT as WORD
-from ...io_images.enip.listing import (
+from scanrack.io_images.enip.listing import BOOL as BIT
+from scanrack.io_images.enip.listing import DINT as DOUBLE
+from scanrack.io_images.enip.listing import INT as WORD
+from scanrack.io_images.enip.listing import (
     PLAIN,
     SINT,
     Kind,
@@ -19,6 +19,7 @@ from ...io_images.enip.listing import (
     Part,
     StructuredKind,
 )
+
 from ..model.tags import Alias, Layout, Tag, program_of
 from ..model.tree import Address
 from ..model.types import BOOL, DataType, Elementary, Member, Structure, fields_of, members_at, size_of

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
 
-from ...io_images.records import record
-from ...io_images.site import Site
+from scanrack.io_images.records import record
+from scanrack.io_images.site import Site
+
 from ..model.chart import DEFAULT_OPTIONS, ChartOptions, Qualifier
 from ..model.operands import Constant, Group, Place, Resolved
 from ..model.schedule import Schedule

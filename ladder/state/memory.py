@@ -12,8 +12,9 @@ from dataclasses import dataclass
 from types import CellType, MappingProxyType
 from typing import Any, Protocol
 
-from ...io_images.image import Image
-from ...io_images.site import Site
+from scanrack.io_images.image import Image
+from scanrack.io_images.site import Site
+
 from ..model.arithmetic import real
 from ..model.errors import LadderError
 from ..model.stretches import Spot

@@ -10,7 +10,8 @@ import struct
 from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 
-from ...io_images.records import record
+from scanrack.io_images.records import record
+
 from ..model.arithmetic import real, whole, wrap
 from ..model.operands import Constant, Group, Place, Resolved
 from ..model.tags import OWN, Leaf

@@ -10,7 +10,8 @@ from collections.abc import Mapping
 from operator import attrgetter
 from typing import Any
 
-from ...io_images.doors import json_value
+from scanrack.io_images.doors import json_value
+
 from .memory import Memory
 from .tag_bytes import TagBytes
 

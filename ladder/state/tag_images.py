@@ -6,7 +6,8 @@ import struct
 from collections.abc import Callable
 from functools import cached_property
 
-from ...io_images.enip.listing import Listing, patched
+from scanrack.io_images.enip.listing import Listing, patched
+
 from ..model.tags import Leaf, Tag
 from ..model.types import BOOL, Elementary, count_of, fields_of, size_of
 from .listing import listing_of, string_rooms

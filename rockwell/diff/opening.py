@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...io_images.input_files import open_input
-from ...ladder.model.errors import LadderError
+from scanrack.io_images.input_files import open_input
+from scanrack.ladder.model.errors import LadderError
+
 from ..l5x.xml.parsing import MOST_BYTES
 from .comparison import Comparison, compared
 from .l5x import outline, outlines

@@ -13,7 +13,8 @@ from hashlib import sha256
 from html import escape
 from itertools import zip_longest
 
-from ...io_images.visible_text import visible
+from scanrack.io_images.visible_text import visible
+
 from .alignment import aligned
 from .comparison import ADDED, CHANGED, MOVED, REMOVED, RENAMED, Comparison, Difference
 from .outline import RUNG, Step

@@ -9,17 +9,18 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ...ladder.draw.layout import NO_CAPTIONS, place
-from ...ladder.draw.marks import Box, Mark, Picture, Symbol
-from ...ladder.draw.markup import CELL, Pen, plain, units
-from ...ladder.draw.ruler import GAP, Ruler
-from ...ladder.draw.shapes import BoxFrame, Letters, Line, shape_bottom, shapes_of
-from ...ladder.instructions import BY_NAME
-from ...ladder.instructions.slc import SLC_SPECS
-from ...ladder.lowering.text import parse_rung
-from ...ladder.model.errors import LadderError
-from ...ladder.model.spec import InstructionKind, Spec, Use
-from ...ladder.model.tree import Rung, instructions_of
+from scanrack.ladder.draw.layout import NO_CAPTIONS, place
+from scanrack.ladder.draw.marks import Box, Mark, Picture, Symbol
+from scanrack.ladder.draw.markup import CELL, Pen, plain, units
+from scanrack.ladder.draw.ruler import GAP, Ruler
+from scanrack.ladder.draw.shapes import BoxFrame, Letters, Line, shape_bottom, shapes_of
+from scanrack.ladder.instructions import BY_NAME
+from scanrack.ladder.instructions.slc import SLC_SPECS
+from scanrack.ladder.lowering.text import parse_rung
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.spec import InstructionKind, Spec, Use
+from scanrack.ladder.model.tree import Rung, instructions_of
+
 from ..slc.rungs import RungReader
 from .alignment import aligned
 from .outline import Step

@@ -6,15 +6,16 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from ...ladder.instructions import BY_NAME
-from ...ladder.instructions.addons import ADD_ON_CALL, with_off_calls
-from ...ladder.lowering.addon import ENABLES, LOGIC, ROUTINES, AddOn, Parameter, ParameterMode
-from ...ladder.model.errors import LadderError
-from ...ladder.model.expressions import parse_address
-from ...ladder.model.routine import Routine
-from ...ladder.model.spec import Spec, Use
-from ...ladder.model.tags import Tag
-from ...ladder.model.types import MAX_DIMENSIONS, Structure
+from scanrack.ladder.instructions import BY_NAME
+from scanrack.ladder.instructions.addons import ADD_ON_CALL, with_off_calls
+from scanrack.ladder.lowering.addon import ENABLES, LOGIC, ROUTINES, AddOn, Parameter, ParameterMode
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.expressions import parse_address
+from scanrack.ladder.model.routine import Routine
+from scanrack.ladder.model.spec import Spec, Use
+from scanrack.ladder.model.tags import Tag
+from scanrack.ladder.model.types import MAX_DIMENSIONS, Structure
+
 from .assembly import without
 from .report import Refusal, Report
 from .routines import RoutineReader

@@ -6,19 +6,20 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ...io_images.module_words import ModuleWords
-from ...ladder.instructions.motion.axes import MotionData
-from ...ladder.lowering.addon import AddOn
-from ...ladder.lowering.controller import Controller
-from ...ladder.lowering.guess import type_at
-from ...ladder.model.chart import DEFAULT_OPTIONS, ChartOptions
-from ...ladder.model.errors import LadderError
-from ...ladder.model.routine import Routine
-from ...ladder.model.schedule import Task, TaskKind
-from ...ladder.model.stubs import Remote, Stub, Stubs
-from ...ladder.model.tags import OPEN, Alias, Declaration, Tag
-from ...ladder.model.tree import Address, Instruction, Operand, Rung, SubscriptStep, number
-from ...ladder.model.types import DINT, DataType, Elementary, count_of
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.ladder.instructions.motion.axes import MotionData
+from scanrack.ladder.lowering.addon import AddOn
+from scanrack.ladder.lowering.controller import Controller
+from scanrack.ladder.lowering.guess import type_at
+from scanrack.ladder.model.chart import DEFAULT_OPTIONS, ChartOptions
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.routine import Routine
+from scanrack.ladder.model.schedule import Task, TaskKind
+from scanrack.ladder.model.stubs import Remote, Stub, Stubs
+from scanrack.ladder.model.tags import OPEN, Alias, Declaration, Tag
+from scanrack.ladder.model.tree import Address, Instruction, Operand, Rung, SubscriptStep, number
+from scanrack.ladder.model.types import DINT, DataType, Elementary, count_of
+
 from .report import Report
 
 CALLS = "scanrack_calls"

@@ -6,12 +6,13 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
-from ...io_images.site import NOWHERE, Site
-from ...ladder.lowering.addon import AddOn
-from ...ladder.lowering.controller import Controller
-from ...ladder.model.errors import BuildError, LadderError, Problem
-from ...ladder.model.routine import Routine
-from ...ladder.model.tags import Tag, program_of
+from scanrack.io_images.site import NOWHERE, Site
+from scanrack.ladder.lowering.addon import AddOn
+from scanrack.ladder.lowering.controller import Controller
+from scanrack.ladder.model.errors import BuildError, LadderError, Problem
+from scanrack.ladder.model.routine import Routine
+from scanrack.ladder.model.tags import Tag, program_of
+
 from .assembly import Parts, does_nothing, owner_of, without
 from .report import Report
 from .routines import RoutineReader

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from lxml import etree
+from scanrack.ladder.model.chart import Action, Chart, ChartStep, Transition
+from scanrack.ladder.model.chart_layout import Cell, layout_of
+from scanrack.ladder.model.statements import block_lines
 
-from ...ladder.model.chart import Action, Chart, ChartStep, Transition
-from ...ladder.model.chart_layout import Cell, layout_of
-from ...ladder.model.statements import block_lines
 from .charts import NAMES
 
 _LEFT, _TOP, _WIDE, _HIGH = 240, 60, 320, 100  # pixels of the first cell and of a cell

@@ -13,16 +13,17 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
-from ...io_images.site import Site
-from ...ladder.files.chartreader import condition_of, expression_of
-from ...ladder.model.chart import PRESETS, Action, Chart, ChartStep, Qualifier, Transition
-from ...ladder.model.chart_checks import MOST_ELEMENTS
-from ...ladder.model.chart_layout import layout_of
-from ...ladder.model.errors import LadderError
-from ...ladder.model.expressions import parse_address
-from ...ladder.model.spec import Spec
-from ...ladder.model.tree import Block, Instruction, Operand, Origin, number
-from ...ladder.st import parse_statements
+from scanrack.io_images.site import Site
+from scanrack.ladder.files.chartreader import condition_of, expression_of
+from scanrack.ladder.model.chart import PRESETS, Action, Chart, ChartStep, Qualifier, Transition
+from scanrack.ladder.model.chart_checks import MOST_ELEMENTS
+from scanrack.ladder.model.chart_layout import layout_of
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.expressions import parse_address
+from scanrack.ladder.model.spec import Spec
+from scanrack.ladder.model.tree import Block, Instruction, Operand, Origin, number
+from scanrack.ladder.st import parse_statements
+
 from .xml.records import ElementRecord, lines_of
 
 NAMES: Mapping[Qualifier, str] = {

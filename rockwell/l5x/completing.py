@@ -7,13 +7,14 @@ from collections.abc import Collection, Iterable
 from dataclasses import replace
 from functools import cached_property
 
-from ...ladder.lowering.guess import Guess
-from ...ladder.lowering.type_inference import Guesses
-from ...ladder.model.expressions import TAG_NAME
-from ...ladder.model.routine import Routine
-from ...ladder.model.schedule import Task, TaskKind
-from ...ladder.model.tags import STATUS_FLAGS, TRUTHS, Alias, Declaration, Tag, program_of
-from ...ladder.model.tree import Address, Instruction, Rung, Step
+from scanrack.ladder.lowering.guess import Guess
+from scanrack.ladder.lowering.type_inference import Guesses
+from scanrack.ladder.model.expressions import TAG_NAME
+from scanrack.ladder.model.routine import Routine
+from scanrack.ladder.model.schedule import Task, TaskKind
+from scanrack.ladder.model.tags import STATUS_FLAGS, TRUTHS, Alias, Declaration, Tag, program_of
+from scanrack.ladder.model.tree import Address, Instruction, Rung, Step
+
 from .assembly import CALLS, Parts, ProgramPart, call_of, does_nothing, implicit_task
 from .modules import is_bound
 from .report import Report

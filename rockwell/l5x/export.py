@@ -11,17 +11,25 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from lxml import etree
+from scanrack.ladder.lowering.addon import (
+    ENABLES,
+    OTHERWISE,
+    POSTSCAN,
+    PRESCAN,
+    AddOn,
+    Parameter,
+    ParameterMode,
+)
+from scanrack.ladder.lowering.controller import Controller
+from scanrack.ladder.lowering.program import Program
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.predefined.structures import PREDEFINED_TYPES
+from scanrack.ladder.model.quoting import quoted
+from scanrack.ladder.model.routine import Routine
+from scanrack.ladder.model.statements import block_lines
+from scanrack.ladder.model.tags import Alias, Declaration, SlotAlias, Tag
+from scanrack.ladder.model.types import DataType, Elementary, Member, Structure
 
-from ...ladder.lowering.addon import ENABLES, OTHERWISE, POSTSCAN, PRESCAN, AddOn, Parameter, ParameterMode
-from ...ladder.lowering.controller import Controller
-from ...ladder.lowering.program import Program
-from ...ladder.model.errors import LadderError
-from ...ladder.model.predefined.structures import PREDEFINED_TYPES
-from ...ladder.model.quoting import quoted
-from ...ladder.model.routine import Routine
-from ...ladder.model.statements import block_lines
-from ...ladder.model.tags import Alias, Declaration, SlotAlias, Tag
-from ...ladder.model.types import DataType, Elementary, Member, Structure
 from .chart_export import write_chart
 from .mnemonics import OWN
 from .xml.records import ElementRecord

@@ -6,17 +6,18 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...io_images.site import Site
-from ...io_images.text_limits import EXPORT_MIB
-from ...ladder.instructions.stubbed import specs_of_stubs
-from ...ladder.lowering.addon import OTHERWISE
-from ...ladder.lowering.controller import Controller
-from ...ladder.model.collector import collector_paused
-from ...ladder.model.routine import Routine
-from ...ladder.model.spec import Spec
-from ...ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, parse_stub
-from ...ladder.model.tree import Address
-from ...ladder.model.types import Structure
+from scanrack.io_images.site import Site
+from scanrack.io_images.text_limits import EXPORT_MIB
+from scanrack.ladder.instructions.stubbed import specs_of_stubs
+from scanrack.ladder.lowering.addon import OTHERWISE
+from scanrack.ladder.lowering.controller import Controller
+from scanrack.ladder.model.collector import collector_paused
+from scanrack.ladder.model.routine import Routine
+from scanrack.ladder.model.spec import Spec
+from scanrack.ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, parse_stub
+from scanrack.ladder.model.tree import Address
+from scanrack.ladder.model.types import Structure
+
 from .addons import AddOns, arguments_of
 from .assembly import Parts, ProgramPart, does_nothing, harness_of
 from .building import DECLARE, STAND_IN, Builder

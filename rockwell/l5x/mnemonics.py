@@ -5,7 +5,7 @@ In a partial export any other name is an add-on instruction without its definiti
 
 from __future__ import annotations
 
-from ...ladder.instructions import BY_NAME
+from scanrack.ladder.instructions import BY_NAME
 
 OWN = frozenset({"ASSERT"})
 """Instructions of scanrack that no controller has."""

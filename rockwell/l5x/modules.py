@@ -15,14 +15,15 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from ...ladder.lowering.calls import MODULE, MODULE_TAG
-from ...ladder.model.errors import LadderError
-from ...ladder.model.expressions import parse_address
-from ...ladder.model.resolver import slot_of_image
-from ...ladder.model.tags import Alias, Declaration, Tag
-from ...ladder.model.types import DINT, INT, SINT, DataType, Member, Structure
-from ...ladder.state.initials import load_bytes
-from ...ladder.state.tag_bytes import TagBytes
+from scanrack.ladder.lowering.calls import MODULE, MODULE_TAG
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.expressions import parse_address
+from scanrack.ladder.model.resolver import slot_of_image
+from scanrack.ladder.model.tags import Alias, Declaration, Tag
+from scanrack.ladder.model.types import DINT, INT, SINT, DataType, Member, Structure
+from scanrack.ladder.state.initials import load_bytes
+from scanrack.ladder.state.tag_bytes import TagBytes
+
 from .report import Report
 from .scopes import note_forces
 from .values.datatypes import NAME, Types

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from ...ladder.lowering.guess import type_at
-from ...ladder.model.errors import LadderError
-from ...ladder.model.expressions import parse_address
-from ...ladder.model.tags import Declaration, Tag
-from ...ladder.model.tree import Address
-from ...ladder.model.types import DataType
+from scanrack.ladder.lowering.guess import type_at
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.expressions import parse_address
+from scanrack.ladder.model.tags import Declaration, Tag
+from scanrack.ladder.model.tree import Address
+from scanrack.ladder.model.types import DataType
+
 from .assembly import owner_of
 from .values.datatypes import Types
 from .xml.records import L5xDocument, TagRecord

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from ...ladder.model.errors import LadderError
+from scanrack.ladder.model.errors import LadderError
+
 from .xml.spans import L5xText, Span, Splice, defined
 
 _CONTEXT = ("DataTypes", "AddOnInstructionDefinitions", "Tags", "Programs")

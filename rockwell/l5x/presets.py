@@ -13,8 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 
-from ...ladder.model.spec import WITH_PRESETS, Spec, Use
-from ...ladder.model.tree import (
+from scanrack.ladder.model.spec import WITH_PRESETS, Spec, Use
+from scanrack.ladder.model.tree import (
     Address,
     Branch,
     Element,

@@ -9,9 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 
-from ...ladder.lowering.edited import BEFORE_FIRST, FileChange, NewTag, Rewritten, RungEdit
-from ...ladder.model.errors import LadderError
-from ...ladder.model.tags import program_of
+from scanrack.ladder.lowering.edited import BEFORE_FIRST, FileChange, NewTag, Rewritten, RungEdit
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.tags import program_of
+
 from .edits import NORMAL
 from .xml.records import number_of
 from .xml.spans import L5xText, Span, Splice, defined

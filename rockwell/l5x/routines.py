@@ -8,17 +8,18 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 
-from ...io_images.site import NOWHERE, Site
-from ...ladder.instructions import BY_NAME
-from ...ladder.lowering.text import parse_rung
-from ...ladder.model.chart_checks import unreached
-from ...ladder.model.errors import LadderError, RungTextError
-from ...ladder.model.routine import Routine
-from ...ladder.model.spec import Spec
-from ...ladder.model.statements import Empty, Region, statements_in
-from ...ladder.model.tags import Tag
-from ...ladder.model.tree import Block, Origin, Rung
-from ...ladder.st import parse_statements
+from scanrack.io_images.site import NOWHERE, Site
+from scanrack.ladder.instructions import BY_NAME
+from scanrack.ladder.lowering.text import parse_rung
+from scanrack.ladder.model.chart_checks import unreached
+from scanrack.ladder.model.errors import LadderError, RungTextError
+from scanrack.ladder.model.routine import Routine
+from scanrack.ladder.model.spec import Spec
+from scanrack.ladder.model.statements import Empty, Region, statements_in
+from scanrack.ladder.model.tags import Tag
+from scanrack.ladder.model.tree import Block, Origin, Rung
+from scanrack.ladder.st import parse_statements
+
 from .charts import ChartBuilder, ChartRefusedError
 from .diagrams.lowering import DiagramText, lowered
 from .diagrams.sheets import DiagramError

@@ -7,10 +7,11 @@ from decimal import Decimal, InvalidOperation
 from enum import Enum
 from typing import Any
 
-from ...io_images.times import exact_ns
-from ...ladder.model.chart import ChartOptions, ExecutionControl, LastScan, RestartPosition
-from ...ladder.model.errors import LadderError
-from ...ladder.model.schedule import PRIORITIES, Task, TaskKind
+from scanrack.io_images.times import exact_ns
+from scanrack.ladder.model.chart import ChartOptions, ExecutionControl, LastScan, RestartPosition
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.schedule import PRIORITIES, Task, TaskKind
+
 from .report import Report
 from .xml.records import L5xDocument, TaskRecord, number_of
 

@@ -8,14 +8,15 @@ from decimal import Decimal, InvalidOperation
 from math import inf
 from typing import Any
 
-from ...io_images.enip.listing import ExternalAccess
-from ...ladder.instructions.motion.axes import MotionData
-from ...ladder.model.errors import LadderError
-from ...ladder.model.expressions import parse_address
-from ...ladder.model.predefined.motion_types import AXIS_TYPES
-from ...ladder.model.stubs import Remote
-from ...ladder.model.tags import Alias, Declaration, Tag
-from ...ladder.model.types import MAX_DIMENSIONS, DataType
+from scanrack.io_images.enip.listing import ExternalAccess
+from scanrack.ladder.instructions.motion.axes import MotionData
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.expressions import parse_address
+from scanrack.ladder.model.predefined.motion_types import AXIS_TYPES
+from scanrack.ladder.model.stubs import Remote
+from scanrack.ladder.model.tags import Alias, Declaration, Tag
+from scanrack.ladder.model.types import MAX_DIMENSIONS, DataType
+
 from .report import Report
 from .values.datatypes import Types
 from .values.force_values import forces_of

@@ -14,14 +14,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from ...ladder.lowering.controller import Controller
-from ...ladder.lowering.runnable import LadderLogic
-from ...ladder.model.errors import WATCHDOG_TYPE, BuildError, LadderFault, OutOfLinesError, TooLongError
-from ...ladder.model.routine import Routine
-from ...ladder.model.schedule import Task
-from ...ladder.run.engine import Engine
-from ...ladder.state.memory import same
-from ...ladder.state.tag_bytes import TagBytes
+from scanrack.ladder.lowering.controller import Controller
+from scanrack.ladder.lowering.runnable import LadderLogic
+from scanrack.ladder.model.errors import WATCHDOG_TYPE, BuildError, LadderFault, OutOfLinesError, TooLongError
+from scanrack.ladder.model.routine import Routine
+from scanrack.ladder.model.schedule import Task
+from scanrack.ladder.run.engine import Engine
+from scanrack.ladder.state.memory import same
+from scanrack.ladder.state.tag_bytes import TagBytes
+
 from .assembly import Parts, does_nothing, harness_of, implicit_task, owner_of, trial_tasks
 from .importer import L5xImport
 

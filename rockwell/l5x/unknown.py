@@ -14,13 +14,14 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
-from ...ladder.lowering.type_inference import Guesses
-from ...ladder.model.errors import LadderError
-from ...ladder.model.predefined.motion_types import AXIS_TYPES
-from ...ladder.model.routine import Routine
-from ...ladder.model.spec import Spec
-from ...ladder.model.tree import Address, MemberStep, Step, SubscriptStep
-from ...ladder.model.types import DINT, DataType, Member, Structure
+from scanrack.ladder.lowering.type_inference import Guesses
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.predefined.motion_types import AXIS_TYPES
+from scanrack.ladder.model.routine import Routine
+from scanrack.ladder.model.spec import Spec
+from scanrack.ladder.model.tree import Address, MemberStep, Step, SubscriptStep
+from scanrack.ladder.model.types import DINT, DataType, Member, Structure
+
 from .addons import arguments_of
 from .names import Names
 from .scopes import type_of

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from ...ladder.model.routine import Routine
-from ...ladder.model.statements import Invocation, statements_in
-from ...ladder.model.tree import Address, Instruction, instructions_of
+from scanrack.ladder.model.routine import Routine
+from scanrack.ladder.model.statements import Invocation, statements_in
+from scanrack.ladder.model.tree import Address, Instruction, instructions_of
 
 
 def named_first(routines: Iterable[Routine], *instructions: str) -> Iterator[str]:

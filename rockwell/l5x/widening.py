@@ -8,12 +8,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from ...ladder.lowering.type_inference import Guesses
-from ...ladder.model.predefined.structures import PREDEFINED_TYPES
-from ...ladder.model.spec import Spec
-from ...ladder.model.tags import Declaration, Tag
-from ...ladder.model.tree import Address, MemberStep, Step, SubscriptStep
-from ...ladder.model.types import DataType, Member, Structure
+from scanrack.ladder.lowering.type_inference import Guesses
+from scanrack.ladder.model.predefined.structures import PREDEFINED_TYPES
+from scanrack.ladder.model.spec import Spec
+from scanrack.ladder.model.tags import Declaration, Tag
+from scanrack.ladder.model.tree import Address, MemberStep, Step, SubscriptStep
+from scanrack.ladder.model.types import DataType, Member, Structure
+
 from .assembly import Parts
 from .report import Report
 

@@ -14,8 +14,8 @@ from __future__ import annotations
 
 import re
 
-from ...ladder.model.errors import LadderError
-from ...ladder.model.tree import (
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.tree import (
     Address,
     BitStep,
     MemberStep,

@@ -13,12 +13,12 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ...ladder.instructions.slc.status import STATUS, WORDS
-from ...ladder.model.predefined.slc_types import SLC_CONTROL, SLC_COUNTER, SLC_TIMER
-from ...ladder.model.routine import Routine
-from ...ladder.model.spec import Spec, Use
-from ...ladder.model.tags import Tag
-from ...ladder.model.tree import (
+from scanrack.ladder.instructions.slc.status import STATUS, WORDS
+from scanrack.ladder.model.predefined.slc_types import SLC_CONTROL, SLC_COUNTER, SLC_TIMER
+from scanrack.ladder.model.routine import Routine
+from scanrack.ladder.model.spec import Spec, Use
+from scanrack.ladder.model.tags import Tag
+from scanrack.ladder.model.tree import (
     Address,
     Instruction,
     MemberStep,
@@ -29,7 +29,8 @@ from ...ladder.model.tree import (
     addresses_in,
     instructions_of,
 )
-from ...ladder.model.types import BOOL, DINT, INT, MESSAGE, REAL, STRING, DataType, Member, Structure
+from scanrack.ladder.model.types import BOOL, DINT, INT, MESSAGE, REAL, STRING, DataType, Member, Structure
+
 from .addresses import IMAGES, STRUCTURED
 from .datavalues import joined, value_of
 from .records import DataRecord

@@ -17,7 +17,8 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from ...ladder.model.arithmetic import real
+from scanrack.ladder.model.arithmetic import real
+
 from .addresses import STRUCTURED
 from .addresses import WORDS as INNER
 from .records import DataRow

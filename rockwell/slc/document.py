@@ -36,9 +36,10 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
-from ...io_images.input_files import open_input
-from ...io_images.site import Site
-from ...ladder.model.errors import LadderError
+from scanrack.io_images.input_files import open_input
+from scanrack.io_images.site import Site
+from scanrack.ladder.model.errors import LadderError
+
 from .lines import WORD, Line, lines_of
 from .records import DataRecord, DataRow, LadderRecord, Other, SlcDocument, SlcRungRecord, SlotRecord
 

@@ -6,12 +6,13 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ...ladder.lowering.dialects import SLC
-from ...ladder.lowering.edited import BEFORE_FIRST, RungEdit
-from ...ladder.lowering.program import Program
-from ...ladder.model.errors import LadderError
-from ...ladder.model.tags import Tag
-from ...ladder.model.tree import Rung
+from scanrack.ladder.lowering.dialects import SLC
+from scanrack.ladder.lowering.edited import BEFORE_FIRST, RungEdit
+from scanrack.ladder.lowering.program import Program
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.tags import Tag
+from scanrack.ladder.model.tree import Rung
+
 from .addresses import STRUCTURED
 from .addresses import WORDS as INNER
 from .datafiles import letters_of

@@ -7,14 +7,15 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ...ladder.instructions.slc import SLC_SPECS
-from ...ladder.lowering.addon import specs_of
-from ...ladder.lowering.dialects import SLC
-from ...ladder.lowering.program import Program
-from ...ladder.model.errors import BuildError, LadderError, Problem
-from ...ladder.model.routine import Routine
-from ...ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub
-from ...ladder.model.tree import Origin, Rung, Series
+from scanrack.ladder.instructions.slc import SLC_SPECS
+from scanrack.ladder.lowering.addon import specs_of
+from scanrack.ladder.lowering.dialects import SLC
+from scanrack.ladder.lowering.program import Program
+from scanrack.ladder.model.errors import BuildError, LadderError, Problem
+from scanrack.ladder.model.routine import Routine
+from scanrack.ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub
+from scanrack.ladder.model.tree import Origin, Rung, Series
+
 from ..l5x.report import Refusal, Report
 from .datafiles import DataFiles
 from .document import parse_document, read_document

@@ -17,10 +17,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from ...ladder.lowering.edited import BEFORE_FIRST, NewTag, Rewritten, RungEdit, changes_of
-from ...ladder.lowering.text import parse_rung
-from ...ladder.model.errors import LadderError
-from ...ladder.model.spec import Spec, Use
+from scanrack.ladder.lowering.edited import BEFORE_FIRST, NewTag, Rewritten, RungEdit, changes_of
+from scanrack.ladder.lowering.text import parse_rung
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.spec import Spec, Use
+
 from .addresses import is_address, parse
 from .document import DESCRIPTION, parse_document
 from .lines import lines_of

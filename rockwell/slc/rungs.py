@@ -9,10 +9,10 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import NoReturn
 
-from ...ladder.model.errors import LadderError
-from ...ladder.model.expressions import parse_expression
-from ...ladder.model.spec import Spec, Use
-from ...ladder.model.tree import (
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.expressions import parse_expression
+from scanrack.ladder.model.spec import Spec, Use
+from scanrack.ladder.model.tree import (
     BRANCHES,
     Address,
     Branch,
@@ -26,6 +26,7 @@ from ...ladder.model.tree import (
     Unknown,
     number,
 )
+
 from .addresses import AddressTextError, is_address, parse, text_of
 
 BEGIN, NEXT, END = "BST", "NXB", "BND"

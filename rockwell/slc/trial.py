@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ...ladder.model.errors import TooLongError
+from scanrack.ladder.model.errors import TooLongError
+
 from ..l5x.trial import SCANS, Work, lockstep
 from .importer import SlcImport
 

@@ -6,8 +6,8 @@ from decimal import Decimal
 from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
+from scanrack.io_images.site import SettingError
 
-from ...io_images.site import SettingError
 from .machine_tables import Table
 from .quantities import Number, between
 

@@ -10,8 +10,8 @@ from __future__ import annotations
 from typing import Annotated
 
 from pydantic import Field
+from scanrack.io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
 
-from ...io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
 from .machine_tables import Table
 
 

@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
+from scanrack.io_images.site import SettingError
+from scanrack.io_images.times import exact_ns
 
-from ...io_images.site import SettingError
-from ...io_images.times import exact_ns
 from ..machine.spec import (
     EncoderSpec,
     InputName,

@@ -17,8 +17,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
+from scanrack.io_images.site import SettingError
 
-from ...io_images.site import SettingError
 from .machine_tables import Table
 
 LONGEST_SCAN_MS = 1000

@@ -17,12 +17,12 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
+from scanrack.io_images.addresses import allowed
+from scanrack.io_images.doors import toml_tables
+from scanrack.io_images.input_files import read_input_text
+from scanrack.io_images.site import Site, SiteError, sites_of
+from scanrack.io_images.text_limits import TextKind, TextLimitError
 
-from ...io_images.addresses import allowed
-from ...io_images.doors import toml_tables
-from ...io_images.input_files import read_input_text
-from ...io_images.site import Site, SiteError, sites_of
-from ...io_images.text_limits import TextKind, TextLimitError
 from ..machine import EncoderSpec, Jam, Slip, Switch
 from ..modules.record import LivePort, ModuleRecord
 from .axis_tables import AxisTable

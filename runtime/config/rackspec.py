@@ -27,14 +27,14 @@ from pydantic import (
     model_validator,
 )
 from pydantic_core import PydanticCustomError, core_schema
+from scanrack.io_images.addresses import allowed, parse_address
+from scanrack.io_images.amci3601.firmware import KNOWN, Firmware
+from scanrack.io_images.amci3601.words import WORDS_3601, Profile, is_stepper
+from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.io_images.site import SettingError, SiteError
+from scanrack.io_images.times import exact_ns
 
-from ...io_images.addresses import allowed, parse_address
-from ...io_images.amci3601.firmware import KNOWN, Firmware
-from ...io_images.amci3601.words import WORDS_3601, Profile, is_stepper
-from ...io_images.memory_layout import MemoryLayout, memory_layout
-from ...io_images.module_words import ModuleWords
-from ...io_images.site import SettingError, SiteError
-from ...io_images.times import exact_ns
 from ..loop.events import JsonValue
 from ..loop.forces import check_value
 from ..loop.incidents import ON_THE_LINE, FaultKind, InjectedFault

@@ -17,8 +17,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
+from scanrack.io_images.site import SettingError
 
-from ...io_images.site import SettingError
 from .machine_tables import Table
 
 if TYPE_CHECKING:
@@ -52,7 +52,8 @@ class UnitSpec(Table):
 
     def make(self, folder: Path) -> Pcl601:
         """Make the unit, with its power on; ValueError if the program can't be used."""
-        from ...io_images.pcl601 import Code
+        from scanrack.io_images.pcl601 import Code
+
         from ..controllers.pcl601.line import Pcl601  # pymodbus takes time to import
         from ..controllers.pcl601.pinstates import connect
         from ..controllers.pcl601.program import load, read_program

@@ -16,9 +16,9 @@ from decimal import Decimal
 from typing import Annotated, Any, Self
 
 from pydantic import Field, PlainValidator, model_validator
+from scanrack.io_images.site import SettingError
+from scanrack.io_images.times import exact_ns
 
-from ...io_images.site import SettingError
-from ...io_images.times import exact_ns
 from .machine_tables import Table
 from .quantities import Milliseconds, Number, Seconds, between
 

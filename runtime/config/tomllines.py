@@ -15,7 +15,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 
-from ...io_images.doors import toml_tables
+from scanrack.io_images.doors import toml_tables
 
 KeyPath = tuple[str | int, ...]
 """Keys and array indexes from the top of a document."""

@@ -15,9 +15,9 @@ from queue import Empty, SimpleQueue
 from threading import Event, Lock, Thread
 from typing import TypeVar
 
+from scanrack.io_images.site import SettingError
 from typing_extensions import override
 
-from ...io_images.site import SettingError
 from .adapter_line import Line
 from .clients.link import Link, LinkError, SerialLink, TcpLink
 from .hosts import split_address

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from functools import partial
 
 from pymodbus.pdu import ModbusPDU
+from scanrack.io_images.pcl601 import Code, Register
 
-from ...io_images.pcl601 import Code, Register
 from . import pcl601_pdus as pdus
 from .master import LineRequest, Reply, Verdict
 from .modbus_pdus import EXCEPTION_BYTES, answer_bytes, encoded, refusal

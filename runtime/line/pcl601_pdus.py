@@ -12,10 +12,10 @@ from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu import bit_message as bits
 from pymodbus.pdu import register_message as words
 from pymodbus.pdu.other_message import ReportDeviceIdRequest, ReportDeviceIdResponse
+from scanrack.io_images.pcl601 import ROWS, Code, Register
+from scanrack.io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_COUNT
 from typing_extensions import override
 
-from ...io_images.pcl601 import ROWS, Code, Register
-from ...io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_COUNT
 from .modbus_pdus import GuardedDecoder, mismatch
 
 READ_COILS, READ_INPUTS, READ_REGISTERS, READ_INPUT_REGISTERS = 0x01, 0x02, 0x03, 0x04

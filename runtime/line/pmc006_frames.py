@@ -4,8 +4,17 @@ from __future__ import annotations
 
 from functools import partial
 
-from ...io_images.pmc006.frame import BAUD, FRAME_BYTES, REPLY, STATE_ERROR, UNKNOWN_ERROR, command, decode
-from ...io_images.pmc006.instructions import BY_NAME, Kind
+from scanrack.io_images.pmc006.frame import (
+    BAUD,
+    FRAME_BYTES,
+    REPLY,
+    STATE_ERROR,
+    UNKNOWN_ERROR,
+    command,
+    decode,
+)
+from scanrack.io_images.pmc006.instructions import BY_NAME, Kind
+
 from .master import LineRequest, Reply, Verdict
 from .wire import LineFormat
 

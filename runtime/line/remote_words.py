@@ -20,8 +20,8 @@ from collections.abc import Callable, Sequence
 from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu import register_message as words
 from pymodbus.pdu.register_message import ReadWriteMultipleRegistersRequest
+from scanrack.io_images.image import WORDS
 
-from ...io_images.image import WORDS
 from .modbus_pdus import ILLEGAL_ADDRESS, ModbusRefusedError, answer_to, request_of
 
 FACTS = 3

@@ -14,8 +14,9 @@ from dataclasses import MISSING, asdict, dataclass, fields
 from itertools import chain
 from typing import Any, NoReturn, TypeGuard
 
-from ...io_images.doors import json_value
-from ...io_images.image import WORDS_MAX
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.image import WORDS_MAX
+
 from ..loop.incidents import FaultKind
 from .speeds import MAX, SPEED_LEAST, SPEED_MOST
 

@@ -10,7 +10,8 @@ from datetime import UTC, datetime
 from importlib import import_module
 from typing import Any
 
-from ...io_images.enip.listing import Kind
+from scanrack.io_images.enip.listing import Kind
+
 from ..tag_servers.database import Database
 from ..tag_servers.variables import ELEMENTS_MOST, VARIABLES_MOST, Leaf, TagGroup, TagTree, Variable
 

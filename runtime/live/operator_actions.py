@@ -15,10 +15,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
-from ...io_images.addresses import parse_address
-from ...io_images.enip.listing import patched
-from ...io_images.module_words import ModuleWords
-from ...io_images.times import exact_ns
+from scanrack.io_images.addresses import parse_address
+from scanrack.io_images.enip.listing import patched
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.io_images.times import exact_ns
+
 from ..loop.cpu import Cpu
 from ..loop.events import Event
 from ..loop.exposed import ExposedModule

@@ -7,9 +7,9 @@ import struct
 from collections.abc import Callable
 from typing import Protocol
 
+from scanrack.io_images.enip.listing import Listing, part_at
 from typing_extensions import override
 
-from ...io_images.enip.listing import Listing, part_at
 from ..loop.listeners import QuietListener
 from ..loop.pace import wall_ns
 from ..loop.rack import Rack

@@ -21,7 +21,8 @@ from collections.abc import Callable, Iterable, Sequence
 from itertools import repeat
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...io_images.image import Image
+from scanrack.io_images.image import Image
+
 from .module import ForeseeingModule
 from .rack import Rack
 

@@ -12,7 +12,8 @@ from contextlib import AbstractContextManager, ExitStack
 from types import TracebackType
 from typing import NoReturn, Self
 
-from ...io_images.site import NOWHERE, sites_of
+from scanrack.io_images.site import NOWHERE, sites_of
+
 from .events import Event, JsonValue
 from .exchange import EndOfScan, Exchange
 from .faults import Cause, CpuFault, Fault, ends_the_run, place_of, words_of

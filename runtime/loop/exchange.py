@@ -28,9 +28,9 @@ from collections.abc import Callable
 from itertools import pairwise
 from typing import Protocol, TypeAlias
 
+from scanrack.io_images.image import Image
 from typing_extensions import override
 
-from ...io_images.image import Image
 from .ahead import Block, RackPrediction
 from .rack import Rack
 

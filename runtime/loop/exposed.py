@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
+from scanrack.io_images.image import Image
 from typing_extensions import override
 
-from ...io_images.image import Image
 from .events import Event, JsonValue
 from .exchange import RPI_NS
 from .incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind, InjectedFault

@@ -12,9 +12,10 @@ from enum import Enum
 from opcode import opmap
 from pathlib import Path
 
-from ...io_images.site import NOWHERE, Site
-from ...io_images.text_limits import shortened
-from ...io_images.times import seconds
+from scanrack.io_images.site import NOWHERE, Site
+from scanrack.io_images.text_limits import shortened
+from scanrack.io_images.times import seconds
+
 from .events import JsonValue
 
 

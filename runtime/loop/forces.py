@@ -12,8 +12,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from ...io_images.addresses import Address, parse_address
-from ...io_images.image import UNSIGNED_MAX, WORD_MIN
+from scanrack.io_images.addresses import Address, parse_address
+from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN
+
 from .rack import Rack
 
 WORD_MASK = 0xFFFF

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 from enum import Enum
 
 from pydantic import ConfigDict, StrictInt
+from scanrack.io_images.image import WORDS_MAX
+from scanrack.io_images.site import SettingError
 
-from ...io_images.image import WORDS_MAX
-from ...io_images.site import SettingError
 from .module_fault import ModuleFault
 
 

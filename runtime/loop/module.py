@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Protocol, TypeAlias, runtime_checkable
 
-from ...io_images.image import Image
+from scanrack.io_images.image import Image
+
 from .events import Event
 
 if (

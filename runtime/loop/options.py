@@ -9,8 +9,8 @@ from typing import Any, ClassVar, Literal, Self, get_args, get_origin
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
+from scanrack.io_images.site import SettingError
 
-from ...io_images.site import SettingError
 from .events import JsonValue
 
 

@@ -13,9 +13,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from ...io_images.image import Image
-from ...io_images.memory_layout import ImagePlaces, MemoryLayout, memory_layout
-from ...io_images.module_words import PLAIN_WORDS, ModuleWords
+from scanrack.io_images.image import Image
+from scanrack.io_images.memory_layout import ImagePlaces, MemoryLayout, memory_layout
+from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
+
 from .module import Module
 
 

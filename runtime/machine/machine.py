@@ -14,7 +14,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ...io_images.amci3601.bits import InputBit
+from scanrack.io_images.amci3601.bits import InputBit
+
 from ..loop.events import Event
 from ..loop.module import unnoticed
 from .encoder import HandTurning, ShaftEncoder

@@ -26,10 +26,9 @@ from pydantic import (
     WithJsonSchema,
 )
 from pydantic_core import PydanticCustomError
-
-from ...io_images.addresses import allowed
-from ...io_images.amci3601.bits import InputBit
-from ...io_images.site import SettingError
+from scanrack.io_images.addresses import allowed
+from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.io_images.site import SettingError
 
 
 def input_name(bit: InputBit) -> str:

@@ -10,7 +10,8 @@ inputs follow switches and stations.
 
 from __future__ import annotations
 
-from ...io_images.amci3601.bits import InputBit
+from scanrack.io_images.amci3601.bits import InputBit
+
 from ..loop.events import Event
 from .shaft import FAR
 from .spec import MachineSpec, Station, TimelineEntry

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
-from ...io_images.amci3601 import InputBit
-from ...io_images.image import Image
-from ...io_images.module_words import PLAIN_WORDS, ModuleWords
-from ...io_images.number_formats import NumberFormat
-from ...io_images.site import SettingError
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.image import Image
+from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
+from scanrack.io_images.number_formats import NumberFormat
+from scanrack.io_images.site import SettingError
+
 from ..loop.events import JsonValue
 from ..loop.exposed import Conditions
 from ..loop.module import Module

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 
-from ...io_images.module_words import PLAIN_WORDS, ModuleWords
-from ...io_images.site import SettingError
+from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
+from scanrack.io_images.site import SettingError
+
 from .adapters.record import RECORDS as ADAPTERS
 from .amci3601.record import RECORD as AMCI3601
 from .cards.record import RECORDS as CARDS

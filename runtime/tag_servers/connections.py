@@ -6,7 +6,7 @@ import struct
 from dataclasses import dataclass
 from itertools import count
 
-from ...io_images.enip.codes import (
+from scanrack.io_images.enip.codes import (
     BAD_SIZE,
     CLOSE,
     CONNECTION_LEAST,
@@ -24,7 +24,8 @@ from ...io_images.enip.codes import (
     TOO_SHORT,
     CipRefusedError,
 )
-from ...io_images.enip.paths import Path, parse_path
+from scanrack.io_images.enip.paths import Path, parse_path
+
 from .router import OWN_ROUTE, refused
 
 CONNECTIONS_MOST = 16

@@ -15,7 +15,8 @@ import re
 import struct
 from collections.abc import Mapping
 
-from ...io_images.enip.codes import NO_PRIVILEGE, TOO_SHORT, CipRefusedError
+from scanrack.io_images.enip.codes import NO_PRIVILEGE, TOO_SHORT, CipRefusedError
+
 from .database import Database, Symbol, Target
 from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import prod
 
-from ...io_images.enip.codes import (
+from scanrack.io_images.enip.codes import (
     BAD_SEGMENT,
     BEYOND,
     GENERAL,
@@ -16,7 +16,7 @@ from ...io_images.enip.codes import (
     UNKNOWN_OBJECT,
     CipRefusedError,
 )
-from ...io_images.enip.listing import (
+from scanrack.io_images.enip.listing import (
     BOOL,
     DWORD,
     ExternalAccess,
@@ -27,7 +27,8 @@ from ...io_images.enip.listing import (
     PlainKind,
     StructuredKind,
 )
-from ...io_images.enip.paths import PROGRAM, Instance, PathStep, steps_of
+from scanrack.io_images.enip.paths import PROGRAM, Instance, PathStep, steps_of
+
 from .templates import Templates
 
 READ_WRITE, READ_ONLY = 0, 2

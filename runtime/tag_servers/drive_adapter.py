@@ -16,10 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import count
 
-from typing_extensions import override
-
-from ...io_images.drives.models import WORDS
-from ...io_images.enip.codes import (
+from scanrack.io_images.drives.models import WORDS
+from scanrack.io_images.enip.codes import (
     ASSEMBLY,
     BAD_RPI,
     BAD_SEGMENT,
@@ -48,9 +46,11 @@ from ...io_images.enip.codes import (
     UNKNOWN_OBJECT,
     CipRefusedError,
 )
-from ...io_images.enip.frames import body_of, items_in
-from ...io_images.enip.io_frames import IoPacket, io_packet, io_path, port_in, socket_item
-from ...io_images.enip.paths import Path, parse_path
+from scanrack.io_images.enip.frames import body_of, items_in
+from scanrack.io_images.enip.io_frames import IoPacket, io_packet, io_path, port_in, socket_item
+from scanrack.io_images.enip.paths import Path, parse_path
+from typing_extensions import override
+
 from ..modules.drives.drive import DriveUnit
 from .connections import Connections, Triad
 from .objects import INTERFACES, LOOPBACK, answer_identity, answer_interface, identity

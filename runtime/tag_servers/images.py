@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
-from ...io_images.enip.listing import (
+from scanrack.io_images.enip.listing import (
     BOOL,
     DINT,
     INT,
@@ -17,9 +17,9 @@ from ...io_images.enip.listing import (
     Part,
     StructuredKind,
 )
-from ...io_images.enip.paths import PathStep
-from ...io_images.image import WORDS
-from ...io_images.module_words import PLAIN_WORDS, ModuleWords
+from scanrack.io_images.enip.paths import PathStep
+from scanrack.io_images.image import WORDS
+from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
 
 WORD_BITS = 16
 FAULT_BYTES = 4

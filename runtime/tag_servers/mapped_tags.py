@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from struct import Struct
 
-from ...io_images.enip.listing import BOOL, DWORD, SINT, PlainKind
+from scanrack.io_images.enip.listing import BOOL, DWORD, SINT, PlainKind
+
 from ..config.server_table import HIGH_FIRST, MapRow
 from ..line.modbus_pdus import ILLEGAL_VALUE, ModbusRefusedError, number_of
 from .database import Database, Target

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 from difflib import get_close_matches
 from itertools import islice
 
-from ...io_images.enip.listing import Kind, PlainKind
-from ...io_images.enip.paths import PROGRAM
+from scanrack.io_images.enip.listing import Kind, PlainKind
+from scanrack.io_images.enip.paths import PROGRAM
+
 from .database import Database, Writable
 
 NAMES_MOST, NEAREST_MOST = 20_000, 3

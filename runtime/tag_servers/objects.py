@@ -9,7 +9,7 @@ from datetime import datetime, timedelta
 from itertools import islice
 from operator import itemgetter
 
-from ...io_images.enip.codes import (
+from scanrack.io_images.enip.codes import (
     BAD_SEGMENT,
     BAD_VALUE,
     DONE,
@@ -31,7 +31,8 @@ from ...io_images.enip.codes import (
     UNKNOWN_OBJECT,
     CipRefusedError,
 )
-from ...io_images.enip.paths import PROGRAM, Instance, Path
+from scanrack.io_images.enip.paths import PROGRAM, Instance, Path
+
 from .database import Database, Row
 from .tag_services import HEAD_BYTES, Answer
 from .tag_snapshot import TagSnapshot

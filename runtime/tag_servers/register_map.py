@@ -24,9 +24,9 @@ from typing import Any
 from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu import bit_message as bits
 from pymodbus.pdu import register_message as words
+from scanrack.io_images.enip.codes import CipRefusedError
+from scanrack.io_images.enip.listing import PlainKind
 
-from ...io_images.enip.codes import CipRefusedError
-from ...io_images.enip.listing import PlainKind
 from ..config.server_table import ModbusTable
 from ..line.modbus_pdus import FAILURE, ILLEGAL_ADDRESS, ModbusRefusedError, carried_out, request_of
 from .database import Database

@@ -6,7 +6,7 @@ import struct
 from functools import lru_cache
 from itertools import accumulate, pairwise
 
-from ...io_images.enip.codes import (
+from scanrack.io_images.enip.codes import (
     BAD_SEGMENT,
     BAD_VALUE,
     BATCH,
@@ -31,7 +31,8 @@ from ...io_images.enip.codes import (
     UNKNOWN_OBJECT,
     CipRefusedError,
 )
-from ...io_images.enip.paths import Path, parse_path
+from scanrack.io_images.enip.paths import Path, parse_path
+
 from .data_files import DataFiles
 from .database import Database
 from .objects import (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import count
 from typing import Protocol
 
-from ...io_images.enip.codes import (
+from scanrack.io_images.enip.codes import (
     BAD_COMMAND,
     BAD_DATA,
     BAD_LENGTH,
@@ -25,7 +25,7 @@ from ...io_images.enip.codes import (
     UNCONNECTED_MOST,
     UNREGISTER,
 )
-from ...io_images.enip.frames import (
+from scanrack.io_images.enip.frames import (
     COMMAND_MOST,
     CONNECTED_ADDRESS,
     CONNECTED_DATA,
@@ -35,6 +35,7 @@ from ...io_images.enip.frames import (
     body_of,
     items_in,
 )
+
 from .connections import Connections
 from .objects import LOOPBACK
 from .tag_snapshot import BrokenClientError, Plan, TagSnapshot

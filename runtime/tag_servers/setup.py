@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from ...io_images.enip.codes import LIST_IDENTITY
-from ...io_images.enip.frames import HEAD
-from ...io_images.enip.listing import Listing
+from scanrack.io_images.enip.codes import LIST_IDENTITY
+from scanrack.io_images.enip.frames import HEAD
+from scanrack.io_images.enip.listing import Listing
+
 from ..config.server_table import ModbusTable
 from .database import Database
 from .modbus_session import ModbusSession

@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 from itertools import chain, product
 from math import prod
 
-from ...io_images.enip.listing import BOOL, DWORD, PLAIN
-from ...io_images.enip.paths import PROGRAM, PathStep
+from scanrack.io_images.enip.listing import BOOL, DWORD, PLAIN
+from scanrack.io_images.enip.paths import PROGRAM, PathStep
+
 from ..config.server_table import ModbusTable
 from .database import Database, Symbol, Target
 from .mapped_tags import COILS, DISCRETE_INPUTS, HOLDING_REGISTERS, INPUT_REGISTERS, TABLES

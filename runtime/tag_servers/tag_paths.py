@@ -5,9 +5,10 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 
-from ...io_images.enip.codes import CipRefusedError
-from ...io_images.enip.listing import DWORD
-from ...io_images.enip.paths import PathStep, steps_of
+from scanrack.io_images.enip.codes import CipRefusedError
+from scanrack.io_images.enip.listing import DWORD
+from scanrack.io_images.enip.paths import PathStep, steps_of
+
 from .database import Database, Target
 from .nearest import nearest
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Mapping
 
-from ...io_images.enip.codes import (
+from scanrack.io_images.enip.codes import (
     BAD_VALUE,
     BEYOND,
     DONE,
@@ -25,7 +25,8 @@ from ...io_images.enip.codes import (
     WRITE_PART,
     CipRefusedError,
 )
-from ...io_images.enip.listing import PlainKind
+from scanrack.io_images.enip.listing import PlainKind
+
 from .database import Database, Target
 from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from ...io_images.enip.codes import BAD_VALUE, CipRefusedError
+from scanrack.io_images.enip.codes import BAD_VALUE, CipRefusedError
 
 
 class BrokenClientError(ValueError):

@@ -8,8 +8,8 @@ from collections.abc import Mapping
 from functools import cached_property
 from math import prod
 
-from ...io_images.enip.codes import TYPE_CODES
-from ...io_images.enip.listing import BOOL, Kind, Part, PlainKind, StructuredKind
+from scanrack.io_images.enip.codes import TYPE_CODES
+from scanrack.io_images.enip.listing import BOOL, Kind, Part, PlainKind, StructuredKind
 
 NUMBERS: Mapping[str, int] = {"TIMER": 0xF83, "COUNTER": 0xF82, "CONTROL": 0xF81, "STRING": 0xFCE}
 """Instances of structures that a controller knows by number."""

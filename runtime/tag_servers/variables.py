@@ -10,8 +10,9 @@ from itertools import chain, islice, product
 from math import prod
 from typing import Any
 
-from ...io_images.enip.listing import BOOL, Kind, ListedTag, StructuredKind
-from ...io_images.enip.paths import PROGRAM
+from scanrack.io_images.enip.listing import BOOL, Kind, ListedTag, StructuredKind
+from scanrack.io_images.enip.paths import PROGRAM
+
 from .database import Database
 from .index_ranges import MismatchError, NoDataError, runs
 from .tag_snapshot import ReadBytes, WriteBytes

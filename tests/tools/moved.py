@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("front", "io_images", "ladder", "rockwell", "runtime", "traces")
-FRONT = "front"
-"""The room of the package `scanrack` itself: front/jobs is scanrack.jobs."""
+ROOMS = ("scanrack", "io_images", "ladder", "rockwell", "runtime", "traces")
+FRONT = "scanrack"
+"""The room of the package `scanrack` itself: scanrack/jobs is scanrack.jobs."""
 
 
 class Edit(NamedTuple):
@@ -34,7 +34,7 @@ class Edit(NamedTuple):
 def module_of(path: Path) -> str:
     """Return the dotted name of a file of the product.
 
-    >>> module_of(Path("front/jobs/run/running.py")), module_of(Path("ladder/__init__.py"))
+    >>> module_of(Path("scanrack/jobs/run/running.py")), module_of(Path("ladder/__init__.py"))
     ('scanrack.jobs.run.running', 'scanrack.ladder')
     """
     parts = path.with_suffix("").parts
@@ -46,7 +46,7 @@ def path_of(module: str) -> Path:
     """Return the file or folder of a dotted name, from the root, without its suffix.
 
     >>> path_of("scanrack.ladder.debug").as_posix(), path_of("scanrack.jobs.why").as_posix()
-    ('ladder/debug', 'front/jobs/why')
+    ('ladder/debug', 'scanrack/jobs/why')
     """
     parts = module.split(".")[1:]
     return Path(*parts) if parts[0] in ROOMS else Path(FRONT, *parts)

@@ -23,7 +23,7 @@ from typing import Any, cast
 
 ROOT = Path(__file__).parents[2]
 ROOMS = tuple(
-    f"{ROOT / room}{os.sep}" for room in ("front", "io_images", "ladder", "rockwell", "runtime", "traces")
+    f"{ROOT / room}{os.sep}" for room in ("scanrack", "io_images", "ladder", "rockwell", "runtime", "traces")
 )
 FEATURES = "tests/unit/tools/test_places.py"
 BEFORE, BEHIND = "in other words: ", ", so to speak"

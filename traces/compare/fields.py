@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.number_formats import NumberFormat
 
-from ...io_images.number_formats import NumberFormat
 from ..format.flags import FLAGS as CPU_FLAGS
 from ..format.flags import OVERRUN
 from ..format.layout import SlotInfo

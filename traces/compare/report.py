@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ...io_images.times import seconds_column, time_text
+from scanrack.io_images.times import seconds_column, time_text
+
 from ..read.changes import Row
 from .comparison import Comparison
 from .findings import Detail, Extent, First

@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.memory_layout import ImagePlaces
 
-from ...io_images.memory_layout import ImagePlaces
 from ..format.layout import SlotInfo, block_layout
 from ..read.columns import Columns, join, no_columns
 from .alignment import TimeMap

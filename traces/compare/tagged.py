@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.tag_names import without_ranges
 
-from ...io_images.tag_names import without_ranges
 from ..format.tagplan import TagField
 from ..read.columns import Columns
 from ..read.reader import Trace

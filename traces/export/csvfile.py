@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, groupby
 
 import numpy as np
+from scanrack.io_images.csv_cells import cell
 
-from ...io_images.csv_cells import cell
 from ..files.guard import beginning
 from ..files.newfile import Target, new_file
 from ..read.reader import Trace

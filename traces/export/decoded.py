@@ -29,8 +29,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.amci3601.words import WORDS_3601
 
-from ...io_images.amci3601.words import WORDS_3601
 from ..format.cdr import leaves
 from ..format.layout import SlotInfo
 from ..format.schema import IMAGE_FIELDS

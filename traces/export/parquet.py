@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from itertools import chain
 from typing import Any
 
-from ...io_images.installing import install_line
+from scanrack.io_images.installing import install_line
+
 from ..extras import need
 from ..files.guard import beginning
 from ..files.newfile import Target, new_file

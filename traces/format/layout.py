@@ -16,10 +16,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from ...io_images.amci3601.words import WORDS_3601, is_stepper
-from ...io_images.cards import KINDS
-from ...io_images.memory_layout import MemoryLayout, memory_layout
-from ...io_images.module_words import PLAIN_WORDS, ModuleWords
+from scanrack.io_images.amci3601.words import WORDS_3601, is_stepper
+from scanrack.io_images.cards import KINDS
+from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
+from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
 
 _BY_NAME = ModuleWords("", (), ())
 """Placeholder for the default words of a module's name."""

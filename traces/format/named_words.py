@@ -15,11 +15,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from ...io_images.amci3601.words import WORDS_3601, family_facts, is_stepper, recorded_profile
-from ...io_images.doors import json_value
-from ...io_images.image import WORDS_MAX
-from ...io_images.module_words import BitPlace, Groups, Modes, ModuleWords, Quantity
-from ...io_images.number_formats import NumberFormat
+from scanrack.io_images.amci3601.words import WORDS_3601, family_facts, is_stepper, recorded_profile
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.image import WORDS_MAX
+from scanrack.io_images.module_words import BitPlace, Groups, Modes, ModuleWords, Quantity
+from scanrack.io_images.number_formats import NumberFormat
 
 SEPARATOR = 80 * "="
 BITS = 16

@@ -33,8 +33,8 @@ from keyword import kwlist
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from scanrack.io_images.tag_names import element_of, without_ranges
 
-from ...io_images.tag_names import element_of, without_ranges
 from .named_words import SEPARATOR
 
 VALUES_MAX = 10_000

@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable
 
-from ...io_images.amci3601.bits import ConfigMsw, InputBit
-from ...io_images.module_words import ModuleWords
+from scanrack.io_images.amci3601.bits import ConfigMsw, InputBit
+from scanrack.io_images.module_words import ModuleWords
+
 from .layout import SlotInfo
 
 _CONFIGURATION = (ConfigMsw, InputBit)

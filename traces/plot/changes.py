@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.module_words import INPUT, BitPlace, ModuleWords
 
-from ...io_images.module_words import INPUT, BitPlace, ModuleWords
 from ..signals import Block, Signal
 
 

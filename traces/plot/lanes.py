@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.module_words import INPUT, ModuleWords
 
-from ...io_images.module_words import INPUT, ModuleWords
 from ..signals import decode
 from .changes import BitChanges
 

@@ -9,8 +9,8 @@ from functools import reduce
 from typing import Any
 
 from lark import Token
+from scanrack.io_images.times import parse_time
 
-from ...io_images.times import parse_time
 from ..signals import Signal
 from .columns import Scans
 

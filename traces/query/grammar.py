@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...io_images.times import TIME
+from scanrack.io_images.times import TIME
 
 GRAMMAR = r"""
 start: pattern                                          -> everything

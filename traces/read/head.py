@@ -9,9 +9,9 @@ from typing import BinaryIO
 
 from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Metadata, Schema
+from scanrack.io_images.memory_layout import MemoryLayout
+from scanrack.io_images.module_words import PLAIN_WORDS
 
-from ...io_images.memory_layout import MemoryLayout
-from ...io_images.module_words import PLAIN_WORDS
 from ..format.layout import SlotInfo, block_layout
 from ..format.named_words import recorded_words
 from ..format.records import Span, TraceError, read_chunk, read_record

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from enum import IntFlag
 
-from ...io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusMsw
-from ...io_images.amci3601.words import WORDS_3601, Profile, is_stepper
-from ...io_images.module_words import ModuleWords, Quantity
-from ...io_images.number_formats import NumberFormat
-from ...io_images.thousands import is_legal_pair, join_reported, join_thousands
+from scanrack.io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusMsw
+from scanrack.io_images.amci3601.words import WORDS_3601, Profile, is_stepper
+from scanrack.io_images.module_words import ModuleWords, Quantity
+from scanrack.io_images.number_formats import NumberFormat
+from scanrack.io_images.thousands import is_legal_pair, join_reported, join_thousands
+
 from ..format.layout import SlotInfo
 
 Words = Sequence[int]

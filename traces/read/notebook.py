@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ...io_images.static_html import card, curve, line, rows
-from ...io_images.times import seconds
+from scanrack.io_images.static_html import card, curve, line, rows
+from scanrack.io_images.times import seconds
+
 from ..format.layout import SlotInfo
 from .event_text import describe
 from .number_formats import NumberFormats

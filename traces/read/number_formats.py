@@ -17,9 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from ...io_images.module_words import INPUT, ModuleWords, Quantity
-from ...io_images.number_formats import NumberFormat
+from scanrack.io_images.module_words import INPUT, ModuleWords, Quantity
+from scanrack.io_images.number_formats import NumberFormat
 
 if TYPE_CHECKING:  # a run reads no recording
     from .reader import Trace

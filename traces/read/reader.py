@@ -21,12 +21,12 @@ from typing import TYPE_CHECKING, BinaryIO, NamedTuple, Self, TypeVar
 
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.image import Image
+from scanrack.io_images.memory_layout import ImagePlaces
+from scanrack.io_images.times import seconds_column
 from typing_extensions import override
 
-from ...io_images.doors import json_value
-from ...io_images.image import Image
-from ...io_images.memory_layout import ImagePlaces
-from ...io_images.times import seconds_column
 from ..files.locking import is_being_recorded
 from ..format import hooks
 from ..format.records import (

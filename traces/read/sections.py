@@ -19,8 +19,8 @@ import numpy as np
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from numpy.typing import NDArray
+from scanrack.io_images.times import seconds_column
 
-from ...io_images.times import seconds_column
 from ..format.batch import message_layout
 from ..format.records import (
     BROKEN,

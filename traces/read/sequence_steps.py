@@ -10,7 +10,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ...io_images.times import seconds
+from scanrack.io_images.times import seconds
+
 from ..format.topics import SEQUENCES
 
 if TYPE_CHECKING:  # a run reads no recording

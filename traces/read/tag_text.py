@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.tag_names import element_of
 
-from ...io_images.tag_names import element_of
 from ..format.tagplan import TagField, TagPlan
 
 DISCRETE = ("BOOL", "ENUM", "TEXT")

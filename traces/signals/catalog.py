@@ -9,9 +9,9 @@ from functools import partial
 from types import MappingProxyType
 
 import numpy as np
+from scanrack.io_images.module_words import INPUT, ModuleWords, Quantity
+from scanrack.io_images.tag_names import AmbiguousNameError, normal
 
-from ...io_images.module_words import INPUT, ModuleWords, Quantity
-from ...io_images.tag_names import AmbiguousNameError, normal
 from ..format.layout import SlotInfo
 from ..format.tagplan import TagPlan
 from ..read.number_formats import NumberFormats

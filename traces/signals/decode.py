@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from ...io_images.module_words import ModuleWords
+from scanrack.io_images.module_words import ModuleWords
 
 Words = NDArray[np.int16]
 """A column per word, a row per scan: one image of one slot."""

@@ -6,8 +6,9 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 
-from ...io_images.addresses import Address, parse_address
-from ...io_images.tag_names import AmbiguousNameError, base_of, in_scope, key_of, normal
+from scanrack.io_images.addresses import Address, parse_address
+from scanrack.io_images.tag_names import AmbiguousNameError, base_of, in_scope, key_of, normal
+
 from ..format.layout import SlotInfo
 from ..format.tagplan import FIELD
 from .sequences import FIELD as SEQUENCES

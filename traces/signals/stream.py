@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.memory_layout import ImagePlaces
 
-from ...io_images.memory_layout import ImagePlaces
 from ..read.arrays import column_chunks, extent, scan_count
 from ..read.columns import ALL, Columns, Selection
 from ..read.reader import Trace

@@ -14,7 +14,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from ....io_images.amci3601.parameters import LIMITS_3601, Limits
+from scanrack.io_images.amci3601.parameters import LIMITS_3601, Limits
+
 from ...model.errors import LadderError
 
 WORDS = 8

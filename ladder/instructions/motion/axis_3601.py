@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from ....io_images.thousands import PARAMETER_MAX
+from scanrack.io_images.thousands import PARAMETER_MAX
+
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.arithmetic import wrap

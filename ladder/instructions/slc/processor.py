@@ -16,7 +16,8 @@ from __future__ import annotations
 import datetime
 from typing import Any
 
-from ....io_images.site import Site
+from scanrack.io_images.site import Site
+
 from ...model.errors import LadderFault
 from .status import MINOR, STATUS, Status
 

@@ -11,7 +11,8 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from ....io_images.site import Site
+from scanrack.io_images.site import Site
+
 from ..algebra.terms import FALSE, TRUE, T, variables
 from ..certificate import Certificate
 from ..induction import Limits, Verdict, VerdictKind, prove

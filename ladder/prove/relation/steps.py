@@ -12,7 +12,8 @@ from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from ....io_images.site import Site
+from scanrack.io_images.site import Site
+
 from ...instructions.slc.processor import before_scan, has_status
 from ...instructions.slc.status import STATUS
 from ...model.operands import Calculation, Constant, Group, Place, StringConstant, can_fault, leaves_in

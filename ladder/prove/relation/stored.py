@@ -13,7 +13,8 @@ from itertools import count
 from types import MappingProxyType
 from typing import Any
 
-from ....io_images.site import Site
+from scanrack.io_images.site import Site
+
 from ...interpreter import Interpreter
 from ...model.operands import Place, Resolved
 from ...model.tags import Leaf

@@ -14,7 +14,8 @@ from importlib.metadata import version
 from importlib.util import find_spec
 from typing import Any
 
-from ....io_images.installing import how_to_install
+from scanrack.io_images.installing import how_to_install
+
 from ..algebra.meaning import BOOL, F32, INT
 from ..algebra.terms import T
 from .smtlib import pattern_of

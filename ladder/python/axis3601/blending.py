@@ -11,12 +11,12 @@ from __future__ import annotations
 from array import array
 from collections.abc import Sequence
 
+from scanrack.io_images.amci3601.bits import CommandLsw, StatusLsw
+from scanrack.io_images.amci3601.blend import PROGRAM_AND_TRANSMIT, BlendHeader, BlendSegment
+from scanrack.io_images.drives.translation import HEADER
+from scanrack.io_images.image import WORDS, Image
 from typing_extensions import override
 
-from ....io_images.amci3601.bits import CommandLsw, StatusLsw
-from ....io_images.amci3601.blend import PROGRAM_AND_TRANSMIT, BlendHeader, BlendSegment
-from ....io_images.drives.translation import HEADER
-from ....io_images.image import WORDS, Image
 from .command import Command, Handshake
 from .kinds import PROGRAM_BLEND
 

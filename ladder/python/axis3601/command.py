@@ -6,9 +6,9 @@ from array import array
 from enum import Enum
 from typing import Protocol
 
+from scanrack.io_images.image import Image
 from typing_extensions import override
 
-from ....io_images.image import Image
 from .errors import AxisError, CommandAborted, ErrorId, reasons
 from .kinds import CommandKind
 from .link import LinkedWait

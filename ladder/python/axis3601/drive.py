@@ -25,9 +25,10 @@ from collections.abc import Sequence
 from enum import IntEnum
 from typing import NoReturn
 
-from ....io_images.amci3601.bits import CommandLsw, CommandMsw, StatusMsw, status_names
-from ....io_images.drives.translation import DriveTranslation
-from ....io_images.image import WORDS, Image
+from scanrack.io_images.amci3601.bits import CommandLsw, CommandMsw, StatusMsw, status_names
+from scanrack.io_images.drives.translation import DriveTranslation
+from scanrack.io_images.image import WORDS, Image
+
 from ..sequences.parts import Clock
 from .command import Command, Outcome
 from .errors import ErrorId

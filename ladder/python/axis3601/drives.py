@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ....io_images.amci3601.bits import CommandLsw
-from ....io_images.amci3601.configuration import Configuration
-from ....io_images.drives.bits import CommandBit, Modifier
-from ....io_images.drives.configuration import broken_rules
-from ....io_images.drives.models import WORDS, Model
+from scanrack.io_images.amci3601.bits import CommandLsw
+from scanrack.io_images.amci3601.configuration import Configuration
+from scanrack.io_images.drives.bits import CommandBit, Modifier
+from scanrack.io_images.drives.configuration import broken_rules
+from scanrack.io_images.drives.models import WORDS, Model
+
 from .blending import BlendProgramming
 from .command import Command
 from .kinds import GEAR, MINIMUM, PROGRAM_BLEND, REGISTRATION, RUN_BLEND

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ....io_images.amci3601.bits import StatusLsw, StatusMsw
+from scanrack.io_images.amci3601.bits import StatusLsw, StatusMsw
+
 from .kinds import ABSOLUTE, GEAR, HOME, PRESET, RELATIVE, RUN_BLEND, CommandKind
 
 HOME_REST_NS = 3_000_000_000

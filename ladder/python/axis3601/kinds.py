@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum, IntEnum
 
-from ....io_images.amci3601.bits import CommandMsw, StatusMsw
+from scanrack.io_images.amci3601.bits import CommandMsw, StatusMsw
 
 
 class State(IntEnum):

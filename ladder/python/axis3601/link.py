@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any, Generic, TypeVar
 
+from scanrack.io_images.times import seconds
 from typing_extensions import override
 
-from ....io_images.times import seconds
 from ..sequences.parts import Slot
 from ..sequences.waits import Wait
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from scanrack.io_images.amci3601.bits import CommandLsw, StatusLsw
 from typing_extensions import override
 
-from ....io_images.amci3601.bits import CommandLsw, StatusLsw
 from .command import Command, Handshake
 from .kinds import GEAR, HOME, REGISTRATION, VELOCITY
 

@@ -12,21 +12,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NoReturn, TypeVar, overload
 
+from scanrack.io_images.amci3601.bits import CommandLsw, StatusMsw
+from scanrack.io_images.amci3601.blend import Acceleration, BlendHeader, BlendSegment
+from scanrack.io_images.amci3601.command import PresetPosition, ResetErrors, StoreMinimumRegistration
+from scanrack.io_images.amci3601.configuration import Configuration
+from scanrack.io_images.amci3601.moves import Direction, FindHome, Follower, Manual, Move, MoveKind, RunBlend
+from scanrack.io_images.amci3601.parameters import require
+from scanrack.io_images.amci3601.status import StatusView
+from scanrack.io_images.amci3601.words import WORDS_3601, may_be_stepper, profile_of
+from scanrack.io_images.drives.models import Model
+from scanrack.io_images.drives.status import status_view
+from scanrack.io_images.drives.translation import DriveTranslation, model_of
+from scanrack.io_images.image import Image, signed_word
+from scanrack.io_images.module_words import ModuleWords
 from typing_extensions import override
 
-from ....io_images.amci3601.bits import CommandLsw, StatusMsw
-from ....io_images.amci3601.blend import Acceleration, BlendHeader, BlendSegment
-from ....io_images.amci3601.command import PresetPosition, ResetErrors, StoreMinimumRegistration
-from ....io_images.amci3601.configuration import Configuration
-from ....io_images.amci3601.moves import Direction, FindHome, Follower, Manual, Move, MoveKind, RunBlend
-from ....io_images.amci3601.parameters import require
-from ....io_images.amci3601.status import StatusView
-from ....io_images.amci3601.words import WORDS_3601, may_be_stepper, profile_of
-from ....io_images.drives.models import Model
-from ....io_images.drives.status import status_view
-from ....io_images.drives.translation import DriveTranslation, model_of
-from ....io_images.image import Image, signed_word
-from ....io_images.module_words import ModuleWords
 from ..sequences.parts import Clock, DeclarationError, Device, Slot, Slots, Turn, words_of
 from .blending import BlendProgramming
 from .command import Command, Outcome

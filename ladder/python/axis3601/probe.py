@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from scanrack.io_images.amci3601.bits import StatusLsw
+from scanrack.io_images.amci3601.status import StatusView
 from typing_extensions import override
 
-from ....io_images.amci3601.bits import StatusLsw
-from ....io_images.amci3601.status import StatusView
 from .errors import AxisError, ErrorId, reasons
 from .kinds import State
 from .link import Link, LinkedWait

@@ -20,8 +20,9 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ....io_images.site import sites_of
-from ....io_images.times import seconds
+from scanrack.io_images.site import sites_of
+from scanrack.io_images.times import seconds
+
 from ..sequences.coroutine import Sequence
 from ..sequences.logic import Logic
 from ..sequences.parts import Part

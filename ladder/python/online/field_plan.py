@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from ....io_images.site import SiteError
+from scanrack.io_images.site import SiteError
+
 from ..sequences.coroutine import Sequence
 from ..sequences.logic import Field, Logic
 from ..sequences.parts import Part

@@ -19,7 +19,8 @@ from pathlib import Path
 from types import CodeType, FunctionType, GeneratorType, MethodType
 from typing import Any, TypeVar
 
-from ....io_images.site import Site, SiteError
+from scanrack.io_images.site import Site, SiteError
+
 from ..sequences.coroutine import Sequence
 from ..sequences.parts import Part
 from ..sequences.waits import Wait, stepping

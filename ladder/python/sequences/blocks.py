@@ -24,10 +24,10 @@ true at their first call for a rise; ONS, CTU and CTD of a ladder do not.
 
 from __future__ import annotations
 
+from scanrack.io_images.amci3601.parameters import require
+from scanrack.io_images.times import parse_time
 from typing_extensions import override
 
-from ....io_images.amci3601.parameters import require
-from ....io_images.times import parse_time
 from .parts import Clock, Level, Part, Slots
 
 LEAST, MOST = -(2**31), 2**31 - 1

@@ -13,9 +13,9 @@ from __future__ import annotations
 from collections.abc import Coroutine
 from typing import Any, Generic, TypeVar, overload
 
+from scanrack.io_images.times import parse_time
 from typing_extensions import override
 
-from ....io_images.times import parse_time
 from .coroutine import Sequence
 from .waits import Wait
 

@@ -6,7 +6,8 @@ import inspect
 from collections.abc import Callable, Coroutine
 from typing import Any, overload
 
-from ....io_images.annotations import signature_of
+from scanrack.io_images.annotations import signature_of
+
 from .coroutine import Sequence
 from .parts import Part
 

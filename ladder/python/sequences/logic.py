@@ -28,7 +28,8 @@ from itertools import chain
 from types import CodeType
 from typing import Any, ClassVar, Self, TypeVar
 
-from ....io_images.site import sites_of
+from scanrack.io_images.site import sites_of
+
 from .coroutine import Sequence
 from .declaring import SequenceMethod, check_class, declarations
 from .mistakes import check_statements, sources_of

@@ -24,8 +24,9 @@ from functools import lru_cache
 from types import FunctionType
 from typing import Any, NamedTuple
 
-from ....io_images.annotations import declared
-from ....io_images.site import Site
+from scanrack.io_images.annotations import declared
+from scanrack.io_images.site import Site
+
 from .declaring import SequenceMethod
 from .parts import Part
 from .signals import Input

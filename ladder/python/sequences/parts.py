@@ -12,9 +12,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Protocol, Self
 
-from ....io_images.image import Image
-from ....io_images.module_words import PLAIN_WORDS, ModuleWords
-from ....io_images.site import Site, SiteError
+from scanrack.io_images.image import Image
+from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
+from scanrack.io_images.site import Site, SiteError
 
 _OURS = f"{Path(__file__).parents[2]}{os.sep}"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping
 
-from ....io_images.addresses import Address, allowed, parse_address
-from ....io_images.module_words import ModuleWords
+from scanrack.io_images.addresses import Address, allowed, parse_address
+from scanrack.io_images.module_words import ModuleWords
 
 Rack = Mapping[int, ModuleWords]
 """Word names of the module in each slot."""

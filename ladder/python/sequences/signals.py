@@ -17,12 +17,12 @@ import re
 from collections.abc import Callable
 from typing import Any, Self, overload
 
+from scanrack.io_images.addresses import Address
+from scanrack.io_images.amci3601.bits import LIVE_BITS
+from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.io_images.image import WORD_MAX, WORD_MIN
 from typing_extensions import override
 
-from ....io_images.addresses import Address
-from ....io_images.amci3601.bits import LIVE_BITS
-from ....io_images.amci3601.words import is_stepper
-from ....io_images.image import WORD_MAX, WORD_MIN
 from .parts import Clock, DeclarationError, Level, Part, Slots, words_of
 from .places import find_bit, find_word
 from .waits import Edge, Wait, until

@@ -17,9 +17,8 @@ from functools import lru_cache
 from types import CodeType
 from typing import Any, Generic, NoReturn, TypeVar
 
+from scanrack.io_images.times import parse_time
 from typing_extensions import override
-
-from ....io_images.times import parse_time
 
 T_co = TypeVar("T_co", covariant=True)
 

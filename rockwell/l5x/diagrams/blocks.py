@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ....ladder.model.predefined.block_types import BLOCK_STRUCTURES, DIAGRAM_TYPES
-from ....ladder.model.predefined.process_types import ARRAYS
-from ....ladder.model.types import Structure
+from scanrack.ladder.model.predefined.block_types import BLOCK_STRUCTURES, DIAGRAM_TYPES
+from scanrack.ladder.model.predefined.process_types import ARRAYS
+from scanrack.ladder.model.types import Structure
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,13 +25,14 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from ....io_images.site import Site
-from ....ladder.instructions.addons import OFF
-from ....ladder.model.drawing import Drawing
-from ....ladder.model.predefined.process_types import MAX_REAL
-from ....ladder.model.tags import Tag
-from ....ladder.model.tree import Address
-from ....ladder.model.types import REAL, Elementary
+from scanrack.io_images.site import Site
+from scanrack.ladder.instructions.addons import OFF
+from scanrack.ladder.model.drawing import Drawing
+from scanrack.ladder.model.predefined.process_types import MAX_REAL
+from scanrack.ladder.model.tags import Tag
+from scanrack.ladder.model.tree import Address
+from scanrack.ladder.model.types import REAL, Elementary
+
 from ..xml.records import ElementRecord
 from .blocks import BlockForm, canonical
 from .picture import drawn

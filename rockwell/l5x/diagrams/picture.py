@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
-from ....ladder.model.drawing import DrawnElement, DrawnPin, DrawnSheet, DrawnWire
+from scanrack.ladder.model.drawing import DrawnElement, DrawnPin, DrawnSheet, DrawnWire
+
 from ..xml.records import ElementRecord, number_of
 from .sheets import RUN, Diagram, Node, Pin
 from .wire_values import Values, form_of

@@ -18,8 +18,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
-from ....io_images.site import Site
-from ....ladder.model.errors import LadderError
+from scanrack.io_images.site import Site
+from scanrack.ladder.model.errors import LadderError
+
 from ..xml.records import ElementRecord, number_of
 
 RUN = ("Block", "Function", "AddOnInstruction", "JSR", "SBR", "RET")

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from ....ladder.model.errors import LadderError
-from ....ladder.model.expressions import parse_expression
-from ....ladder.model.tags import Tag
-from ....ladder.model.tree import Address, Number, Operand
-from ....ladder.model.types import BOOL, DINT, LINT, LREAL, REAL, DataType, Elementary
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.expressions import parse_expression
+from scanrack.ladder.model.tags import Tag
+from scanrack.ladder.model.tree import Address, Number, Operand
+from scanrack.ladder.model.types import BOOL, DINT, LINT, LREAL, REAL, DataType, Elementary
+
 from ..xml.records import TagRecord
 from .blocks import BLOCKS, FUNCTION, BlockForm, canonical
 from .sheets import Diagram, Node, Pin

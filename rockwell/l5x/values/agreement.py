@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any
 
-from ....ladder.model.types import DataType, Elementary, Structure
+from scanrack.ladder.model.types import DataType, Elementary, Structure
 
 Path = tuple[str, ...]
 """Steps to a value: `(".Steps", "[2]")`."""

@@ -10,10 +10,10 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
-from ....io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
-from ....ladder.model.errors import LadderError
-from ....ladder.model.predefined.structures import PREDEFINED_TYPES
-from ....ladder.model.types import (
+from scanrack.io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.predefined.structures import PREDEFINED_TYPES
+from scanrack.ladder.model.types import (
     BOOL,
     MAX_DIMENSIONS,
     TYPES,
@@ -23,6 +23,7 @@ from ....ladder.model.types import (
     Structure,
     count_of,
 )
+
 from ..xml.records import DataTypeRecord, Element, MemberRecord, number_of
 from .layouts import Layouts
 from .module_bits import in_words

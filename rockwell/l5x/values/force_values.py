@@ -18,7 +18,8 @@ import struct
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ....ladder.model.types import BOOL, REAL, DataType, Elementary, Structure, count_of
+from scanrack.ladder.model.types import BOOL, REAL, DataType, Elementary, Structure, count_of
+
 from ..xml.data import Data
 from ..xml.records import Element
 from .datatypes import Types

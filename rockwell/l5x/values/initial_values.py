@@ -27,8 +27,9 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-from ....ladder.model.types import BOOL, DataType, Elementary, Member, Structure, count_of
-from ....ladder.state.named_parts import meant_by
+from scanrack.ladder.model.types import BOOL, DataType, Elementary, Member, Structure, count_of
+from scanrack.ladder.state.named_parts import meant_by
+
 from ..xml.data import Data, DecoratedValue
 from ..xml.records import Element
 from .agreement import first_difference, value_at

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from ....ladder.model.types import DataType, Elementary
+from scanrack.ladder.model.types import DataType, Elementary
+
 from .layouts import Layouts
 from .value_texts import unsaid, value_of
 

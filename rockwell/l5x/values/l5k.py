@@ -8,7 +8,8 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from ....ladder.model.types import DINT, DataType, Elementary, Structure, count_of
+from scanrack.ladder.model.types import DINT, DataType, Elementary, Structure, count_of
+
 from ..xml.records import number_of
 from .initials import ValueReading, nested, scalar
 from .value_texts import ValueTextError, unquoted_or_raise

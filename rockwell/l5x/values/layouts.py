@@ -17,7 +17,7 @@ from collections.abc import Container, Iterable
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-from ....ladder.model.types import (
+from scanrack.ladder.model.types import (
     BOOL,
     CONTROL,
     COUNTER,

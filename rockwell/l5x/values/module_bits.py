@@ -15,7 +15,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
-from ....ladder.model.types import BOOL, Elementary, Member
+from scanrack.ladder.model.types import BOOL, Elementary, Member
+
 from .value_texts import ValueTextError, value_of
 
 FAULT = "FAULT"

@@ -15,7 +15,8 @@ from __future__ import annotations
 import struct
 from typing import Any
 
-from ....ladder.model.types import BOOL, DataType, Structure, count_of
+from scanrack.ladder.model.types import BOOL, DataType, Structure, count_of
+
 from ..xml.records import Element
 from .initials import nested
 from .layouts import Layouts

@@ -7,9 +7,9 @@ import math
 import re
 from collections.abc import Callable
 
-from ....ladder.model.arithmetic import real, wrap
-from ....ladder.model.quoting import unquoted
-from ....ladder.model.types import Elementary
+from scanrack.ladder.model.arithmetic import real, wrap
+from scanrack.ladder.model.quoting import unquoted
+from scanrack.ladder.model.types import Elementary
 
 _RADIX = re.compile(r"(16|8|2)#([0-9A-Fa-f_]+)")
 _DATE = re.compile(

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ....io_images.input_files import open_input
-from ....ladder.lowering.addon import ROUTINES
+from scanrack.io_images.input_files import open_input
+from scanrack.ladder.lowering.addon import ROUTINES
+
 from ..edits import chosen_text
 from .data import Data, cut_out
 from .elements import (

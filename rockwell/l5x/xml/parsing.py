@@ -16,9 +16,8 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from lxml import etree
-
-from ....io_images.site import Site
-from ....ladder.model.errors import LadderError
+from scanrack.io_images.site import Site
+from scanrack.ladder.model.errors import LadderError
 
 MOST_BYTES = 64 << 20
 """Maximum bytes of a file."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from lxml.etree import _Element
+from scanrack.io_images.records import record
 
-from ....io_images.records import record
 from .data import Data
 
 Element: TypeAlias = _Element

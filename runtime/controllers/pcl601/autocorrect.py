@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ....io_images.pcl601 import Register
+from scanrack.io_images.pcl601 import Register
 
 NS_PER_MS = 1_000_000
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from enum import Enum, auto
 
-from ....io_images.pcl601 import NEEDS_IDLE, NO_ERROR, POSITION_LIMIT, ROWS, Code, Error, Register
-from ....io_images.pcl601.terminals import ON_FLY_OUTPUT, RETRIES_OUTPUT
+from scanrack.io_images.pcl601 import NEEDS_IDLE, NO_ERROR, POSITION_LIMIT, ROWS, Code, Error, Register
+from scanrack.io_images.pcl601.terminals import ON_FLY_OUTPUT, RETRIES_OUTPUT
+
 from .activities import AxisActivity
 from .inputs import Inputs
 from .motor import EncoderModel, Motor

@@ -13,8 +13,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from ....io_images.pcl601 import Code, Error, Register
-from ....io_images.pcl601.talk import (
+from scanrack.io_images.pcl601 import Code, Error, Register
+from scanrack.io_images.pcl601.talk import (
     BUFFER_MAX,
     BY_NAME,
     PARAMETERS_MAX,
@@ -23,7 +23,8 @@ from ....io_images.pcl601.talk import (
     Action,
     Command,
 )
-from ....io_images.pcl601.terminals import GENERAL_INPUTS, OUTPUT_COUNT
+from scanrack.io_images.pcl601.terminals import GENERAL_INPUTS, OUTPUT_COUNT
+
 from .controller import Pcl601Controller, Protocol
 
 START, END = ord("@"), ord("\r")

@@ -11,8 +11,9 @@ from __future__ import annotations
 
 from collections import deque
 
-from ....io_images.pcl601 import Register
-from ....io_images.pcl601.terminals import ON_FLY_PULSE_NS
+from scanrack.io_images.pcl601 import Register
+from scanrack.io_images.pcl601.terminals import ON_FLY_PULSE_NS
+
 from .register_values import Values
 
 REMEMBERED = 100_000

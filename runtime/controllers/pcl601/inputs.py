@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ....io_images.pcl601 import Error, Register
-from ....io_images.pcl601.terminals import HARD_LIMIT_BIT, SOFT_LIMIT_BIT
+from scanrack.io_images.pcl601 import Error, Register
+from scanrack.io_images.pcl601.terminals import HARD_LIMIT_BIT, SOFT_LIMIT_BIT
+
 from .motor import Motor
 from .pins import FULL_SCALE_VOLTS, Pcl601Pins
 from .register_values import Values

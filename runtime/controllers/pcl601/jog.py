@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ....io_images.pcl601.terminals import HARD_LIMITS, JOG_INPUTS, SOFT_LIMITS
+from scanrack.io_images.pcl601.terminals import HARD_LIMITS, JOG_INPUTS, SOFT_LIMITS
+
 from .motor import Motor
 from .pins import Pcl601Pins
 

@@ -8,8 +8,9 @@ a line ends with CR, and the reply follows at once.
 
 from __future__ import annotations
 
-from ....io_images.pcl601 import Register
-from ....io_images.site import SettingError
+from scanrack.io_images.pcl601 import Register
+from scanrack.io_images.site import SettingError
+
 from ...line import pcl601_ascii, pcl601_frames
 from ...line.rtu import Framer, Timing, frame
 from ...line.wire import LineFormat

@@ -22,9 +22,9 @@ from collections.abc import Callable, Sequence
 from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu import bit_message as bits
 from pymodbus.pdu import register_message as words
+from scanrack.io_images.pcl601 import FIRMWARE, ROWS, WORD_COUNT, WORDS, Code, Error, Register, with_word
+from scanrack.io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_BITS, OUTPUT_COUNT
 
-from ....io_images.pcl601 import FIRMWARE, ROWS, WORD_COUNT, WORDS, Code, Error, Register, with_word
-from ....io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_BITS, OUTPUT_COUNT
 from ...line.modbus_pdus import (
     DEVICE_BUSY,
     ILLEGAL_ADDRESS,

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
+from scanrack.io_images.pcl601 import Register
+from scanrack.io_images.pcl601.program import Program, format_program, parse_program
 
-from ....io_images.pcl601 import Register
-from ....io_images.pcl601.program import Program, format_program, parse_program
 from .line import Pcl601
 from .program.machine import ProgramMachine
 

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ....io_images.pcl601 import POSITION_LIMIT, Error, Register
-from ....io_images.pcl601.terminals import HARD_LIMITS, SOFT_LIMITS
+from scanrack.io_images.pcl601 import POSITION_LIMIT, Error, Register
+from scanrack.io_images.pcl601.terminals import HARD_LIMITS, SOFT_LIMITS
+
 from ...kinematics import Motion, go_on, move, run
 from .activities import HOMING, SLOWED_ONCE, AxisActivity
 from .autocorrect import Autocorrect

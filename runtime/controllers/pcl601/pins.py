@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from fractions import Fraction
 
-from ....io_images.pcl601.terminals import GENERAL_INPUTS, INPUTS
+from scanrack.io_images.pcl601.terminals import GENERAL_INPUTS, INPUTS
+
 from ...machine.contacts import GROUND, OPEN, Contact, nearest_edge
 
 FULL_SCALE_VOLTS = 5

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from ....io_images.pcl601.terminals import INPUTS
+from scanrack.io_images.pcl601.terminals import INPUTS
+
 from ...machine.contacts import FAR, GROUND, OPEN, Contact
 from .pins import FULL_SCALE_VOLTS, Pcl601Pins
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ....io_images.pcl601 import MAP, ROWS, Register, Row, with_word
+from scanrack.io_images.pcl601 import MAP, ROWS, Register, Row, with_word
 
 
 class Values(dict[Register, int]):

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from ....io_images.pcl601 import Register
+from scanrack.io_images.pcl601 import Register
+
 from ...kinematics import Motion, Profile, Shape, change_speed, creep, stop
 from .register_values import Values
 

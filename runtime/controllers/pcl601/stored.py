@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from ....io_images.pcl601 import Error, Register
+from scanrack.io_images.pcl601 import Error, Register
 
 
 class Axis601(Protocol):

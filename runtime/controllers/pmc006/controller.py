@@ -10,11 +10,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ....io_images.pmc006.frame import FACTORY_ADDRESS, STATE_ERROR, UNKNOWN_ERROR
-from ....io_images.pmc006.instructions import ATTENUATION_PERCENT, BY_CODE, BY_NAME, InstructionRow, Kind
-from ....io_images.pmc006.program import UserProgram
-from ....io_images.pmc006.status import GPIO_EFFECTIVE, Gpio, Level, Status1, Status2
-from ....io_images.site import SettingError
+from scanrack.io_images.pmc006.frame import FACTORY_ADDRESS, STATE_ERROR, UNKNOWN_ERROR
+from scanrack.io_images.pmc006.instructions import ATTENUATION_PERCENT, BY_CODE, BY_NAME, InstructionRow, Kind
+from scanrack.io_images.pmc006.program import UserProgram
+from scanrack.io_images.pmc006.status import GPIO_EFFECTIVE, Gpio, Level, Status1, Status2
+from scanrack.io_images.site import SettingError
+
 from ...machine.contacts import Contact
 from .interpreter import Interpreter
 from .memory import Memory

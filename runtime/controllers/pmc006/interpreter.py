@@ -17,8 +17,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from ....io_images.pmc006.program import UserInstruction
-from ....io_images.pmc006.status import Gpio, Level, Status1
+from scanrack.io_images.pmc006.program import UserInstruction
+from scanrack.io_images.pmc006.status import Gpio, Level, Status1
+
 from ...kinematics import FOREVER
 from .memory import Memory
 from .pins import Pin, Pmc006Pins

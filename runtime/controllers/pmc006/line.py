@@ -8,7 +8,8 @@ fragment cannot swallow the begin of the next frame.
 
 from __future__ import annotations
 
-from ....io_images.pmc006.frame import Framer, reply
+from scanrack.io_images.pmc006.frame import Framer, reply
+
 from ...kinematics import FOREVER
 from ...line.pmc006_frames import LINE_FORMAT
 from .controller import Pmc006Controller

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ....io_images.pmc006.instructions import BY_NAME, PARAMETERS, ParameterStorage
-from ....io_images.pmc006.program import UserInstruction
+from scanrack.io_images.pmc006.instructions import BY_NAME, PARAMETERS, ParameterStorage
+from scanrack.io_images.pmc006.program import UserInstruction
 
 
 class Memory:

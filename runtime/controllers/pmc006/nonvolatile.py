@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
+from scanrack.io_images.pmc006.program import assemble
 
-from ....io_images.pmc006.program import assemble
 from .controller import Pmc006Controller
 from .memory import Memory
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
+from scanrack.io_images.pmc006.instructions import INT32_MAX
 
-from ....io_images.pmc006.instructions import INT32_MAX
 from ...loop.options import Options
 
 Number = Annotated[int, Field(ge=0, le=INT32_MAX)]

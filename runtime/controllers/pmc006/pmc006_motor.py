@@ -15,7 +15,8 @@ from __future__ import annotations
 
 from enum import Enum, auto
 
-from ....io_images.pmc006.status import Status1
+from scanrack.io_images.pmc006.status import Status1
+
 from ...kinematics import FOREVER, Motion
 from .memory import Memory
 from .pins import Pin, Pmc006Pins

@@ -19,7 +19,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ....io_images.pmc006.instructions import ACCELERATIONS_PPS2, SHORT_MOVE_STEPS
+from scanrack.io_images.pmc006.instructions import ACCELERATIONS_PPS2, SHORT_MOVE_STEPS
+
 from ...kinematics import NANO, Course, Motion, Phase, takeover
 
 RAISED_COSINE: tuple[Phase, ...] = ((0, 24, 0, 0, 0, 54), (24, 48, 2, 18, 54, 0), (48, 72, 14, 54, 54, -54))

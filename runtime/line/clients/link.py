@@ -9,9 +9,9 @@ from threading import Event
 from typing import Protocol, TypeVar
 
 import serial
+from scanrack.io_images.renamed import renamed
 from typing_extensions import override
 
-from ....io_images.renamed import renamed
 from ..hosts import join_address
 from ..serialport import PORT_ERRORS, reason, settings
 from ..wire import LineFormat

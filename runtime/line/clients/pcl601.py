@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from pymodbus.pdu import ModbusPDU
+from scanrack.io_images.pcl601 import CAUSES, NEEDS_IDLE, POSITION_LIMIT, ROWS, WORDS, Code, Error, Register
+from scanrack.io_images.pcl601.registers import Row, firmware_text, word_of
+from scanrack.io_images.pcl601.terminals import HARD_LIMIT_BIT, OUTPUT_COUNT
 from typing_extensions import override
 
-from ....io_images.pcl601 import CAUSES, NEEDS_IDLE, POSITION_LIMIT, ROWS, WORDS, Code, Error, Register
-from ....io_images.pcl601.registers import Row, firmware_text, word_of
-from ....io_images.pcl601.terminals import HARD_LIMIT_BIT, OUTPUT_COUNT
 from .. import pcl601_pdus as pdus
 from ..modbus_pdus import number_of
 from .link import BadResponseError, NoAnswerError, Progress, RefusedError, StoppedError, until_answered

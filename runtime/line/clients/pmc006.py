@@ -15,11 +15,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
+from scanrack.io_images.pmc006.frame import FRAME_BYTES, REPLY, STATE_ERROR, UNKNOWN_ERROR, Framer, command
+from scanrack.io_images.pmc006.instructions import BY_NAME, INSTRUCTIONS, PARAMETERS, InstructionRow, Kind
+from scanrack.io_images.pmc006.status import Status1, Status2, firmware_text
 from typing_extensions import override
 
-from ....io_images.pmc006.frame import FRAME_BYTES, REPLY, STATE_ERROR, UNKNOWN_ERROR, Framer, command
-from ....io_images.pmc006.instructions import BY_NAME, INSTRUCTIONS, PARAMETERS, InstructionRow, Kind
-from ....io_images.pmc006.status import Status1, Status2, firmware_text
 from .link import (
     ANSWER_S,
     LATE_S,

@@ -12,8 +12,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
-from ....io_images.pmc006.frame import FACTORY_ADDRESS
-from ....io_images.renamed import renamed
+from scanrack.io_images.pmc006.frame import FACTORY_ADDRESS
+from scanrack.io_images.renamed import renamed
+
 from .. import pcl601_ascii as ascii
 from .. import pcl601_frames as rtu
 from .. import pmc006_frames as pmc006

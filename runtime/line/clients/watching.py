@@ -17,7 +17,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import ClassVar, Generic, TypeVar
 
-from ....io_images.renamed import renamed
+from scanrack.io_images.renamed import renamed
+
 from .link import (
     POLL_S,
     TRIES,

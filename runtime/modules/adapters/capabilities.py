@@ -13,9 +13,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
+from scanrack.io_images.amci3601 import Configuration, StatusMsw
 from typing_extensions import override
 
-from ....io_images.amci3601 import Configuration, StatusMsw
 from ..amci3601 import AxisRequest, Capabilities, Feature, Refusal
 
 CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 
-from ....io_images.amci3601 import StatusMsw
+from scanrack.io_images.amci3601 import StatusMsw
+
 from ...line.master import PUBLISH, LinePause, LineRequest, LineTiming, Reply, Script, Step
 from .exchanges import BIAS, ControllerState, Exchanges, LinkLostError, PowerLostError, Talk
 from .findings import FindingKind

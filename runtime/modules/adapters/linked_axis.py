@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from typing import Any, Generic
 
-from ....io_images.amci3601 import Configuration, InputBit
+from scanrack.io_images.amci3601 import Configuration, InputBit
+
 from ...kinematics import AnyShape, Profile, Rate
 from ..amci3601 import Capabilities
 from ..amci3601.axis_protocol import BlendProgram

@@ -15,10 +15,10 @@ from dataclasses import replace
 from functools import partial
 from threading import Event as Signal
 
+from scanrack.io_images.amci3601 import Configuration
+from scanrack.io_images.image import Image
 from typing_extensions import override
 
-from ....io_images.amci3601 import Configuration
-from ....io_images.image import Image
 from ...line.clients.link import LinkError
 from ...line.liveport import LiveLine, open_port
 from ...loop.pace import Clock

@@ -23,8 +23,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Generic
 
-from ....io_images.amci3601 import CommandLsw, Firmware, InputBit, StatusMsw
-from ....io_images.image import Image, signed_word
+from scanrack.io_images.amci3601 import CommandLsw, Firmware, InputBit, StatusMsw
+from scanrack.io_images.image import Image, signed_word
+
 from ...line.clients.link import Link
 from ...line.wire import LineFormat
 from ...loop.events import Event

@@ -5,8 +5,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Protocol
 
-from ....io_images.amci3601 import Configuration, InputBit
-from ....io_images.site import SettingError
+from scanrack.io_images.amci3601 import Configuration, InputBit
+from scanrack.io_images.site import SettingError
+
 from ...line.adapter_line import FaultyDevice, Line, SimulatedLine
 from ...line.wire import ControllerDevice
 from ...machine import Machine, Switch

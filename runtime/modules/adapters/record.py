@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from ....io_images.amci3601 import StatusMsw, StatusView
-from ....io_images.amci3601.words import WORDS_3601
-from ....io_images.pmc006.frame import FACTORY_ADDRESS
-from ....io_images.site import SettingError
+from scanrack.io_images.amci3601 import StatusMsw, StatusView
+from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.io_images.pmc006.frame import FACTORY_ADDRESS
+from scanrack.io_images.site import SettingError
+
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec
 from ..record import LiveModule, LivePort, ModuleRecord, Options, Trait

@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, TypeAlias
 
+from scanrack.io_images.amci3601 import CommandMsw, StatusBits, StatusMsw
+from scanrack.io_images.amci3601.words import Profile
+from scanrack.io_images.image import Image, signed_word
 from typing_extensions import override
 
-from ....io_images.amci3601 import CommandMsw, StatusBits, StatusMsw
-from ....io_images.amci3601.words import Profile
-from ....io_images.image import Image, signed_word
 from ...loop.events import Event, JsonValue
 from ...machine import Machine
 from .command_layer import CommandLayer

@@ -10,7 +10,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from ....io_images.amci3601 import Configuration
+from scanrack.io_images.amci3601 import Configuration
+
 from ...kinematics import AnyShape, BlendLeg, Profile, Rate
 from .capabilities import Capabilities
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from ....io_images.thousands import PARAMETER_MAX
+from scanrack.io_images.thousands import PARAMETER_MAX
+
 from ...kinematics import MILLI, PICO, BlendLeg, Shape, check_blend, ramp_distance
 from .axis_protocol import BlendProgram
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from enum import Enum
 
-from ....io_images.amci3601 import Configuration, HomingKind
+from scanrack.io_images.amci3601 import Configuration, HomingKind
+
 from .command_words import CommandWords
 
 

@@ -16,10 +16,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, Firmware
+from scanrack.io_images.amci3601.words import WORDS_3601, Profile
 from typing_extensions import override
 
-from ....io_images.amci3601 import CommandLsw, CommandMsw, Firmware
-from ....io_images.amci3601.words import WORDS_3601, Profile
 from ...loop.events import Event, JsonValue
 from . import configuring
 from .axis_protocol import Axis

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ....io_images.amci3601 import CommandLsw, CommandMsw, Parameters
+from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, Parameters
+
 from ...kinematics import Profile, Shape
 
 S_CURVE = CommandLsw.S_CURVE.value

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ....io_images.amci3601 import CommandLsw, CommandMsw
+from scanrack.io_images.amci3601 import CommandLsw, CommandMsw
+
 from . import refusals
 from .capabilities import Feature
 from .command_words import COMMAND_BITS, CommandWords

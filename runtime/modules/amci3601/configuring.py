@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from ....io_images.amci3601 import Configuration, check
-from ....io_images.image import Image
+from scanrack.io_images.amci3601 import Configuration, check
+from scanrack.io_images.image import Image
+
 from .command_words import CommandWords
 from .latches import CONFIG_ERROR, MODE_CONFIG, MODULE_OK, POSITION_INVALID, STOPPED, WORD_0, BrokenRule
 from .operation import Host

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ....io_images.amci3601 import ALL_INPUTS, InputBit
+from scanrack.io_images.amci3601 import ALL_INPUTS, InputBit
+
 from .operation import CCW_LIMIT, CW_LIMIT, EITHER_LIMIT, Host, Limits, limit_in
 
 CAPTURE = InputBit.CAPTURE.value

@@ -11,8 +11,9 @@ from functools import reduce
 from operator import or_
 from typing import NamedTuple
 
-from ....io_images.amci3601 import StatusMsw
-from ....io_images.amci3601.words import WORDS_3601, Profile
+from scanrack.io_images.amci3601 import StatusMsw
+from scanrack.io_images.amci3601.words import WORDS_3601, Profile
+
 from ...loop.events import Event, JsonValue
 
 MODE_CONFIG = StatusMsw.MODE_CONFIG.value

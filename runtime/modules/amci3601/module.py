@@ -23,12 +23,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from scanrack.io_images.amci3601 import Configuration, Firmware, InputBit
+from scanrack.io_images.amci3601.words import WORDS_3601, Profile
+from scanrack.io_images.image import Image
+from scanrack.io_images.thousands import split_reported, split_reported_all
 from typing_extensions import override
 
-from ....io_images.amci3601 import Configuration, Firmware, InputBit
-from ....io_images.amci3601.words import WORDS_3601, Profile
-from ....io_images.image import Image
-from ....io_images.thousands import split_reported, split_reported_all
 from ...kinematics import Segment
 from ...loop.events import Event, JsonValue
 from ...loop.module import unnoticed

@@ -14,8 +14,9 @@ from collections.abc import Iterable
 from enum import Enum
 from typing import ClassVar, Protocol
 
-from ....io_images.amci3601 import Firmware, InputBit
-from ....io_images.amci3601.words import Profile
+from scanrack.io_images.amci3601 import Firmware, InputBit
+from scanrack.io_images.amci3601.words import Profile
+
 from .axis_protocol import Axis
 from .capabilities import Feature, Refusal
 from .command_words import CommandWords

@@ -5,10 +5,11 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ....io_images.amci3601.firmware import Firmware
-from ....io_images.amci3601.image_form import ImageForm
-from ....io_images.amci3601.words import WORDS_3601, Profile
-from ....io_images.site import SettingError
+from scanrack.io_images.amci3601.firmware import Firmware
+from scanrack.io_images.amci3601.image_form import ImageForm
+from scanrack.io_images.amci3601.words import WORDS_3601, Profile
+from scanrack.io_images.site import SettingError
+
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec
 from ..record import ModuleRecord, NamedStatus, Options, Trait

@@ -12,12 +12,13 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ....io_images.amci3601 import (
+from scanrack.io_images.amci3601 import (
     CommandLsw,
     CommandMsw,
     InputBit,
     target_in_range,
 )
+
 from ...kinematics import MILLI, PICO, stopping_distance
 from .command_words import COMMAND_BITS, S_CURVE, CommandWords
 from .latches import POSITION_INVALID, BrokenRule

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ....io_images.amci3601 import ALL_INPUTS, Configuration, StatusLsw, StatusMsw
-from ....io_images.image import signed_word
-from ....io_images.thousands import join_reported, split_reported
+from scanrack.io_images.amci3601 import ALL_INPUTS, Configuration, StatusLsw, StatusMsw
+from scanrack.io_images.image import signed_word
+from scanrack.io_images.thousands import join_reported, split_reported
+
 from .latches import CONFIG_ERROR, MODE_CONFIG, MODULE_OK, WORD_0
 from .operation import Host
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from scanrack.io_images.amci3601.image_form import ImageForm
+from scanrack.io_images.image import Image
+from scanrack.io_images.number_formats import NumberFormat
 from typing_extensions import override
 
-from ....io_images.amci3601.image_form import ImageForm
-from ....io_images.image import Image
-from ....io_images.number_formats import NumberFormat
 from .module import Amci3601
 
 if TYPE_CHECKING:

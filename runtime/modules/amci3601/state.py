@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ....io_images.amci3601 import CommandLsw, Configuration, InputBit
+from scanrack.io_images.amci3601 import CommandLsw, Configuration, InputBit
+
 from .axis_protocol import BlendProgram
 from .blend_session import BlendSession
 from .command_words import CommandWords

@@ -28,8 +28,8 @@ from .capabilities import Capabilities
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
+    from scanrack.io_images.image import Image
 
-    from ....io_images.image import Image
     from ...loop.module import Words
 
 NEVER = FOREVER

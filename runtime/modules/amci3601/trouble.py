@@ -8,8 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ....io_images.amci3601 import StatusMsw
-from ....io_images.image import WORDS
+from scanrack.io_images.amci3601 import StatusMsw
+from scanrack.io_images.image import WORDS
+
 from ...loop.module_fault import ModuleFault
 from .indicators import ASIC_LOST, DIAGNOSTICS_FAILED, UNPOWERED, Indicators
 

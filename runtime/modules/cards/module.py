@@ -16,10 +16,10 @@ from fractions import Fraction
 from functools import partial
 from typing import TYPE_CHECKING, NamedTuple
 
+from scanrack.io_images.cards import DISCRETE16, WORD_BITS, CardKind
+from scanrack.io_images.image import Image, signed_word
 from typing_extensions import override
 
-from ....io_images.cards import DISCRETE16, WORD_BITS, CardKind
-from ....io_images.image import Image, signed_word
 from ...loop.events import Event
 from ...loop.module import Module, unnoticed
 from ...machine.shaft import FAR

@@ -19,12 +19,12 @@ from decimal import Decimal
 from typing import Annotated, ClassVar, Self
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from scanrack.io_images.cards import WORD_BITS, CardKind
+from scanrack.io_images.image import WORD_MAX, WORD_MIN, WORDS
+from scanrack.io_images.module_words import BitPlace, ModuleWords, numbers_of, terminals_in
+from scanrack.io_images.signal_ranges import RANGES, RAW_LANDMARKS, SIGNAL_MAX, Channel
+from scanrack.io_images.times import time_text
 
-from ....io_images.cards import WORD_BITS, CardKind
-from ....io_images.image import WORD_MAX, WORD_MIN, WORDS
-from ....io_images.module_words import BitPlace, ModuleWords, numbers_of, terminals_in
-from ....io_images.signal_ranges import RANGES, RAW_LANDMARKS, SIGNAL_MAX, Channel
-from ....io_images.times import time_text
 from ...loop.options import Options
 from ...machine.spec import INPUT_NAMES
 

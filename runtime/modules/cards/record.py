@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from functools import partial
 
-from ....io_images.cards import KINDS, CardKind
-from ....io_images.image import Image
-from ....io_images.module_words import BitPlace, ModuleWords
-from ....io_images.site import SettingError
+from scanrack.io_images.cards import KINDS, CardKind
+from scanrack.io_images.image import Image
+from scanrack.io_images.module_words import BitPlace, ModuleWords
+from scanrack.io_images.site import SettingError
+
 from ...loop.module import Module
 from ...machine import MachineSpec
 from ..record import ModuleRecord, Options

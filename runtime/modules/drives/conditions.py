@@ -17,9 +17,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from ....io_images.amci3601 import InputBit
-from ....io_images.drives.bits import StatusBit
-from ....io_images.site import SettingError
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.drives.bits import StatusBit
+from scanrack.io_images.site import SettingError
+
 from ...controllers.pcl601.pinstates import range_of
 from ...machine import Switch
 from .drive import DriveUnit

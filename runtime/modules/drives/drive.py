@@ -11,13 +11,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.drives.bits import StatusBit
+from scanrack.io_images.drives.models import WORDS, Model
+from scanrack.io_images.image import Image, signed_word
+from scanrack.io_images.number_formats import NumberFormat
 from typing_extensions import override
 
-from ....io_images.amci3601 import InputBit
-from ....io_images.drives.bits import StatusBit
-from ....io_images.drives.models import WORDS, Model
-from ....io_images.image import Image, signed_word
-from ....io_images.number_formats import NumberFormat
 from ...kinematics import Segment
 from ...loop.events import Event, JsonValue
 from ...loop.module import unnoticed

@@ -15,18 +15,19 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 
-from ....io_images.amci3601 import InputBit
-from ....io_images.drives.bits import CommandBit, Modifier, StatusBit
-from ....io_images.drives.command import DriveCommand
-from ....io_images.drives.configuration import (
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.drives.bits import CommandBit, Modifier, StatusBit
+from scanrack.io_images.drives.command import DriveCommand
+from scanrack.io_images.drives.configuration import (
     INDEXED,
     broken_rules,
     configuration_of,
     stored_words,
 )
-from ....io_images.drives.models import WORDS, Layout, Model
-from ....io_images.drives.rules import RULES
-from ....io_images.number_formats import NumberFormat
+from scanrack.io_images.drives.models import WORDS, Layout, Model
+from scanrack.io_images.drives.rules import RULES
+from scanrack.io_images.number_formats import NumberFormat
+
 from ...kinematics import PICO, stopping_distance
 from ...loop.events import Event, JsonValue
 from ...machine import EncoderSpec

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from itertools import accumulate
 from typing import ClassVar, Protocol, cast
 
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.drives.bits import CommandBit, StatusBit
+from scanrack.io_images.drives.command import DriveCommand
 from typing_extensions import override
 
-from ....io_images.amci3601 import InputBit
-from ....io_images.drives.bits import CommandBit, StatusBit
-from ....io_images.drives.command import DriveCommand
 from ...kinematics import AnyShape, BlendLeg, Jerk, Profile, Shape, check_blend
 from ..amci3601.axis_protocol import BlendProgram
 from ..amci3601.operation import Host

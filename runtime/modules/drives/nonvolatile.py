@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
-
-from ....io_images.drives.models import WORDS
+from scanrack.io_images.drives.models import WORDS
 
 FLASH_WRITES = 10_000
 """Writes that the flash is good for [SMD p. 72]."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, field_validator
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.drives.configuration import USUAL, Build, broken_rules
+from scanrack.io_images.drives.models import WORDS, Layout, Model
 from typing_extensions import override
 
-from ....io_images.amci3601 import InputBit
-from ....io_images.drives.configuration import USUAL, Build, broken_rules
-from ....io_images.drives.models import WORDS, Layout, Model
 from ...loop.options import Options
 
 _InputName = Literal["capture", "external", "home", "estop", "cw_limit", "ccw_limit"]

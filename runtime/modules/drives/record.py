@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
-from ....io_images.drives.models import MODELS, Model
-from ....io_images.site import SettingError
+from scanrack.io_images.drives.models import MODELS, Model
+from scanrack.io_images.site import SettingError
+
 from ...loop.exposed import Conditions
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec

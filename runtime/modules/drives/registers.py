@@ -17,8 +17,8 @@ from typing import TypeVar
 from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu import bit_message as bits
 from pymodbus.pdu import register_message as words
+from scanrack.io_images.drives.models import WORDS
 
-from ....io_images.drives.models import WORDS
 from ...line.modbus_pdus import (
     ILLEGAL_ADDRESS,
     ModbusRefusedError,

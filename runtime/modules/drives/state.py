@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ....io_images.drives.bits import StatusBit
-from ....io_images.drives.configuration import DriveConfiguration
+from scanrack.io_images.drives.bits import StatusBit
+from scanrack.io_images.drives.configuration import DriveConfiguration
 
 
 class StatusLatches:

@@ -115,16 +115,16 @@ EQUIVALENT = (
     Equivalent(
         "traces/read/packed.py", "PackedScans.__init__", "1", "2", "how well it compresses shows nowhere"
     ),
-    Equivalent("front/jobs/check/python/reader.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
-    Equivalent("front/jobs/check/python/calls.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
+    Equivalent("scanrack/jobs/check/python/reader.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
+    Equivalent("scanrack/jobs/check/python/calls.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
     Equivalent(
-        "front/jobs/check/rungs/output_writes.py",
+        "scanrack/jobs/check/rungs/output_writes.py",
         "WriteReader._written",
         "0",
         "1",
         "word and bits are put in afterwards, and bit 0 of an unknown value is not looked at",
     ),
-    Equivalent("front/jobs/trust/trust.py", "fingerprints", "0", "1", "without files no line has the width"),
+    Equivalent("scanrack/jobs/trust/trust.py", "fingerprints", "0", "1", "without files no line has the width"),
     Equivalent(f"{LAYER}/operation.py", "limit_of", "direction > 0", "direction >= 0", A_DIRECTION),
 )
 

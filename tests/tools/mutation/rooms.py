@@ -65,7 +65,7 @@ COMMAND_LAYER = (
 )
 
 PROGRAMS = ("io_images/**/*.py", "ladder/**/*.py", "ladder/**/*.rung", "rockwell/**/*.py", "runtime/**/*.py")
-EVERYTHING = (*PROGRAMS, "front/**/*.py", "traces/**/*.py")
+EVERYTHING = (*PROGRAMS, "scanrack/**/*.py", "traces/**/*.py")
 
 ROOMS: dict[str, Room] = {
     "amci3601": Room(
@@ -222,17 +222,17 @@ ROOMS: dict[str, Room] = {
         sources=PROGRAMS,
     ),
     "watch": Room(
-        ("front/watch",),
+        ("scanrack/watch",),
         ("tests/unit/live", "tests/unit/share"),
         sources=EVERYTHING,
     ),
     "check": Room(
-        ("front/jobs/check",),
+        ("scanrack/jobs/check",),
         ("tests/unit/jobs/test_check*.py", "tests/unit/pages/test_panel_doc.py"),
         sources=PROGRAMS,
     ),
     "why": Room(
-        ("front/jobs/why",),
+        ("scanrack/jobs/why",),
         (
             "tests/unit/jobs/test_why_*.py",
             "tests/unit/jobs/test_sequences_seen.py",
@@ -241,7 +241,7 @@ ROOMS: dict[str, Room] = {
         sources=EVERYTHING,
     ),
     "bench": Room(
-        ("front/jobs/bench",),
+        ("scanrack/jobs/bench",),
         (
             "tests/unit/jobs/test_bench*.py",
             "tests/unit/jobs/test_steps.py",
@@ -250,12 +250,12 @@ ROOMS: dict[str, Room] = {
         sources=PROGRAMS,
     ),
     "fuzz": Room(
-        ("front/jobs/fuzz",),
+        ("scanrack/jobs/fuzz",),
         ("tests/unit/fuzz",),
         sources=EVERYTHING,
     ),
     "trust": Room(
-        ("front/jobs/trust",),
+        ("scanrack/jobs/trust",),
         ("tests/unit/traces/test_forged_traces.py", "tests/unit/live/test_watch_security.py"),
         names=("trust",),
         sources=EVERYTHING,
@@ -301,7 +301,7 @@ ROOMS: dict[str, Room] = {
         without=("io_images/amci3601/rules/",),  # the room amci3601 has them
     ),
     "prove": Room(
-        ("ladder/prove", "front/jobs/prove"),
+        ("ladder/prove", "scanrack/jobs/prove"),
         (
             "tests/properties/test_proofs_hold.py",
             "tests/properties/test_relation_lockstep.py",
@@ -340,17 +340,17 @@ ROOMS: dict[str, Room] = {
     ),
     "jobs": Room(
         (
-            "front/jobs/captures",
-            "front/jobs/conform",
-            "front/jobs/drive",
-            "front/jobs/first",
-            "front/jobs/imports",
-            "front/jobs/load",
-            "front/jobs/record",
-            "front/jobs/replay",
-            "front/jobs/run",
-            "front/jobs/serve",
-            "front/jobs/start",
+            "scanrack/jobs/captures",
+            "scanrack/jobs/conform",
+            "scanrack/jobs/drive",
+            "scanrack/jobs/first",
+            "scanrack/jobs/imports",
+            "scanrack/jobs/load",
+            "scanrack/jobs/record",
+            "scanrack/jobs/replay",
+            "scanrack/jobs/run",
+            "scanrack/jobs/serve",
+            "scanrack/jobs/start",
         ),
         (
             "tests/unit/commands/test_cli_re*.py",
@@ -364,21 +364,21 @@ ROOMS: dict[str, Room] = {
         sources=EVERYTHING,
     ),
     "commands": Room(
-        ("front/commands", "front/terminal"),
-        ("tests/unit/commands", "tests/unit/front"),
+        ("scanrack/commands", "scanrack/terminal"),
+        ("tests/unit/commands", "tests/unit/scanrack"),
         sources=EVERYTHING,
     ),
-    "lsp": Room(("front/lsp",), ("tests/unit/lsp",), sources=EVERYTHING),
+    "lsp": Room(("scanrack/lsp",), ("tests/unit/lsp",), sources=EVERYTHING),
     "testing": Room(
-        ("front",),
+        ("scanrack",),
         ("tests/unit/testing",),
         without=(
-            "front/__",
-            "front/commands/",
-            "front/jobs/",
-            "front/lsp/",
-            "front/terminal/",
-            "front/watch/",
+            "scanrack/__",
+            "scanrack/commands/",
+            "scanrack/jobs/",
+            "scanrack/lsp/",
+            "scanrack/terminal/",
+            "scanrack/watch/",
         ),
         sources=EVERYTHING,
     ),

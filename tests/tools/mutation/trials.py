@@ -27,7 +27,7 @@ from typing import Any
 from .operators import Mutant
 from .plugin import NOT_THE_COPY, TASK
 
-FRONT = "front"
+FRONT = "scanrack"
 """What is the package itself."""
 ROOMS = ("io_images", "ladder", "rockwell", "runtime", "traces")
 BESIDE = ("tests", "docs", "examples", "pyproject.toml")

@@ -17,7 +17,7 @@ from scanrack.runtime.modules.registry import MODULES
 from typer.testing import CliRunner
 
 HOUSE = Path(__file__).parents[3]
-RACKS = sorted([*HOUSE.glob("examples/*/*.toml"), *HOUSE.glob("front/jobs/start/templates/*/*.toml")])
+RACKS = sorted([*HOUSE.glob("examples/*/*.toml"), *HOUSE.glob("scanrack/jobs/start/templates/*/*.toml")])
 DRAFTS = {False: Draft202012Validator, True: Draft4Validator}
 
 RACK = """\

@@ -53,7 +53,7 @@ def test_tables_are_written_in_one_place() -> None:
     ]
     users = [name for name, text in texts.items() if re.search(r"csv_cells import", text)]
     assert users == [
-        "front/commands/programs/tags_job.py",
-        "front/jobs/run/servers/tag_formats.py",
+        "scanrack/commands/programs/tags_job.py",
+        "scanrack/jobs/run/servers/tag_formats.py",
         "traces/export/csvfile.py",
     ]

@@ -17,7 +17,7 @@ pytestmark = pytest.mark.slow  # each file of the product is parsed
 ROOT = Path(__file__).parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 ROOMS: dict[str, frozenset[str]] = {
-    "front": frozenset({"check", "cluster", "conform", "editor", "opcua", "test"}),
+    "scanrack": frozenset({"check", "cluster", "conform", "editor", "opcua", "test"}),
     "io_images": frozenset(),
     "ladder": frozenset({"prove"}),
     "rockwell": frozenset(),

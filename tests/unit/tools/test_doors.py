@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[3]
-ROOMS = ("front", "io_images", "ladder", "rockwell", "runtime", "traces")
+ROOMS = ("scanrack", "io_images", "ladder", "rockwell", "runtime", "traces")
 
 DOORS = {
     "tomllib.load": set(),
@@ -30,8 +30,8 @@ DOORS = {
     "mcap.data_stream.ReadDataStream": {"traces/format/records.py"},
     "zstandard.ZstdDecompressor": {"traces/format/records.py"},
     "lz4.frame.LZ4FrameDecompressor": {"traces/format/records.py"},
-    "scanrack.io_images.captures.packets.Capture": {"front/jobs/captures/reading.py"},
-    "ast.literal_eval": {"front/jobs/check/python/scans.py"},
+    "scanrack.io_images.captures.packets.Capture": {"scanrack/jobs/captures/reading.py"},
+    "ast.literal_eval": {"scanrack/jobs/check/python/scans.py"},
     "numpy.load": set(),
     "numpy.loadtxt": set(),
     "numpy.genfromtxt": set(),
@@ -44,10 +44,10 @@ REFUSED = ("xml", "yaml", "ruamel", "toml", "tomli", "dpkt", "scapy", "pcapng", 
 """Packages that parse one of these formats, or run what they read."""
 
 OF_OUR_OWN = {
-    "front/jobs/prove/checking.py": "the certificate that was just written; the checker stands alone",
-    "front/lsp/findings.py": "a helper of this process answers on a pipe",
-    "front/watch/monitors/question_process.py": "a helper of this process answers on a pipe",
-    "front/watch/monitors/session_monitor.py": "our own messages to a page, read again",
+    "scanrack/jobs/prove/checking.py": "the certificate that was just written; the checker stands alone",
+    "scanrack/lsp/findings.py": "a helper of this process answers on a pipe",
+    "scanrack/watch/monitors/question_process.py": "a helper of this process answers on a pipe",
+    "scanrack/watch/monitors/session_monitor.py": "our own messages to a page, read again",
 }
 """Files that read JSON of our own processes only."""
 
@@ -142,5 +142,5 @@ def test_every_door_is_used() -> None:
     ],
 )
 def test_a_parser_is_found_by_any_name(text: str, parser: str) -> None:
-    file = "front/jobs/new.py"
+    file = "scanrack/jobs/new.py"
     assert strays(file, set(uses(ast.parse(text), package_of(file)))) == {parser}

@@ -35,7 +35,7 @@ BUILD = Move("scanrack.ladder.files", "scanrack.ladder.texts.forms")
         ("ladder/files/rungfile.py", "from ..model.tree import Rung\n", "from ...model.tree import Rung\n"),
         ("ladder/files/rungfile.py", "from .steps import Steps\n", "from .steps import Steps\n"),
         (
-            "front/jobs/run/a.py",
+            "scanrack/jobs/run/a.py",
             "from ...ladder.files.a import b\n",
             "from ...ladder.texts.forms.a import b\n",
         ),

@@ -37,7 +37,7 @@ def test_the_copy_has_a_file_of_each_room_where_it_is_looked_for(tmp_path):
         path for room in ROOMS.values() for path in room.files(ROOT).values() if not copy.file(path).is_file()
     ]
     assert missing == []
-    assert copy.file("front/watch/play.py").read_bytes() == (ROOT / "front/watch/play.py").read_bytes()
+    assert copy.file("scanrack/watch/play.py").read_bytes() == (ROOT / "scanrack/watch/play.py").read_bytes()
 
 
 def mutations(source):
@@ -320,6 +320,6 @@ def test_a_private_copy_is_a_package_like_the_installed_one(tmp_path):
 
     copy = ProjectCopy(ROOT, tmp_path)
     assert (copy.package / "__init__.py").read_text(encoding="utf-8") == (
-        ROOT / "front" / "__init__.py"
+        ROOT / "scanrack" / "__init__.py"
     ).read_text(encoding="utf-8")
     assert (copy.package / "runtime" / "modules" / "amci3601" / "refusals.py").exists()

@@ -21,7 +21,7 @@ import pytest
 import scanrack
 
 ROOT = Path(__file__).parents[3]
-ROOMS = ("front", "io_images", "ladder", "rockwell", "runtime", "traces")
+ROOMS = ("scanrack", "io_images", "ladder", "rockwell", "runtime", "traces")
 OF_ONE_CHARACTER = {kinds.LITERAL, kinds.NOT_LITERAL, kinds.ANY, kinds.IN}
 BOUNDED = 5_000
 """A repeat of at most so many times is bounded: the matched names and numbers are short."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from .....io_images.pcl601.program import Step
-from .....io_images.pcl601.registers import Register
+from scanrack.io_images.pcl601.program import Step
+from scanrack.io_images.pcl601.registers import Register
+
 from ..stored import Axis601
 
 Action = Callable[[Axis601, Step], bool]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .....io_images.input_files import read_checked
-from .....io_images.pcl601.program import Program, ProgramError, parse_program
-from .....io_images.text_limits import TextKind, TextLimitError
+from scanrack.io_images.input_files import read_checked
+from scanrack.io_images.pcl601.program import Program, ProgramError, parse_program
+from scanrack.io_images.text_limits import TextKind, TextLimitError
+
 from ..controller import Pcl601Controller
 from .machine import ProgramMachine
 

@@ -14,8 +14,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from .....io_images.pcl601 import Error
-from .....io_images.pcl601.program import Program, Step
+from scanrack.io_images.pcl601 import Error
+from scanrack.io_images.pcl601.program import Program, Step
+
 from ..stored import Axis601
 from .actions import ACTIONS
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from .....io_images.amci3601 import Configuration, InputBit
-from .....io_images.drives.command import TARGET_MAX
+from scanrack.io_images.amci3601 import Configuration, InputBit
+from scanrack.io_images.drives.command import TARGET_MAX
+
 from ...amci3601 import AxisHoming, AxisRequest, Feature
 from ..capabilities import (
     BLOCK,

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from scanrack.io_images.amci3601 import Configuration
+from scanrack.io_images.drives.bits import StatusBit
 from typing_extensions import override
 
-from .....io_images.amci3601 import Configuration
-from .....io_images.drives.bits import StatusBit
 from ....kinematics import AnyShape, Profile, Rate
 from ....kinematics import stop as plan_stop
 from ...amci3601.axis_protocol import BlendProgram

@@ -16,13 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 
+from scanrack.io_images.amci3601 import Configuration, StatusMsw
+from scanrack.io_images.drives.bits import CommandBit, InputFunction, Modifier, Settings, StatusBit
+from scanrack.io_images.drives.configuration import ROLES
+from scanrack.io_images.drives.models import WORDS
+from scanrack.io_images.number_formats import NumberFormat
 from typing_extensions import override
 
-from .....io_images.amci3601 import Configuration, StatusMsw
-from .....io_images.drives.bits import CommandBit, InputFunction, Modifier, Settings, StatusBit
-from .....io_images.drives.configuration import ROLES
-from .....io_images.drives.models import WORDS
-from .....io_images.number_formats import NumberFormat
 from ....kinematics import blend as plan_blend
 from ....kinematics import change_speed, move, register, run
 from ....kinematics import stop as plan_stop

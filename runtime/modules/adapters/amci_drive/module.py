@@ -1,6 +1,7 @@
 """A networked drive in the slot of a 3601."""
 
-from .....io_images.site import SettingError
+from scanrack.io_images.site import SettingError
+
 from ....line.clients.link import Link
 from ....line.hosts import split_address
 from ....line.liveport import TCP, check_address

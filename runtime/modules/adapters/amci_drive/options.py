@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.drives.models import MODELS, SMD23E2, Model
 
-from .....io_images.amci3601 import InputBit
-from .....io_images.drives.models import MODELS, SMD23E2, Model
 from ....loop.options import Options
 
 InputName = Literal["none", "capture", "external", "home", "estop", "cw_limit", "ccw_limit"]

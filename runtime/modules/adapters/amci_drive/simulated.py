@@ -7,9 +7,9 @@ A damaged segment is a lost one: the checksum of TCP does not let it through.
 
 from __future__ import annotations
 
+from scanrack.io_images.amci3601 import Configuration
 from typing_extensions import override
 
-from .....io_images.amci3601 import Configuration
 from ....line.adapter_line import FaultyDevice, SimulatedLine
 from ....line.ports.modbustcp import reply_to
 from ....line.segments import SegmentBus

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from fractions import Fraction
 
+from scanrack.io_images.amci3601 import Configuration, HomingKind, InputBit
 from typing_extensions import override
 
-from .....io_images.amci3601 import Configuration, HomingKind, InputBit
 from ....kinematics import MILLI, PICO, Shape, stopping_distance
 from ...amci3601 import AxisHoming, AxisRequest, Feature
 from ..capabilities import (

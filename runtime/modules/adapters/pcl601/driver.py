@@ -9,9 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 
+from scanrack.io_images.pcl601 import CAUSES, NO_ERROR, Code, Error, Register
 from typing_extensions import override
 
-from .....io_images.pcl601 import CAUSES, NO_ERROR, Code, Error, Register
 from ....kinematics import Shape, change_speed, creep, move, register, run
 from ....kinematics import stop as plan_stop
 from ....line import pcl601_ascii as ascii

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from .....io_images.amci3601 import StatusMsw
-from .....io_images.pcl601 import Error
+from scanrack.io_images.amci3601 import StatusMsw
+from scanrack.io_images.pcl601 import Error
 
 COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
 PROFILE = (StatusMsw.INVALID_PROFILE | StatusMsw.COMMAND_ERROR).value

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from scanrack.io_images.amci3601 import Configuration, InputBit
 from typing_extensions import override
 
-from .....io_images.amci3601 import Configuration, InputBit
 from ....kinematics import AnyShape, Profile, Rate, Shape
 from ....kinematics import stop as plan_stop
 from ..exchanges import ControllerState

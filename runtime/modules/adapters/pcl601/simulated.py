@@ -16,10 +16,10 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable
 
+from scanrack.io_images.amci3601 import Configuration, InputBit
+from scanrack.io_images.pcl601 import Register
 from typing_extensions import override
 
-from .....io_images.amci3601 import Configuration, InputBit
-from .....io_images.pcl601 import Register
 from ....controllers.pcl601.line import Pcl601
 from ....machine import Machine
 from ....machine.contacts import GROUND, OPEN, Contact, Parallel, contacts_of

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from .....io_images.amci3601 import CommandMsw, Configuration, InputBit
+from scanrack.io_images.amci3601 import CommandMsw, Configuration, InputBit
+
 from ....controllers.pmc006.ramps import ramp_steps
 from ...amci3601 import AxisHoming, AxisRequest, Feature
 from ..capabilities import (

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Generator
 
+from scanrack.io_images.amci3601 import Configuration, InputBit, StatusMsw
+from scanrack.io_images.pmc006.frame import BAUD
+from scanrack.io_images.pmc006.status import Level, Status1, Status2
 from typing_extensions import override
 
-from .....io_images.amci3601 import Configuration, InputBit, StatusMsw
-from .....io_images.pmc006.frame import BAUD
-from .....io_images.pmc006.status import Level, Status1, Status2
 from ....controllers.pmc006.ramps import Pmc006Speeds, plan_move, plan_run, plan_slowing
 from ....line import pmc006_frames as frames
 from ....line.master import LineRequest, LineTiming, Reply, Step

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator
+from scanrack.io_images.pmc006.instructions import BY_NAME, InstructionRow
 
-from .....io_images.pmc006.instructions import BY_NAME, InstructionRow
 from ....loop.options import Options
 
 

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from scanrack.io_images.amci3601 import Configuration, InputBit
+from scanrack.io_images.pmc006.status import Level, Status1
 from typing_extensions import override
 
-from .....io_images.amci3601 import Configuration, InputBit
-from .....io_images.pmc006.status import Level, Status1
 from ....controllers.pmc006.ramps import Pmc006Speeds
 from ....kinematics import AnyShape, Profile, Rate
 from ..exchanges import ControllerState

@@ -10,9 +10,9 @@ The opto-coupler of an energized terminal conducts and pulls the pin low.
 
 from __future__ import annotations
 
+from scanrack.io_images.amci3601 import Configuration, InputBit
 from typing_extensions import override
 
-from .....io_images.amci3601 import Configuration, InputBit
 from ....controllers.pmc006.controller import Pmc006Controller
 from ....controllers.pmc006.line import Pmc006
 from ....controllers.pmc006.pins import Pin

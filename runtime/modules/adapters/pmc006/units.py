@@ -14,7 +14,8 @@ from dataclasses import replace
 from fractions import Fraction
 from math import isqrt
 
-from .....io_images.pmc006.instructions import ACCELERATIONS_PPS2
+from scanrack.io_images.pmc006.instructions import ACCELERATIONS_PPS2
+
 from ....controllers.pmc006.ramps import Pmc006Speeds
 from ....kinematics import Profile, Rate
 

@@ -17,9 +17,9 @@ from fractions import Fraction
 from math import isqrt, lcm
 from typing import ClassVar
 
+from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
 from typing_extensions import override
 
-from .....io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
 from ....kinematics import MILLI, PICO
 from ..capabilities import Feature
 from ..command_words import CommandWords

@@ -35,9 +35,9 @@ from dataclasses import replace
 from enum import Enum
 from typing import ClassVar
 
+from scanrack.io_images.amci3601 import HomingKind, InputBit
 from typing_extensions import override
 
-from .....io_images.amci3601 import HomingKind, InputBit
 from ....kinematics import Profile
 from ..command_words import CommandWords
 from ..latches import AT_HOME, POSITION_INVALID

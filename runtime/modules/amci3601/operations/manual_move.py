@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from scanrack.io_images.amci3601 import CommandMsw
 from typing_extensions import override
 
-from .....io_images.amci3601 import CommandMsw
 from ....kinematics import Profile
 from ..capabilities import Feature
 from ..command_words import CommandWords

@@ -1,0 +1,148 @@
+"""`scanrack check FILE`: finds mistakes in a rack and its program without running them."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from scanrack.terminal.as_json import JsonOption, say_json
+from scanrack.terminal.status import BAD_INPUT, NO, complain
+from scanrack.terminal.terminal import say
+
+if TYPE_CHECKING:  # its help imports no check
+    from scanrack.jobs.check import CheckReport
+
+
+class ReportFormat(StrEnum):
+    """Format of the report."""
+
+    TEXT = "text"
+    JSON = "json"
+    SARIF = "sarif"
+    JUNIT = "junit"
+
+
+def _check_command(
+    files: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="FILE...",
+            help="Rack file, TOML or Python; or a ladder program or export; or stored programs, .pclt.",
+            show_default=False,
+        ),
+    ],
+    as_json: JsonOption = False,
+    drive: Annotated[
+        str | None,
+        typer.Option(
+            "--for",
+            metavar="DRIVE",
+            help="List what must change to run on a networked drive, such as smd23e2, in place of a 3601.",
+        ),
+    ] = None,
+    form: Annotated[
+        ReportFormat,
+        typer.Option(
+            "--format",
+            metavar="text|json|sarif|junit",
+            help="Format of the report.",
+        ),
+    ] = ReportFormat.TEXT,
+) -> None:
+    """Check a rack or program without running it: conditions, readers and writers, commands to axes.
+
+    An L5X, SLC, .rung or .st file is also checked without a rack. Of stored programs of the PCL601, which
+    may be several files, it prints what each takes of the memory.
+
+    Examples: scanrack new feeder --from feeder; scanrack check feeder/feeder.toml
+    Example: scanrack check machine.L5X --format sarif > machine.sarif
+
+    Exit status: 0 nothing found, 1 something found, 2 a file can't be used.
+    """
+    from scanrack.jobs.check import CheckReport, refused
+
+    form = ReportFormat.JSON if as_json else form
+    rack = files[0]
+    try:
+        if any(_is_stored(each) for each in files):
+            summaries = _stored(files)
+            report = CheckReport((), ())
+        else:
+            if len(files) > 1:
+                raise ValueError(
+                    f"{files[1]}: one rack or program at a time; several .pclt files may be given"
+                )
+            summaries, report = None, _checked(rack, drive)
+    except ValueError as error:
+        if form is not ReportFormat.TEXT:
+            _print(refused(error, rack), form, rack)
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
+    if summaries is not None and form is ReportFormat.TEXT:
+        for line in summaries:
+            say(line)
+        return
+    _print(report, form, rack)
+    if report.findings:
+        raise typer.Exit(NO)
+
+
+def _checked(rack: str, drive: str | None) -> CheckReport:
+    from scanrack.io_images.drives.models import MODELS
+    from scanrack.jobs.check import check_rack, check_replacement, load_any
+    from scanrack.jobs.prove.serving.judging import verdicts
+
+    if drive is not None and drive not in MODELS:
+        raise ValueError(f"--for {drive}: no such drive; choose from {', '.join(MODELS)}")
+    job, alone = load_any(rack)
+    if drive is not None:
+        return check_replacement(job, MODELS[drive], alone=alone)
+    return check_rack(job, alone=alone, prover=verdicts)
+
+
+def _is_stored(file: str) -> bool:
+    return file.lower().endswith(".pclt")
+
+
+def _stored(files: list[str]) -> list[str]:
+    """Return a line per stored program of the PCL601; ValueError for one that can't be stored."""
+    from scanrack.runtime.controllers.pcl601.program import read_program
+
+    from ..wire.pclt import summary
+
+    other = next((each for each in files if not _is_stored(each)), None)
+    if other is not None:
+        raise ValueError(f"{other} is no .pclt file: check it alone")
+    return [f"{each}: {summary(read_program(Path(each)))}" for each in files]
+
+
+def _print(report: CheckReport, form: ReportFormat, name: str) -> None:
+    from importlib.metadata import version
+
+    from scanrack.jobs.check.formats import as_json as json_of
+    from scanrack.jobs.check.formats import as_junit, as_sarif
+
+    if form is ReportFormat.JSON:
+        say_json(json_of(report))
+    elif form is ReportFormat.SARIF:
+        say_json(as_sarif(report, version("scanrack")))
+    elif form is ReportFormat.JUNIT:
+        say(as_junit(report, name), whole=True)
+    else:
+        _say(report)
+
+
+def _say(report: CheckReport) -> None:
+    for finding in report.findings:
+        say(str(finding))
+    number = len(report.findings)
+    ignored = f", {report.ignored} ignored" if report.ignored else ""
+    say(f"{number or 'no'} finding{'' if number == 1 else 's'}{ignored}")
+    for sentence in report.not_seen:
+        say(f"not seen: {sentence}")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("check", no_args_is_help=True)(_check_command)

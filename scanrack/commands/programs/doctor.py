@@ -1,0 +1,38 @@
+"""`scanrack doctor`: what this installation has, what it lacks, and how to fix it."""
+
+from __future__ import annotations
+
+import typer
+from scanrack.terminal.as_json import JsonOption, say_json
+from scanrack.terminal.status import NO
+from scanrack.terminal.terminal import say
+
+
+def _doctor_command(as_json: JsonOption = False) -> None:
+    """Check this installation: Python, extras, ports, real-time rights, browser, programs.
+
+    Each line that is not "ok" says how to fix it, or what it would give. Nothing is changed, and nothing
+    is asked over a network.
+
+    Exit status: 0 scanrack runs here, whatever else is absent; 1 something is broken.
+    """
+    from dataclasses import asdict
+
+    from scanrack.jobs.start.doctor import Health, examined
+
+    found = examined()
+    if as_json:
+        say_json([asdict(each) for each in found])
+    else:
+        width = max(len(each.name) for each in found)
+        for each in found:
+            say(f"{each.state.value:6}  {each.name:{width}}  {each.says}")
+            if each.mend:
+                say(f"{'':{width + 10}}{each.mend}")
+    if any(each.state is Health.BROKEN for each in found):
+        raise typer.Exit(NO)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("doctor")(_doctor_command)

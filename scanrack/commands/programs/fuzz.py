@@ -1,0 +1,256 @@
+"""`scanrack fuzz RACK`: search for conditions under which a program breaks an invariant."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.input_files import read_input_text
+from scanrack.io_images.text_limits import TextKind
+from scanrack.io_images.times import parse_duration
+from scanrack.jobs.fuzz import STANDARD, Scenario
+from scanrack.jobs.fuzz.folder_lock import locked
+from scanrack.jobs.fuzz.job import Setup, bench_of, replay
+from scanrack.jobs.fuzz.learning import LearnedScenario, learn
+from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for, possible_kinds
+from scanrack.jobs.fuzz.written_tests import check_new
+from scanrack.jobs.load.loading import LoadedRack, load_job, scans_to_run
+from scanrack.terminal.as_json import JsonOption, say_json
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.grouped import grouped
+from scanrack.terminal.status import DONE, NO
+from scanrack.terminal.terminal import say
+from scanrack.terminal.trace_options import tell_notes
+
+from .fuzz_budget import Budget
+from .fuzz_session import Session
+from .fuzz_summary import failure, failure_row
+
+DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion", "commands-end")
+"""The checks without --check and --invariants."""
+
+
+def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> frozenset[Kind]:
+    """Return the kinds of the options; without any, those of the rack file."""
+    if not (only or without):
+        only, without = job.spec.fuzz.only, job.spec.fuzz.without
+    names = {kind.value: kind for kind in Kind}
+    for name in (*only, *without):
+        if name not in names:
+            raise ValueError(f"unknown kind {name!r}; choose from {', '.join(names)}")
+    possible = possible_kinds(job.spec)
+    for name in only:
+        if names[name] not in possible:
+            can = ", ".join(kind.value for kind in Kind if kind in possible)
+            raise ValueError(f"--only {name}: not applicable to this rack; choose from {can}")
+    kinds = frozenset(names[name] for name in only) if only else kinds_for(job.spec)
+    left = kinds - {names[name] for name in without}
+    if not left:
+        raise ValueError(f"--without {', '.join(without)}: nothing is left that is random")
+    return left
+
+
+def _checks(given: list[str], files: list[Path]) -> tuple[str, ...]:
+    for name in given:
+        if name not in STANDARD:
+            raise ValueError(f"unknown check {name!r}; choose from {', '.join(STANDARD)}")
+    return tuple(given) if given or files else DEFAULT_CHECKS
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FuzzOptions:
+    """The argument and the options of `scanrack fuzz`."""
+
+    rack: Annotated[
+        str,
+        typer.Argument(
+            metavar="RACK", help="Rack file: TOML, or Python that defines rack(). Or a trace, to vary it."
+        ),
+    ]
+    invariants: Annotated[
+        list[Path] | None,
+        typer.Option("--invariants", "-i", metavar="FILE", help="Python file with invariants."),
+    ] = None
+    check: Annotated[
+        list[str] | None,
+        typer.Option("--check", metavar="NAME", help=f"Something that must hold: {', '.join(STANDARD)}."),
+    ] = None
+    duration: Annotated[
+        str | None, typer.Option("--for", metavar="TIME", help="Machine time of a run, such as '10 s'.")
+    ] = None
+    runs: Annotated[
+        int,
+        typer.Option(
+            "--runs",
+            metavar="N",
+            min=1,
+            help="How many scenarios to try, excluding shrinking and the corpus.",
+        ),
+    ] = 500
+    time: Annotated[
+        str | None, typer.Option("--budget", metavar="TIME", help="Search for so long instead: '2 h'.")
+    ] = None
+    scans: Annotated[
+        int | None, typer.Option("--scans", metavar="N", min=1, help="Search for so many scans instead.")
+    ] = None
+    processor: Annotated[
+        str | None,
+        typer.Option("--processor", metavar="TIME", help="Search for so much processor time instead."),
+    ] = None
+    only: Annotated[
+        list[str] | None,
+        typer.Option("--only", metavar="KIND", help=f"What is random: {', '.join(k.value for k in Kind)}."),
+    ] = None
+    without: Annotated[list[str] | None, typer.Option("--without", metavar="KIND", help="What is not.")] = (
+        None
+    )
+    jobs: Annotated[
+        int | None,
+        typer.Option("--jobs", "-j", metavar="N", min=1, help="Tasks at a time.", show_default="cores"),
+    ] = None
+    dask: Annotated[
+        str | None, typer.Option("--dask", metavar="ADDRESS", help="Search on a Dask cluster.")
+    ] = None
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="FOLDER", help="Where everything goes.", show_default="RACK-fuzz"
+        ),
+    ] = None
+    begin_with: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--corpus", metavar="PATH", help="Begin with the corpus of another folder, or with a recording."
+        ),
+    ] = None
+    scenario: Annotated[
+        Path | None, typer.Option("--scenario", metavar="FILE", help="Run just this scenario.")
+    ] = None
+    tests: Annotated[
+        Path | None,
+        typer.Option(
+            "--write-tests", metavar="FOLDER", help="Write pytest tests that reach what was reached."
+        ),
+    ] = None
+    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit status 3 if something under @sometimes was never seen.")
+    ] = False
+    as_json: JsonOption = False
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False
+
+
+def _fuzz_command(
+    options: FuzzOptions,
+) -> None:
+    """Search for inputs and faults that break a program.
+
+    Buttons are pressed, sensors stick, switches are elsewhere, links are lost, power goes, the CPU is
+    stopped, updates are torn, all at random. What breaks an invariant is shrunk, and written as a
+    rack file, a trace with its chart, and a script for the bench, with the sentence of the rule.
+    A campaign continues where it left off: its state is in the same folder.
+    Of a trace, the rack file and the program in it are searched, and what acted on the inputs is varied.
+
+    Example: scanrack fuzz line.toml --invariants must_hold.py --budget "10 min"
+
+    Exit status: 0 everything held, 1 something is broken, 2 a file or an option can't be used, 3 a file
+    can't be written, or with --strict something that should be seen sometimes never was, 130 stopped by
+    Ctrl-C; what is known by then is kept.
+    """
+    with reported_mistakes(), ExitStack() as held:
+        if options.tests is not None:
+            check_new(options.tests)
+        folder = options.out or Path(f"{Path(options.rack.partition(':')[0]).stem}-fuzz")
+        learned = None
+        if options.rack.endswith(".mcap"):
+            held.enter_context(locked(folder))
+            learned = learn(Path(options.rack), folder / "recording", trust=options.trust)
+            tell_notes(learned)
+        searched = options.rack if learned is None else str(learned.rack)
+        job = load_job(searched)
+        files = tuple(options.invariants or ())
+        setup = Setup(
+            rack=searched,
+            invariants=files,
+            checks=_checks(options.check or [], list(files)),
+            scans=_scans(job, options.duration, learned),
+            kinds=_kinds(job, options.only or [], options.without or []),
+            seed=job.spec.fuzz.seed,
+        )
+        bench_of.cache_clear()  # the files may have changed since another call in this process
+        bench_of(setup)  # refuse unusable files before a search begins
+        if options.scenario is not None:
+            raise typer.Exit(_replay(setup, options.scenario, as_json=options.as_json))
+        if learned is None:
+            held.enter_context(locked(folder))
+        session = Session(
+            job=job,
+            setup=setup,
+            folder=folder,
+            budget=Budget(
+                options.runs,
+                None if options.time is None else parse_duration(options.time),
+                options.scans,
+                None if options.processor is None else parse_duration(options.processor),
+            ),
+            jobs=options.jobs or (os.cpu_count() or 1 if options.dask is None else None),
+            dask=options.dask,
+            base=None if learned is None else learned.scenario,
+            begin_with=tuple(options.begin_with or ()),
+            quiet=options.quiet,
+            as_json=options.as_json,
+            strict=options.strict,
+            tests=options.tests,
+        )
+        status = session.run()
+    raise typer.Exit(status)
+
+
+def _scans(job: LoadedRack, duration: str | None, learned: LearnedScenario | None) -> int:
+    """Return the length of a run: from the command line, the recording, or the rack file."""
+    if learned is not None and duration is None:
+        return learned.scans
+    scans = scans_to_run(job.spec, duration, None, endless=False)
+    assert scans is not None
+    return scans
+
+
+def _replay(setup: Setup, file: Path, *, as_json: bool) -> int:
+    found = replay(bench_of(setup), read_scenario(file, setup))
+    if as_json:
+        say_json({"broken": [failure_row(each) for each in found]})
+    else:
+        say("\n".join(map(failure, found)) or "everything held")
+    return NO if found else DONE
+
+
+def read_scenario(file: Path, setup: Setup) -> Scenario:
+    """Read a scenario for a rack.
+
+    Raises:
+        ValueError: the file is missing, is no scenario, or is for slots that the rack lacks.
+    """
+    if not file.is_file():
+        raise ValueError(f"{file}: no such scenario")
+    try:
+        given = json_value(read_input_text(file, TextKind.SCENARIO), TextKind.SCENARIO)
+        recipe = isinstance(given, dict) and "scenario" in given
+        scenario = Scenario.from_json(given["scenario"] if recipe else given)
+        scenario.check(bench_of(setup).spec)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{file}:{error.lineno}: this is not JSON: {error.msg}") from None
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from None
+    return scenario
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("fuzz", no_args_is_help=True)(grouped(_fuzz_command, options=FuzzOptions))

@@ -1,0 +1,110 @@
+"""How long a session of `scanrack fuzz` searches, and how much of its time goes into explaining."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from scanrack.jobs.fuzz.campaign.campaign import Allowance
+from scanrack.jobs.fuzz.campaign.state import State
+from scanrack.runtime.loop.pace import wall_ns
+
+EXPLAINING = 2
+"""Part of a budget of time for explaining: one in so many. A search has the others."""
+
+
+@dataclass(frozen=True, slots=True)
+class Budget:
+    """How long a session searches: the limit that is reached first; the runs count without any other."""
+
+    runs: int  # number of scenarios
+    wall_ns: int | None = None
+    scans: int | None = None
+    processor_ns: int | None = None  # of all workers
+
+    @property
+    def is_by_runs(self) -> bool:
+        """Whether only the runs count."""
+        return self.wall_ns is None and self.scans is None and self.processor_ns is None
+
+
+@dataclass(slots=True)
+class Spending:
+    """What a session has used of its budget.
+
+    Explaining is part of the time; when its share is used up, or the budget, what is left is not explained.
+    """
+
+    budget: Budget
+    state: State
+    scans_before: int
+    explaining: Allowance = field(default_factory=Allowance)  # the time it may take
+    not_explained: int = 0  # number of failures
+    begin_ns: int = field(default_factory=wall_ns)
+    _explained_ns: tuple[int, int] = 0, 0  # time of the wall and of the processor
+    _since_ns: tuple[int, int] | None = None
+
+    def __post_init__(self) -> None:
+        wall, processor = self.budget.wall_ns, self.budget.processor_ns
+        self.explaining = Allowance(_share(wall), _share(processor))
+
+    @property
+    def searches(self) -> bool:
+        """Whether the search may continue."""
+        scans = self.budget.scans
+        left = scans is None or self.state.scans - self.scans_before < scans
+        return left and Allowance(self.budget.wall_ns, self.budget.processor_ns).covers(*self.used_ns)
+
+    @property
+    def explains(self) -> bool:
+        """Whether there is time for explaining."""
+        return self.explaining.covers(*self._explaining_ns)
+
+    @property
+    def used_ns(self) -> tuple[int, int]:
+        """The time used, of the wall and of the processor."""
+        return wall_ns() - self.begin_ns, self.state.processor_ns + self._explaining_ns[1]
+
+    def allowance(self, jobs: int) -> Allowance:
+        """Return the time for a task that is one of so many at a time."""
+        wall, processor = self.used_ns
+        limits = self.budget
+        return Allowance(
+            None if limits.wall_ns is None else limits.wall_ns - wall,
+            None if limits.processor_ns is None else (limits.processor_ns - processor) // jobs,
+        )
+
+    @property
+    def share(self) -> float | None:
+        """The part of the time that is used; None without a limit of time."""
+        limits = self.budget.wall_ns, self.budget.processor_ns
+        shares = [each / limit for each, limit in zip(self.used_ns, limits, strict=True) if limit is not None]
+        return min(1.0, max(shares)) if shares else None
+
+    @contextmanager
+    def on_explaining(self) -> Iterator[None]:
+        """Count the time within as explaining."""
+        self._since_ns = _now_ns()
+        try:
+            yield
+        finally:
+            self._explained_ns, self._since_ns = self._explaining_ns, None
+
+    @property
+    def _explaining_ns(self) -> tuple[int, int]:
+        wall, processor = self._explained_ns
+        if self._since_ns is None:
+            return wall, processor
+        now_wall, now_processor = _now_ns()
+        return wall + now_wall - self._since_ns[0], processor + now_processor - self._since_ns[1]
+
+
+def _share(limit: int | None) -> int | None:
+    return None if limit is None else limit // EXPLAINING
+
+
+def _now_ns() -> tuple[int, int]:
+    """Return the time of the wall and of this process's processor, ns."""
+    return wall_ns(), round(sum(os.times()[:2]) * 1e9)

@@ -1,0 +1,199 @@
+"""The output of `scanrack fuzz`: a failure in words, and the summary of a campaign."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Collection, Iterator, Set
+from dataclasses import asdict
+from pathlib import Path
+from textwrap import wrap
+
+from scanrack.io_images.installing import how_to_install
+from scanrack.jobs.fuzz import Counterexample, Invariant
+from scanrack.jobs.fuzz.campaign.recipes import Origin, Recipe
+from scanrack.jobs.fuzz.campaign.state import State
+from scanrack.jobs.fuzz.explain.unfired import WORDS, ErrorRules, UnfiredRule
+from scanrack.jobs.fuzz.reached import reached
+from scanrack.jobs.fuzz.run import NO_FAULT
+from scanrack.jobs.fuzz.scenarios.words import told
+from scanrack.jobs.fuzz.search import SPENT
+from scanrack.jobs.load.loading import LoadedRack
+from scanrack.jobs.prove.serving.stuck import PATIENCE, SolverStep
+from scanrack.ladder import LadderLogic
+from scanrack.terminal.status import reason
+
+from .fuzz_budget import Spending
+
+WIDTH = 100
+
+
+def failure(found: Counterexample) -> str:
+    """Return a failure in a few lines: the broken invariant, the scenario, and its evidence.
+
+    The first line names the invariant and the time; the others are indented.
+    """
+    broken = found.broken
+    lines = [*told(found.scenario), *broken.shows, *broken.rules]
+    return "\n  ".join([str(broken), *lines])
+
+
+def not_kept(error: OSError, found: Collection[Counterexample], origin: Origin) -> str:
+    """Return the message that the disk is full, with what was found as recipes."""
+    recipes = [Recipe(each.scenario, origin, each.broken.invariant).text().rstrip() for each in found]
+    asked = "these files, for --scenario, have what was found and could not be kept:" if recipes else ""
+    return "\n".join([f"{reason(error)}; {asked or 'nothing that was found is lost'}", *recipes])
+
+
+def failure_row(found: Counterexample, folder: Path | None = None) -> dict[str, object]:
+    """Return a failure for --json.
+
+    Args:
+        folder: of its files; None if the failure was only repeated.
+    """
+    row = {**asdict(found.broken), "scenario": told(found.scenario)}
+    return row if folder is None else {**row, "after_runs": found.after, "folder": str(folder)}
+
+
+def summary_row(
+    state: State,
+    before: State,
+    others: Set[str],
+    sought: Collection[Invariant],
+    never: Collection[UnfiredRule],
+) -> dict[str, object]:
+    """Return the figures of a campaign for --json.
+
+    Args:
+        others: names of the invariants that were not broken.
+        sought: the goals.
+        never: the error rules that never fired.
+    """
+    return {
+        "runs": state.runs - before.runs,
+        "scans": state.scans - before.scans,
+        "runs_in_all": state.runs,
+        "scans_in_all": state.scans,
+        "processor_s": state.processor_ns / 1e9,
+        "steps": state.steps,
+        "held": sorted(others - _untried(others, state)),
+        "never_tested": sorted(_untried(others, state)),
+        "goals": {each.name: state.greatest.get(each.name, each.name in state.applied) for each in sought},
+        "rules": dict(state.rules),
+        "rules_never_fired": {each.rule.id: each.says for each in never},
+    }
+
+
+def summary(state: State, before: State, seconds: float, rules: ErrorRules) -> str:
+    """Return the summary of a campaign, for people."""
+    return "\n".join([*_figures(state, before, seconds), *_rules(state, rules)])
+
+
+def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
+    runs, scans = state.runs - before.runs, state.scans - before.scans
+    rate = f" ({runs / seconds:,.0f} runs and {scans / seconds:,.0f} scans per second)" if runs else ""
+    yield f"runs          {runs:,}{rate}"
+    if state.shrinking:
+        yield f"              {state.shrinking:,} of them to shrink what was found"
+    if before.runs:
+        yield f"in all        {state.runs:,} runs, {state.scans:,} scans"
+    if state.printed:
+        yield f"printed       {state.printed:,} lines by the program, not shown"
+    total = state.spent.total()
+    if total:
+        shares = ", ".join(f"{what} {state.spent[what] / total:.0%}" for what in SPENT)
+        yield f"time          {shares}"
+
+
+def left_over(state: State, spending: Spending) -> str:
+    """Return a line with what the time did not suffice for; empty if it did."""
+    left = [
+        f"{count:,} of what was found {what}"
+        for count, what in (
+            (state.unshrunk, "not shrunk to the end"),
+            (spending.not_explained, "without the instant since when it was inevitable"),
+        )
+        if count
+    ]
+    return f"time is over  {', '.join(left)}" if left else ""
+
+
+def _rules(state: State, rules: ErrorRules) -> Iterator[str]:
+    fired = [rule for rule in rules.ids if state.rules[rule]]
+    yield f"error rules   {len(fired)} of {len(rules.ids)} of {rules.owners} fired"
+    yield from (f"  {rule:<9} {state.rules[rule]:>9,} times" for rule in fired)
+
+
+def never_fired(never: Collection[UnfiredRule]) -> str:
+    """Return the error rules that never fired, by reason; the coverage page has each one's own."""
+    lines = []
+    for why, words in WORDS.items():
+        rules = [each.rule.id for each in never if each.why is why]
+        if rules:
+            text = f"{words}: {', '.join(rules)}"
+            lines += wrap(text, WIDTH, initial_indent="  never     ", subsequent_indent=" " * 12)
+    return "\n".join(lines)
+
+
+def held(names: Collection[str], state: State) -> str:
+    """Return a line with the invariants that held, and those that were never tested."""
+    untried = _untried(names, state)
+    told_of = [f"{name} (its clock never started)" if name in untried else name for name in sorted(names)]
+    return f"held          {', '.join(told_of) or 'nothing'}"
+
+
+def goals(sought: Collection[Invariant], state: State) -> list[str]:
+    """Return a line for each goal: that it was seen or never, or its greatest value."""
+    return [f"{'sought' if not place else '':<14}{_goal(each, state)}" for place, each in enumerate(sought)]
+
+
+def _goal(goal: Invariant, state: State) -> str:
+    sentence = f"{goal.sentence.rstrip('.')} [{goal.name}]"
+    if goal.name in state.greatest:
+        return f"{sentence}: at most {state.greatest[goal.name]:g}"
+    return f"{sentence}: {'seen' if goal.name in state.applied else 'never seen'}"
+
+
+MOST_GAPS = 3
+"""Number of gaps that the closing lines name."""
+
+
+def closing(job: LoadedRack, state: State, solver: SolverStep, scans: int) -> str:
+    """Return three lines: what the campaign has looked at, what it has not reached, what to do next.
+
+    Args:
+        scans: of a run.
+    """
+    found = reached(job, state.kept.seen)
+    gaps = solver.gaps(found)
+    count, seconds = found.total - len(found.gaps), scans * job.spec.scan_ns / 1e9
+    dead = len(found.gaps) - len(gaps)
+    shown = "; ".join(each.text for each in gaps[:MOST_GAPS])
+    more = f"; and {len(gaps) - MOST_GAPS:,} more" if len(gaps) > MOST_GAPS else ""
+    proved = f" ({dead:,} proved never to be)" if dead else ""
+    return (
+        f"looked at     {state.runs:,} runs of {seconds:g} s; {count:,} of {found.total:,} {found.what}\n"
+        f"not reached   {shown or 'nothing'}{more}{proved}\n"
+        f"next          {_next(job, state, solver, is_open=bool(gaps))}"
+    )
+
+
+def _next(job: LoadedRack, state: State, solver: SolverStep, *, is_open: bool) -> str:
+    rack = shlex.quote(str(job.rack_file))
+    if state.found:
+        return f"fix what is broken, then scanrack fuzz {rack} again: it looks at that first"
+    if state.stale < PATIENCE:
+        return f'scanrack fuzz {rack} --budget "10 min": it still meets something new'
+    if solver.can_ask:
+        return f"scanrack prove {rack}: {state.stale:,} runs have brought nothing new, and a proof covers all"
+    if isinstance(job.logic, LadderLogic):
+        return f"{how_to_install('prove')}: the solver then says how to come to what is not reached"
+    if is_open:
+        return (
+            "see in the program what leads to the lines that are not reached: nothing new has come for long"
+        )
+    return "more invariants: the program does nothing new"
+
+
+def _untried(names: Collection[str], state: State) -> set[str]:
+    """Return the invariants whose clock never started."""
+    return {name for name in names if name not in state.applied and name != NO_FAULT and state.runs}

@@ -1,0 +1,56 @@
+"""`scanrack l5x`: the contents of an exported controller, what runs, and what does not.
+
+An L5X of Studio 5000, or the text of RSLogix 500 (`SOR ... EOR`), under any suffix except L5X's.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from scanrack.terminal.grouped import grouped
+
+from .l5x_options import L5xOptions
+
+
+def _l5x_command(
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="An L5X or SLC export, or a folder of them.", show_default=False),
+    ],
+    options: L5xOptions,
+) -> None:
+    """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
+
+    Rungs that are imported run for a trial in the interpreter and compiled; "ran" counts those in programs
+    in which both agreed after every scan.
+
+    With --run it also runs on a rack in a temporary folder, with memory for what is not simulated. The report
+    then says for which conditions the program waits, which inputs never changed, and which modules it wants.
+
+    Of a folder it prints sums: rungs, whole controllers, and the reasons of refusals without names of tags.
+
+    Example: scanrack l5x machine.L5X
+    Example: scanrack l5x exports --json
+    Example: scanrack l5x machine.L5X --run
+    Example: scanrack l5x machine.L5X --print-rack > machine.toml
+    Example: scanrack l5x machine.L5X --print-rack --stepper Feed > machine.toml
+
+    Example: scanrack l5x machine.L5X --against before.L5X
+    Example: scanrack l5x machine.L5X --against before.L5X --html review.html
+    Example: scanrack l5x machine.L5X --text
+    Example: scanrack l5x line.rung --export Main.Sequence > sequence.L5X
+    Example: scanrack l5x machine.L5X --out copy.L5X
+
+    Exit status: 0 all is imported, or nothing differs; 1 something is refused, or differs; 2 a file can't
+    be used; 3 a file can't be written.
+    """
+    from .l5x_job import l5x
+
+    l5x(file, options)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("l5x", no_args_is_help=True)(grouped(_l5x_command, options=L5xOptions))

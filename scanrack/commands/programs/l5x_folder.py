@@ -1,0 +1,140 @@
+"""A folder of exports: how many run, and why the others are refused, without names of tags."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from scanrack.jobs.load.program import EXPORT_SUFFIXES
+from scanrack.jobs.load.trial import Trial, tried
+from scanrack.ladder.model.errors import LadderError
+from scanrack.rockwell.l5x.mnemonics import MNEMONICS
+from scanrack.rockwell.l5x.report import Report
+from scanrack.terminal.as_json import say_json
+from scanrack.terminal.status import BAD_INPUT, DONE, NO, complain
+from scanrack.terminal.terminal import say
+
+LACKS = "names that the file does not have: tags, members, routines, add-ons"
+WHOLE = "Controller"
+
+_REASONS = (
+    (re.compile(r"function block diagrams have no ([\w, ]+) here"), "blocks without an implementation: {}"),
+    (re.compile(r"is a loop without|they are a loop without"), "a loop of blocks without a feedback wire"),
+    (re.compile(r"source is encoded|source of this add-on is encoded"), "encoded"),
+    (re.compile(r"\btag \S+ is not declared: "), "tags that are not declared"),
+    (re.compile(r"no (?:tag|routine|parameter or local tag|add-on|instruction) |has no member "), LACKS),
+    (re.compile(r"\b(\w+) is unknown"), "an instruction without an implementation: {}"),
+    (re.compile(r"is of type \w+; types of rungs"), "edits in progress"),
+    (re.compile(r"^(?:step|stop|transition|branch|leg|link|action) .+ (?:has|have|is|and) "), "a chart"),
+    (re.compile(r"^(\w+)\("), "an operand of {}"),
+    (re.compile(r"expected "), "text that is no logic"),
+)
+"""Reasons of refusals, the first that fits; a name in braces is that of an instruction."""
+
+
+def kind_of(reason: str) -> str:
+    """Return the kind of a refusal; names of the user's are left out.
+
+    >>> kind_of("MOV(Level,N): no tag Level (did you mean Lever?)")
+    'names that the file does not have: tags, members, routines, add-ons'
+    >>> kind_of("ADD(Lamp,1,N): Lamp is a BOOL, a number is needed")
+    'an operand of ADD'
+    """
+    for pattern, kind in _REASONS:
+        found = pattern.search(reason)
+        if found is not None:
+            name = found[1] if pattern.groups else ""
+            return kind.format(name) if not name or name.upper() in MNEMONICS or "blocks" in kind else LACKS
+    return "other"
+
+
+@dataclass(slots=True)
+class FolderReport:
+    """The sums over a folder."""
+
+    files: int = 0
+    controllers: int = 0  # whole ones
+    complete: int = 0  # whole controllers without a refusal
+    rungs: int = 0
+    imported: int = 0
+    ran: int = 0
+    unusable: int = 0  # files that are no exports, or beyond a limit
+    refusals: dict[str, int] = field(default_factory=dict)  # by kind
+    refused_files: dict[str, int] = field(default_factory=dict)  # by kind: files with such a refusal
+    any_refused: bool = False
+
+    def add(self, report: Report) -> None:
+        """Add a file."""
+        is_whole = report.target == WHOLE
+        self.controllers += is_whole
+        self.complete += is_whole and report.complete
+        self.any_refused |= not report.complete
+        self.rungs += report.rungs
+        self.imported += report.imported
+        self.ran += report.ran
+        kinds = [kind_of(each.reason) for each in (*report.refused, *report.objects)]
+        for each in kinds:
+            self.refusals[each] = self.refusals.get(each, 0) + 1
+        for each in set(kinds):
+            self.refused_files[each] = self.refused_files.get(each, 0) + 1
+
+    def reasons(self) -> list[dict[str, Any]]:
+        """Return the kinds of refusals, the most frequent first."""
+        kinds = sorted(
+            self.refusals, key=lambda each: (-self.refused_files[each], -self.refusals[each], each)
+        )
+        return [
+            {"reason": each, "files": self.refused_files[each], "refusals": self.refusals[each]}
+            for each in kinds
+        ]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for `--json`."""
+        counts = ("files", "controllers", "complete", "rungs", "imported", "ran", "unusable")
+        return {name: getattr(self, name) for name in counts} | {"reasons": self.reasons()}
+
+    def lines(self) -> Iterator[str]:
+        """Yield it as text."""
+        share = f"{self.ran / self.rungs:.2%}" if self.rungs else "none"
+        yield f"{self.files} exports, {self.unusable} of them can't be used"
+        yield f"{self.rungs:,} rungs: {self.imported:,} imported, {self.ran:,} ran ({share})"
+        yield f"{self.controllers} whole controllers, {self.complete} without a refusal"
+        rows = self.reasons()
+        if rows:
+            yield "files  refusals  reason"
+            yield from (f"{each['files']:5}  {each['refusals']:8}  {each['reason']}" for each in rows)
+
+
+def exports_in(folder: Path) -> list[Path]:
+    """Return the exports below a folder, by name."""
+    suffixes = {each.upper() for each in EXPORT_SUFFIXES}
+    return sorted(each for each in folder.rglob("*") if each.suffix.upper() in suffixes and each.is_file())
+
+
+def report_of(paths: Iterable[Path], trial: Trial) -> FolderReport:
+    """Import exports, run their trials, and sum them up."""
+    found = FolderReport()
+    for each in paths:
+        found.files += 1
+        try:
+            found.add(tried(each, trial).report)
+        except LadderError:
+            found.unusable += 1
+    return found
+
+
+def l5x_folder(folder: Path, trial: Trial, *, as_json: bool) -> int:
+    """Print the sums over a folder; return the exit status."""
+    paths = exports_in(folder)
+    if not paths:
+        return complain(f"{folder}: no .L5X or .SLC file in it", BAD_INPUT)
+    found = report_of(paths, trial)
+    if as_json:
+        say_json(found.as_json())
+    else:
+        for line in found.lines():
+            say(line)
+    return NO if found.any_refused or found.unusable else DONE

@@ -1,0 +1,169 @@
+"""An export of a controller: its report, its trial, its rack file, its differences, and the way back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+from scanrack.jobs.imports.export_start import DOWNLOADED, ExportStart
+from scanrack.jobs.load.exports import begun
+from scanrack.jobs.load.trial import Trial, is_slc, tried
+from scanrack.ladder.files.rungfile import read_program
+from scanrack.ladder.files.suffixes import SUFFIX
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.stubs import Stubs
+from scanrack.rockwell.diff import compare_exports, page_of, text_of_export
+from scanrack.rockwell.l5x import import_l5x
+from scanrack.rockwell.l5x.export import export_l5x
+from scanrack.rockwell.l5x.partial import partial_l5x
+from scanrack.rockwell.l5x.trial import SCANS
+from scanrack.rockwell.l5x.xml.document import copied, read_bytes
+from scanrack.rockwell.slc import import_slc
+from scanrack.rockwell.slc.document import read_document as read_slc
+from scanrack.terminal.as_json import say_json
+from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO, complain, reason, size_of
+from scanrack.terminal.terminal import say, say_file
+from scanrack.traces.files.guard import EXPORT, PAGE, OwnedError
+from scanrack.traces.files.newfile import new_file
+
+from .l5x_options import L5xOptions
+
+if TYPE_CHECKING:
+    from scanrack.jobs.first.first_run import FirstRun
+    from scanrack.rockwell.l5x import L5xImport
+    from scanrack.rockwell.slc import SlcImport
+
+
+def l5x(file: Path, options: L5xOptions) -> None:
+    """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
+
+    Raises:
+        typer.Exit: with the status of the command, unless it is 0.
+    """
+    begins = begun(keep_values=options.keep_values, memory=options.memory) or DOWNLOADED
+    if file.is_dir():
+        of_one = replace(options, as_json=False, scans=None, stand_in=False, memory=None)
+        if of_one != L5xOptions():
+            taken = "--json, --scans, --stand-in and --memory"
+            raise typer.Exit(complain(f"{file}: a folder takes {taken}", BAD_INPUT))
+        from .l5x_folder import l5x_folder  # a single file needs none of it
+
+        trial = Trial(options.scans or SCANS, options.stand_in, begins.memory_mib)
+        raise typer.Exit(l5x_folder(file, trial, as_json=options.as_json))
+    if options.html is not None and options.against is None:
+        raise typer.Exit(complain("--html draws what --against finds: name the older version", BAD_INPUT))
+    if options.against is not None:
+        raise typer.Exit(_print_differences(file, options.against, options.html, as_json=options.as_json))
+    if options.text:
+        raise typer.Exit(_print_text(file))
+    if options.rack or options.stepper:
+        raise typer.Exit(_print_rack(file, options.stepper or [], begins, stand_in=options.stand_in))
+    if options.export is not None or options.out is not None:
+        raise typer.Exit(_export(file, options.export, options.out))
+    try:
+        scans = (not options.run and options.scans) or SCANS
+        imported = tried(file, Trial(scans, options.stand_in, begins.memory_mib))
+    except LadderError as error:
+        if options.as_json:
+            say_json({"file": str(file), "problem": str(error)})
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from None
+    report = imported.report
+    first = _first_run(file, imported, options.scans, begins) if options.run else None
+    if options.as_json:
+        say_json(report.as_json() | ({"run": first.as_json()} if first else {}))
+    else:
+        for line in (*report.lines(), *(first.lines() if first else ())):
+            say(line)
+    raise typer.Exit(DONE if report.complete and not (first and (first.fault or first.problem)) else NO)
+
+
+def _first_run(
+    file: Path, imported: L5xImport | SlcImport, scans: int | None, begins: ExportStart
+) -> FirstRun:
+    """Run an export on its own rack."""
+    from scanrack.jobs.first import first_run  # racks take time to import, and a report needs none
+
+    return first_run.first_run(file, imported, scans or first_run.SCANS, begins)
+
+
+def _print_differences(file: Path, older: Path, html: Path | None, *, as_json: bool) -> int:
+    """Print the differences between two versions, and draw them; return the exit status."""
+    try:
+        found = compare_exports(older, file)
+    except LadderError as error:
+        return complain(str(error), BAD_INPUT)
+    if html is not None:
+        used = {file: "the export", older: "the older export"}
+        try:
+            with new_file(html, PAGE, used=used) as out:
+                out.write(page_of(found, older.name, file.name))
+        except OwnedError as error:
+            return complain(str(error), BAD_INPUT)
+        except OSError as error:
+            return complain(reason(error), CANNOT_WRITE)
+    if as_json:
+        say_json({"file": str(file), "against": str(older), **found.as_json()})
+    else:
+        for line in found.lines():
+            say(line)
+    return NO if found.differences else DONE
+
+
+def _print_text(file: Path) -> int:
+    """Print an export as text, for git; return the exit status."""
+    try:
+        say(text_of_export(file), whole=True)
+    except LadderError as error:
+        return complain(str(error), BAD_INPUT)
+    return DONE
+
+
+def _export(file: Path, name: str | None, out: Path | None) -> int:
+    """Print or write a program or a routine as an L5X, or the whole file; return the exit status."""
+    try:
+        data = _exported(file, name)
+        if out is None:
+            say_file(data)
+            return DONE
+        with new_file(out, EXPORT, "wb", used={file: "the export that is read"}) as opened:
+            opened.write(data)
+    except OSError as error:
+        return complain(reason(error), BAD_INPUT if out is None else CANNOT_WRITE)
+    except ValueError as error:
+        return complain(str(error), BAD_INPUT)
+    say(f"{out}: {size_of(out)}{'' if name else f', identical to {file}'}")
+    return DONE
+
+
+def _exported(file: Path, name: str | None) -> bytes:
+    """Return an export as it was read, or a part of it; a program made here is written new."""
+    if file.suffix == SUFFIX:
+        if name is None:
+            raise LadderError(f"{file}: it is no export; name a program with --export")
+        return export_l5x(read_program(file), name)
+    if not is_slc(file):
+        return copied(file) if name is None else partial_l5x(read_bytes(file), name, str(file))
+    if name is not None:
+        raise LadderError(f"{file}: --export prints parts of an L5X or a {SUFFIX} file; --out copies an SLC")
+    return read_slc(file).source
+
+
+def _print_rack(file: Path, steppers: list[str], begins: ExportStart, *, stand_in: bool) -> int:
+    """Print a rack file for an export; return the exit status."""
+    from scanrack.jobs.imports.l5x_rack import rack_of  # racks take time to import, and a report needs none
+    from scanrack.jobs.imports.slc_rack import rack_of_slc
+
+    try:
+        if is_slc(file):
+            program = import_slc(file)
+            printed, report = rack_of_slc(program, file, steppers), program.report
+        else:
+            stubs = Stubs(missing_tags=stand_in)
+            imported = import_l5x(file, stubs, trial=True, memory_mib=begins.memory_mib)
+            printed, report = rack_of(imported, file, steppers, export=begins), imported.report
+    except ValueError as error:
+        return complain(str(error), BAD_INPUT)
+    say(printed.rstrip(), whole=True)
+    return DONE if report.complete else NO

@@ -1,0 +1,56 @@
+"""Options of `scanrack l5x`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from scanrack.terminal.as_json import JsonOption
+from scanrack.terminal.trace_options import KeepValuesOption, MemoryOption
+
+
+@dataclass(frozen=True)
+class L5xOptions:
+    """What to print or write of an export, and how it begins; see `scanrack l5x --help`."""
+
+    as_json: JsonOption = False
+    rack: Annotated[bool, typer.Option("--print-rack", help="Print a rack file for it.")] = False
+    against: Annotated[
+        Path | None, typer.Option(metavar="OLDER", help="List what differs from an older version.")
+    ] = None
+    html: Annotated[
+        Path | None,
+        typer.Option("--html", metavar="OUT", help="With --against: also write both versions side by side."),
+    ] = None
+    text: Annotated[
+        bool, typer.Option("--text", help="Print the file as text without order and dates, for git.")
+    ] = False
+    export: Annotated[
+        str | None,
+        typer.Option(metavar="PROGRAM[.ROUTINE]", help="Print it as an L5X for partial import."),
+    ] = None
+    stepper: Annotated[
+        list[str] | None,
+        typer.Option(metavar="MODULE", help="With --print-rack: this module, by name or slot, is a 3601."),
+    ] = None
+    run: Annotated[bool, typer.Option("--run", help="Run it on a rack, and list what it waits for.")] = False
+    scans: Annotated[
+        int | None,
+        typer.Option(
+            "--scans", metavar="N", min=1, help="Scans of the trial, 100, or with --run of the run, 1000."
+        ),
+    ] = None
+    stand_in: Annotated[
+        bool,
+        typer.Option("--stand-in", help="Declare tags, members and routines that the L5X names and lacks."),
+    ] = False
+    keep_values: KeepValuesOption = False
+    memory: MemoryOption = None
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="COPY", help="Write the export there, or with --export the part of it."
+        ),
+    ] = None

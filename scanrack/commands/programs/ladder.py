@@ -1,0 +1,163 @@
+"""`scanrack ladder`: the rungs of a program as a picture, as text, or as the Python they run as."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from scanrack.io_images.times import parse_time
+from scanrack.jobs.bench import Bench
+from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.load.program import load_program
+from scanrack.jobs.trust.owned import in_use
+from scanrack.ladder import LadderError, LadderLogic
+from scanrack.ladder.draw import captions_of, routine_text, routines_svg
+from scanrack.ladder.draw.characters import WIDTH
+from scanrack.ladder.model.routine import Routine
+from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
+from scanrack.terminal.terminal import say
+from scanrack.traces.files.guard import SVG, Used
+from scanrack.traces.files.newfile import new_file
+
+NARROWEST = 40
+"""Least number of columns between the rails of a picture."""
+
+
+def load_rungs(file: str) -> LadderLogic:
+    """Load the ladder program in a `.rung` or `.st` file, a Python file, or of a rack.
+
+    Raises:
+        ValueError: the file can't be used, or its program has no rungs.
+    """
+    return rungs_and_files(file)[0]
+
+
+def rungs_and_files(file: str) -> tuple[LadderLogic, Used]:
+    """Return the program of `load_rungs`, and its files."""
+    if file.endswith(".toml"):
+        job = load_job(file)
+        logic, used = job.logic, in_use(job)
+    else:
+        program = load_program(file)
+        logic, used = program.function, {program.path: "the program"}
+    if not isinstance(logic, LadderLogic):
+        raise ValueError(f"{file}: the program is a Python function; it has no rungs")
+    return logic, used
+
+
+def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
+    """Return the routine of a name, or all of them.
+
+    Raises:
+        ValueError: the name is unknown; the message lists all names.
+    """
+    if name is None:
+        return list(program.routines)
+    found = [each for each in program.routines if each.name.upper() == name.upper()]
+    if not found:
+        names = ", ".join(each.name for each in program.routines)
+        raise ValueError(f"no routine {name} in program {program.name}; choose from {names}")
+    return found
+
+
+def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Routine, list[int]]]:
+    """Return routines with the numbers of their selected rungs or lines.
+
+    Raises:
+        ValueError: no routine has a rung of that number.
+    """
+    if number is None:
+        return [(routine, list(routine.numbers)) for routine in routines]
+    found = [(routine, [number]) for routine in routines if number in routine.numbers]
+    if not found:
+        numbers = [each for routine in routines for each in routine.numbers]
+        first, last = min(numbers, default=0), max(numbers, default=0)
+        raise ValueError(f"no {routines[0].unit} {number}; they are numbered from {first} to {last}")
+    return found
+
+
+def bench_at(file: str, at: str) -> Bench:
+    """Run a rack to a time; ValueError if it is not a rack with rungs, or not a time."""
+    if not file.endswith((".toml", ".py")):
+        raise ValueError(f"{file}: --at needs a rack file to run")
+    bench = open_bench(file, watched=True)
+    bench.scan(parse_time(at) // bench.cpu.period_ns + 1)
+    return bench
+
+
+def ladder(
+    file: Annotated[
+        str, typer.Argument(metavar="FILE", help="A .rung or .st file, a Python program, or a rack file.")
+    ],
+    routine: Annotated[
+        str | None, typer.Option("--routine", metavar="NAME", help="This routine only.")
+    ] = None,
+    rung: Annotated[int | None, typer.Option("--rung", metavar="N", help="This rung, or line, only.")] = None,
+    width: Annotated[
+        int | None,
+        typer.Option(
+            "--width",
+            metavar="N",
+            min=NARROWEST,
+            help="Columns between the rails; wider rungs continue below.",
+        ),
+    ] = None,
+    svg: Annotated[
+        Path | None, typer.Option("--svg", metavar="OUT", help="Write an SVG picture instead.")
+    ] = None,
+    text: Annotated[bool, typer.Option("--text", help="Print the rung text instead.")] = False,
+    source: Annotated[
+        bool, typer.Option("--source", help="Print the Python that the program runs as.")
+    ] = False,
+    at: Annotated[
+        str | None,
+        typer.Option("--at", metavar="TIME", help="Of a rack: run it so far; show where there is power."),
+    ] = None,
+) -> None:
+    """Draw rungs; with --at, show the power flow of a scan.
+
+    Examples: scanrack new feeder --from feeder;
+    scanrack ladder feeder/feeder.toml --at "3 s" --svg feeder.svg
+
+    Exit status: 0 drawn, 2 a file or an option can't be used, 3 the picture can't be written.
+    """
+    try:
+        program, used = rungs_and_files(file)
+        routines = chosen(program, routine)
+        truths: dict[str, list[tuple[bool, ...] | None]] = {}
+        if at is not None:
+            running = bench_at(file, at).program
+            truths = {each.name: running.truth(each.name) for each in routines}
+            routines = [running.routine_now(each.name) for each in routines]
+        captions = captions_of(program)
+        wanted = with_rung(routines, rung)
+        if svg is not None:
+            with new_file(svg, SVG, used=used) as out:
+                out.write(routines_svg(wanted, width or WIDTH, truths, captions))
+        elif source:
+            say(program.source(), whole=True)
+        elif text:
+            for each, numbers in wanted:
+                say(each.text if rung is None else "\n".join(map(each.numbered, numbers)), whole=True)
+        else:
+            fitting = max(shutil.get_terminal_size((WIDTH + 8, 0)).columns - 8, NARROWEST)
+            for each, numbers in wanted:
+                say(f"Routine {each.name}\n")
+                say(
+                    routine_text(each, width or fitting, truths.get(each.name), numbers, captions), whole=True
+                )
+    except LadderError as error:
+        raise typer.Exit(complain(f"{file}: {error}", BAD_INPUT)) from error
+    except OSError as error:
+        raise typer.Exit(complain(reason(error), BAD_INPUT if svg is None else CANNOT_WRITE)) from error
+    except ValueError as error:
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command()(ladder)

@@ -1,0 +1,48 @@
+"""`scanrack new FOLDER`: a rack, a program that homes and moves, and a test, to begin with."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from scanrack.jobs.start import LOGICS, ProjectError, new_project
+from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
+from scanrack.terminal.terminal import say
+
+Language = StrEnum("Language", {each.upper(): each for each in LOGICS})  # type: ignore[misc]  # from the folders
+
+
+def _new_command(
+    folder: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="A new or empty folder.", show_default=False)
+    ],
+    logic: Annotated[
+        Language, typer.Option("--logic", metavar="|".join(LOGICS), help="Language of the program.")
+    ] = Language.PYTHON,  # type: ignore[attr-defined]
+    example: Annotated[
+        str | None,
+        typer.Option("--from", metavar="EXAMPLE", help="Copy this example.", show_default=False),
+    ] = None,
+) -> None:
+    """Create a project: a rack, a program that homes and moves, a test, and NEXT.md.
+
+    Nothing is ever overwritten. Examples: scanrack new my-line; scanrack new my-feeder --from feeder
+
+    Exit status: 0 done; 2 the folder has something in it, or no such example; 3 it can't be written.
+    """
+    try:
+        written = new_project(folder, logic.value, example)
+    except ProjectError as error:
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
+    except OSError as error:
+        raise typer.Exit(complain(reason(error), CANNOT_WRITE)) from error
+    for each in written:
+        say(str(each))
+    say(f"\nSee it run:  scanrack watch {written[0]} --open")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("new", no_args_is_help=True)(_new_command)

@@ -1,0 +1,253 @@
+"""`scanrack prove RACK`: claims about a ladder program, for every input, or the scenario that breaks them."""
+
+from __future__ import annotations
+
+import re
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from scanrack.io_images.installing import how_to_install
+from scanrack.jobs.load.program import split_address
+from scanrack.jobs.prove.checking import Solver, solvers
+from scanrack.jobs.prove.differing import as_json as edited_as_json
+from scanrack.jobs.prove.differing import edited, lines_of
+from scanrack.jobs.prove.page import parts_of, parts_of_edit, save_page
+from scanrack.jobs.prove.proving import (
+    FoundAnswer,
+    Hearer,
+    Questions,
+    Result,
+    ScenarioFolder,
+    ask_questions,
+    no_progress,
+    prove_all,
+)
+from scanrack.jobs.prove.report import as_json as json_of
+from scanrack.jobs.prove.report import asked_text, assumptions, below, found_lines, line_of, open_text
+from scanrack.jobs.prove.subject import ProofSubject, subject_of
+from scanrack.jobs.trust.owned import in_use
+from scanrack.ladder.prove.answers import LIMITS
+from scanrack.ladder.prove.induction import VerdictKind
+from scanrack.ladder.prove.questions import Question
+from scanrack.ladder.prove.solving.solver import SolverMissingError
+from scanrack.terminal.as_json import JsonOption, say_json
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.grouped import grouped
+from scanrack.terminal.status import BAD_INPUT, DONE, NO, complain
+from scanrack.terminal.terminal import say
+
+_COMMA = re.compile(r",(?![^\[]*\])")
+"""A comma that is not in a subscript."""
+
+UNDECIDED = 3
+"""Exit status: nothing is refuted, and something is unknown."""
+
+
+@dataclass(frozen=True)
+class ComparedTags:
+    """Which tags of two programs are compared, and which may differ."""
+
+    only: Annotated[
+        str | None,
+        typer.Option(
+            "--may-differ", metavar="TAGS", help="Of two: tags that may differ, with commas between them."
+        ),
+    ] = None
+    outputs: Annotated[
+        str | None,
+        typer.Option(
+            "--outputs", metavar="TAGS", help="Of two: compare only these tags, with commas between them."
+        ),
+    ] = None
+
+    @property
+    def option(self) -> str:
+        """The option that is given; "" if none is."""
+        if self.only is not None:
+            return "--may-differ"
+        return "--outputs" if self.outputs is not None else ""
+
+
+def _prove_command(
+    rack: Annotated[
+        str, typer.Argument(metavar="RACK", help="Rack file, TOML or Python; or a ladder program or export.")
+    ],
+    compared: ComparedTags,
+    new: Annotated[
+        str | None,
+        typer.Argument(metavar="[NEW]", help="Second program: list possible differences only."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="FOLDER", help="Where scenarios go.", show_default="RACK-prove"),
+    ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option("--html", metavar="FILE", help="Write a page, too, with each scenario's rungs drawn."),
+    ] = None,
+    check: Annotated[
+        bool,
+        typer.Option("--check", help="Let other solvers check each proof: z3 and cvc5, whichever is there."),
+    ] = False,
+    work: Annotated[
+        int,
+        typer.Option("--work", metavar="N", min=1, max=1000, help="Multiply the limits: more is decided."),
+    ] = 1,
+    as_json: JsonOption = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
+) -> None:
+    """Prove properties or find counterexamples: for every input, scan time in a range and number of scans.
+
+    Properties are those of the rack file ([[prove.property]]), of comments (prove: never Fwd AND Rev) and of
+    a routine NEVER. Each is proved, refuted with a scenario that the program and the rack have replayed, or
+    unknown, with the instruction or the limit to blame. Built-in questions follow: rungs that are never true,
+    contacts that decide nothing, coils that are never on or never off again, coils that disagree, timers that
+    are never done, faults, endless loops. What the proofs assume is listed at the end. Each proof leaves a
+    certificate, proof.smt2 and proof.json; with --check other solvers check it, and what one of them refuses
+    is unknown.
+
+    Of two programs, it compares each bit and number that either writes, and lists those that can differ in
+    one scan and ever, with a run each and the inputs on which that depends. All others are equal. With
+    --may-differ, it fails if another one can differ.
+
+    Examples: scanrack new feeder --from feeder; scanrack prove feeder/feeder.toml
+    Example: scanrack prove before.L5X after.L5X --may-differ Valve1,Valve2
+
+    Exit status: 0 all proved, 1 a property is refuted, or a run faults or has coils that disagree, 2 a file
+    can't be used, 3 none of that and a property is unknown, or a file can't be written. Of two programs: 0
+    equal, or only --may-differ differs, 1 something can differ.
+    """
+    with reported_mistakes():
+        try:
+            if new is not None:
+                raise typer.Exit(_compare(rack, new, compared, out, html, as_json=as_json))
+            if option := compared.option:
+                raise ValueError(f"{option} needs two programs: scanrack prove OLD NEW {option} TAGS")
+            others = _solvers() if check else []
+            subject = subject_of(rack)
+            with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
+                progress = _progress if _is_shown(quiet=quiet) else no_progress
+                results = []
+                for each in prove_all(subject, folder, progress, LIMITS.times(work), others):
+                    if not as_json:
+                        _say_result(subject, each)
+                    results.append(each)
+                hearer = Hearer() if as_json else _Printing(quiet=quiet)
+                answers = ask_questions(subject, folder, others, hearer, work)
+                if html is not None:
+                    used = in_use(subject.job)
+                    save_page(html, f"proofs about {rack}", parts_of(subject, results, answers), used)
+        except SolverMissingError as error:
+            raise typer.Exit(complain(str(error), BAD_INPUT)) from error
+    if as_json:
+        say_json(json_of(subject, results, answers))
+    else:
+        _say_rest(subject, results, answers)
+    raise typer.Exit(status_of(results, answers))
+
+
+def _tags(text: str | None) -> list[str]:
+    return [each.strip() for each in _COMMA.split(text or "") if each.strip()]
+
+
+def _compare(
+    old: str,
+    new: str,
+    compared: ComparedTags,
+    out: Path | None,
+    html: Path | None,
+    *,
+    as_json: bool,
+) -> int:
+    """Print what can differ between two programs; return the exit status."""
+    with ScenarioFolder(out or Path(f"{Path(split_address(new)[0]).stem}-prove")) as folder:
+        found = edited(old, new, _tags(compared.outputs), _tags(compared.only), folder)
+    if html is not None:
+        used = {Path(split_address(each)[0]): "one of the programs" for each in (old, new)}
+        save_page(html, f"{old} and {new}", parts_of_edit(found), used)
+    if as_json:
+        say_json(edited_as_json(found))
+    else:
+        for line in lines_of(found):
+            say(line)
+    return DONE if found.is_equal else NO
+
+
+def _solvers() -> list[Solver]:
+    """Return the solvers that check proofs; a ValueError without any."""
+    found = solvers()
+    if not found:
+        raise ValueError(
+            f"--check needs another solver, z3 or cvc5: {how_to_install('check')}, or a program on the PATH"
+        )
+    return found
+
+
+def _say_result(subject: ProofSubject, result: Result) -> None:
+    """Print the answer to a claim."""
+    say(line_of(result, max(len(each.claim.name) for each in subject.program.properties)))
+    for line in below(subject, result):
+        say(f"    {line}")
+
+
+def _is_shown(*, quiet: bool) -> bool:
+    return not quiet and sys.stderr.isatty()
+
+
+def _progress(name: str, number: int, of: int) -> None:
+    say(f"proving {number} of {of}: {name}", err=True)
+
+
+class _Printing(Hearer):
+    """Prints findings as they come."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._quiet = quiet
+
+    def asked(self, count: int) -> None:
+        """Print how many questions there are."""
+        if count:
+            say(asked_text(count))
+
+    def found(self, answer: FoundAnswer) -> None:
+        """Print a finding."""
+        for line in found_lines(answer):
+            say(line)
+
+    def left(self, count: int, most_s: float) -> None:
+        """Print how many questions are left, and how long they may take."""
+        if not self._quiet:
+            most = f"{max(1, round(most_s)):,} s"
+            say(f"proving: {count:,} of them are left, about {most} at most", err=True)
+
+    def next(self, question: Question, count: int) -> None:
+        """Print the next of the questions that are left."""
+        if _is_shown(quiet=self._quiet):
+            say(f"proving, {count:,} after it: {question.site.where}: {question.text}", err=True)
+
+
+def _say_rest(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> None:
+    if left := open_text(answers):
+        say(left)
+    if not results:
+        say("no properties: a rack file has [[prove.property]], a rung's comment prove: never CONDITION")
+    say("assumed:")
+    for each in assumptions(subject, results):
+        say(f"    {each}")
+
+
+def status_of(results: Sequence[Result], answers: Questions) -> int:
+    """Return the exit status of some answers; built-in questions that are open do not count."""
+    words = {each.word for each in results}
+    if VerdictKind.REFUTED in words or any(each.refuted for each in answers.found):
+        return NO
+    return UNDECIDED if VerdictKind.UNKNOWN in words else DONE
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("prove", no_args_is_help=True)(grouped(_prove_command, compared=ComparedTags))

@@ -1,0 +1,182 @@
+"""Logic against a rack, scan by scan, recorded, with a closing summary: what `scanrack run` does."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, nullcontext, redirect_stdout
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scanrack.jobs.load.loading import LoadedRack
+from scanrack.jobs.run.result import RunCounters, result_of
+from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs.trust.owned import check_recording
+from scanrack.runtime.loop.pace import FreeRun, wall_ns
+from scanrack.terminal.as_json import say_json
+from scanrack.terminal.progress import shown_progress
+from scanrack.terminal.run_end import run_to_end
+from scanrack.terminal.status import (
+    BAD_INPUT,
+    CANNOT_WRITE,
+    DONE,
+    INTERRUPTED,
+    NO,
+    NO_HELPER,
+    complain,
+    reason,
+)
+from scanrack.terminal.terminal import say
+
+from .summary import summary, summary_row
+
+if TYPE_CHECKING:  # most runs serve and retain no tags, in virtual time
+    from scanrack.jobs.run.retained_memory import RetainedMemory
+    from scanrack.jobs.run.servers.kinds import ServerAddress
+    from scanrack.jobs.run.servers.tag_service import TagServices
+
+
+def run_job(
+    job: LoadedRack,
+    scans: int | None,
+    options: RunOptions,
+    *,
+    quiet: bool,
+    summarised: bool = True,
+    as_json: bool = False,
+    server: Sequence[ServerAddress] = (),
+) -> int:
+    """Run a job and report its result; return the exit status.
+
+    Args:
+        scans: their number, None = until Ctrl-C.
+        options: of the run; its hints are printed.
+        quiet: no progress and no summary; error messages are still printed.
+        summarised: whether a run that is not quiet ends with a summary.
+        server: where clients read and write tags.
+        as_json: print the summary as one JSON object, and the program's own output on standard error.
+    """
+    with ExitStack() as ports:
+        pacer, tally = options.pacer or FreeRun(), RunCounters()
+        if not pacer.free:
+            _in_real_time(ports, quiet=quiet)  # before there are ports: their threads inherit it
+        try:
+            told = replace(options, pacer=pacer, listeners=[tally], warn=_quiet if quiet else complain)
+            services = _opened(job, server, ports, live=options.live)
+            run = JobRun(job, ports, told)
+            if services is not None:
+                services.serve(run)
+        except ValueError as error:
+            return complain(str(error), BAD_INPUT)
+        except OSError as error:
+            return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
+        for each in () if quiet else job.warnings:
+            complain(each)
+        if server and pacer.free and not quiet:
+            complain("without --realtime the run does not wait for clients, and the servers end with it")
+        start_ns = wall_ns()
+        observed = partial(shown_progress, quiet=quiet)
+        with redirect_stdout(sys.stderr) if as_json else nullcontext():
+            status = run_to_end(
+                run.cpu, partial(run.run, scans, observed=observed), lambda: run.cpu.stop_requested
+            )
+        for each in () if run.repeated is None else run.repeated.refused:
+            complain(each)
+        took_ns = wall_ns() - start_ns
+        result = result_of(run, tally, options.trace)
+        if as_json:
+            say_json({"ended": ENDED[status], **summary_row(run, result, took_ns)})
+        elif summarised and not quiet:
+            say(summary(result, took_ns, pacer, run.stubs, run.steps))
+        if services is not None and not services.end() and status == DONE:
+            return complain("a helper process has never begun: its error stands above", NO_HELPER)
+        return status
+
+
+def servers_at(
+    texts: Sequence[str] | None, ua_security: str | None = None, ua_users: Path | None = None
+) -> Sequence[ServerAddress]:
+    """Return the addresses of --server; see `addresses`."""
+    if not (texts or ua_security or ua_users):
+        return ()
+    from scanrack.jobs.run.servers.kinds import addresses
+
+    return addresses(texts, ua_security, ua_users)
+
+
+def _opened(
+    job: LoadedRack, wanted: Sequence[ServerAddress], ports: ExitStack, *, live: bool
+) -> TagServices | None:
+    """Open servers of tags that end with `ports`.
+
+    Raises:
+        ValueError: a port can't be used, or the rack file lacks what a server needs.
+    """
+    if not wanted:
+        return None
+    from scanrack.jobs.run.servers.tag_service import TagServices
+
+    services = TagServices(job, wanted, complain, writes=not live)
+    ports.callback(services.end)
+    return services
+
+
+ENDED = {DONE: "done", NO: "fault", CANNOT_WRITE: "trace not written", INTERRUPTED: "stopped"}
+"""How a run ended, by exit status, for --json."""
+
+
+def _in_real_time(ports: ExitStack, *, quiet: bool) -> None:
+    """Ask the system for its help, and print what it has granted and refused, before the first scan."""
+    from scanrack.runtime.loop.realtime import real_time
+
+    for outcome in ports.enter_context(real_time()):
+        if not quiet:
+            complain(str(outcome))
+
+
+def _quiet(_hint: str) -> None: ...
+
+
+def trace_path(job: LoadedRack, record: Path | None, no_record: bool, keep: int | None = None) -> Path | None:
+    """Return the path of the recording: the command line's, the rack file's, or one named after it.
+
+    Raises:
+        ValueError: contradictory options, or a recording that would replace an owned file.
+    """
+    if record is not None and no_record:
+        raise ValueError("--record and --no-record contradict each other: give one of them")
+    if no_record:
+        return None
+    trace = record or _own_path(job)
+    check_recording(job, trace, keep=keep)
+    return trace
+
+
+def _own_path(job: LoadedRack) -> Path:
+    if job.spec.trace is not None:
+        return job.folder / job.spec.trace
+    return Path(f"{job.rack_file.stem}.mcap")
+
+
+def retained_memory(job: LoadedRack, path: Path, trace: Path | None, keep: int | None) -> RetainedMemory:
+    """Return the retained tags of a job; see `RetainedMemory`."""
+    from scanrack.jobs.run.retained_memory import RetainedMemory
+
+    return RetainedMemory(job, path, trace, keep)
+
+
+def run_retained(retained: RetainedMemory, run: Callable[[LoadedRack], int]) -> int:
+    """Run a job that begins with retained tags, and write them; return the exit status."""
+    with retained:
+        for said in retained.begin():
+            complain(said)
+        status = run(retained.job)
+        try:
+            retained.end()
+        except ValueError as error:
+            return complain(f"the tags can't be written: {error}", BAD_INPUT)
+        except OSError as error:
+            return complain(f"the tags can't be written to {retained.path}: {reason(error)}", CANNOT_WRITE)
+    return status

@@ -1,0 +1,49 @@
+"""`scanrack editor schema`: the JSON Schema of rack files, for editors."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated
+
+import typer
+from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
+from scanrack.terminal.terminal import say
+
+
+def schema_command(
+    draft4: Annotated[
+        bool,
+        typer.Option("--draft4", help="In Draft 4, for taplo; else in 2020-12, for tombi."),
+    ] = False,
+    write: Annotated[
+        bool, typer.Option("--write", help="Write it to rack.schema.json in this folder, and no other file.")
+    ] = False,
+) -> None:
+    """Print the JSON Schema of rack files.
+
+    It has all keys with their meaning, names, limits and the options of each module.
+
+    An editor whose TOML support is tombi or taplo reads it where the first line of a rack file is
+    #:schema rack.schema.json. What two keys decide together only `scanrack check` finds.
+
+    Example: scanrack editor schema --write
+
+    Exit status: 0 done; 2 rack.schema.json is another file; 3 it can't be written.
+    """
+    from scanrack.runtime.config.rack_schema import HINT, NAME, rack_schema
+
+    text = json.dumps(rack_schema(draft4=draft4), indent=1, ensure_ascii=False)
+    if not write:
+        say(text, whole=True)
+        return
+    from scanrack.traces.files.guard import SCHEMA
+    from scanrack.traces.files.newfile import new_file
+
+    try:
+        with new_file(NAME, SCHEMA) as file:
+            file.write(f"{text}\n")
+    except ValueError as error:
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
+    except OSError as error:
+        raise typer.Exit(complain(reason(error), CANNOT_WRITE)) from error
+    say(f"{NAME}\n\nPut this line first in a rack file beside it:  {HINT}")

@@ -1,0 +1,110 @@
+"""The tags of a rack as a table, as a file for an HMI's software, and as a first `[server]` table."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from scanrack.io_images.csv_cells import csv_text, line_text
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.servers.offered import database_of_job
+from scanrack.jobs.run.servers.tag_formats import FORMATS
+from scanrack.runtime.tag_servers.database import Database, Writable
+from scanrack.runtime.tag_servers.nearest import nearest, unknown_patterns
+from scanrack.runtime.tag_servers.tag_list import TagRow, first_map, tag_rows
+from scanrack.terminal.as_json import say_json
+from scanrack.terminal.status import BAD_INPUT, DONE, NO, complain
+from scanrack.terminal.terminal import say
+
+from ..recordings.show import new_table, print_block
+
+COLUMNS = ("name", "type", "access", "Modbus", "OPC UA", "EtherNet/IP", "description")
+SHOWN_MOST = 3
+"""Names of left-out tags that a message has."""
+
+
+def tags(
+    rack: Path, wanted: list[str], as_json: bool, as_csv: bool, software: str | None, server_map: bool
+) -> int:
+    """Print the tags of a rack, or those of patterns; return the exit status."""
+    if as_json + as_csv + server_map + (software is not None) > 1:
+        return complain("--json, --csv, --for and --map contradict each other: give one", BAD_INPUT)
+    try:
+        job = load_job(str(rack))
+        database = database_of_job(job)
+        server = job.spec.server
+        if problems := unknown_patterns(database, server.writable):
+            return complain("; ".join(problems), BAD_INPUT)
+        rows = list(tag_rows(database, server.modbus))
+        if wanted:
+            rows = _chosen(rows, wanted, database)
+    except ValueError as error:
+        return complain(str(error), BAD_INPUT)
+    if server_map:
+        text, left_out = first_map(rows, server.writable)
+        say(text.rstrip(), whole=True)
+        return _left_out("Modbus", left_out, rows)
+    if software is not None:
+        return _print_file(software, rows, job.spec.name)
+    if as_json:
+        say_json({"rack": job.spec.name, "tags": [_as_object(each) for each in rows]})
+    elif as_csv:
+        say(_csv(rows).rstrip(), whole=True)
+    else:
+        _print_table(rows)
+    return DONE
+
+
+def _print_file(software: str, rows: list[TagRow], title: str) -> int:
+    made = FORMATS[software](rows, title)
+    say(made.text.rstrip(), whole=True)
+    return _left_out(software, made.left_out, rows)
+
+
+def _left_out(where: str, names: list[str], rows: list[TagRow]) -> int:
+    if not names:
+        return DONE
+    listed = ", ".join(names[:SHOWN_MOST]) + (", ..." if len(names) > SHOWN_MOST else "")
+    return complain(f"{where} has no place for {len(names)} of {len(rows)} tags: {listed}", NO)
+
+
+def _chosen(rows: list[TagRow], patterns: list[str], database: Database) -> list[TagRow]:
+    """Return the rows that match patterns; ValueError for a pattern without one."""
+    found = []
+    for text in patterns:
+        matches = Writable([text]).matches
+        more = [row for row in rows if row.name == text or matches(re.sub(r"\[[^]]*\]", "", row.name))]
+        if not more:
+            raise ValueError(f"no tag {text!r}{nearest(database, text)}")
+        found += [each for each in more if each not in found]
+    return found
+
+
+def _cells(row: TagRow) -> tuple[str, ...]:
+    return row.name, row.type, row.access, ", ".join(row.modbus), row.node, row.enip, row.description
+
+
+def _as_object(row: TagRow) -> dict[str, object]:
+    return {
+        "name": row.name,
+        "type": row.type_name,
+        "dimensions": list(row.dims),
+        "writable": row.writable,
+        "description": row.description,
+        "modbus": list(row.modbus),
+        "opc_ua": row.node or None,
+        "ethernet_ip": row.enip,
+    }
+
+
+def _csv(rows: list[TagRow]) -> str:
+    return csv_text([COLUMNS, *((*_cells(each)[:-1], line_text(each.description)) for each in rows)])
+
+
+def _print_table(rows: list[TagRow]) -> None:
+    cells = [_cells(row) for row in rows]
+    used = [place for place in range(len(COLUMNS)) if any(each[place] for each in cells)]
+    table = new_table(*(COLUMNS[place] for place in used))
+    for each in cells:
+        table.add_row(*(each[place] for place in used))
+    print_block(table)

@@ -1,0 +1,180 @@
+"""Questions about a program: why a value is as it is, and where tags are used."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import typer
+from scanrack.io_images.times import seconds
+from scanrack.jobs.bench import Bench, NotReachedError
+from scanrack.jobs.bench.moment import ScanChoice
+from scanrack.jobs.bench.of_trace import why_of_trace
+from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs.load.loading import recording_of, runs
+from scanrack.jobs.why.acts import Acts, acts_for
+from scanrack.jobs.why.answer import value_of
+from scanrack.ladder import LadderError
+from scanrack.ladder.debug import CauseLink, Remedies, cross_reference
+from scanrack.ladder.debug.crossref import Mention
+from scanrack.ladder.model.resolver import AddressError
+from scanrack.runtime.loop.faults import CpuFault
+from scanrack.terminal.as_json import say_json
+from scanrack.terminal.status import BAD_INPUT, NO, complain, reason
+from scanrack.terminal.terminal import say
+from scanrack.terminal.trace_options import tell_notes
+from scanrack.traces.read.reader import open_trace
+
+from .ladder import load_rungs
+
+
+def _run(bench: Bench, moment: ScanChoice) -> None:
+    """Run a bench to the scan of the question.
+
+    Raises:
+        ValueError: a time or a tag can't be used.
+        NotReachedError: the bit does not become true.
+    """
+    own = f"{bench.spec.run_for_s or 10:f} s"
+    if moment.until is not None:
+        bench.run_until(moment.until, within=own)
+    else:
+        scans = moment.scans_from_power_up(bench.cpu.period_ns)
+        bench.scan(scans or ScanChoice(own).scans_from_power_up(bench.cpu.period_ns) or 1)
+
+
+def why(
+    file: str,
+    what: str | None,
+    at: str | None,
+    until: str | None,
+    deep: bool,
+    want: str | None,
+    trust: bool,
+    as_json: bool,
+) -> None:
+    """Explain why a tag has its value: since which scan, by which rung or line, and what that read.
+
+    Raises:
+        typer.Exit: with the status of the command, unless it is 0.
+    """
+    try:
+        moment = ScanChoice(at=at, until=until)
+        if runs(file):
+            asked = _ask_bench(open_bench(file, watched=True), what, moment, deep, want)
+        else:
+            asked = _ask_trace(Path(recording_of(file)), what, moment, trust=trust, deep=deep, want=want)
+    except NotReachedError as error:
+        raise typer.Exit(complain(str(error), NO)) from error
+    except (LadderError, ValueError) as error:
+        raise _refused(error) from error
+    except OSError as error:
+        raise typer.Exit(complain(f"{file}: {reason(error)}", BAD_INPUT)) from error
+    if as_json:
+        say_json({"what": what, **_as_json(asked)})
+    else:
+        say(f"{asked.when}\n{asked.text}")
+        if asked.acts is not None:
+            say(str(asked.acts))
+        elif asked.remedies is not None:
+            say(str(asked.remedies))
+
+
+class _Answer(NamedTuple):
+    """An answer."""
+
+    scan: int
+    now_ns: int
+    fault: str | None  # the earlier fault of the CPU, or None
+    notes: Sequence[str]  # omissions, a sentence each
+    when: str  # the scan and its time, in words
+    text: str
+    chain: CauseLink | None = None  # of causes
+    remedies: Remedies | None = None  # what it would take: inputs of the program
+    acts: Acts | None = None  # the same in what an owner does; None of a recording
+
+
+def _as_json(asked: _Answer) -> dict[str, object]:
+    fields = {
+        name: each for name, each in asked._asdict().items() if name not in ("chain", "remedies", "acts")
+    }
+    if asked.chain is not None:
+        fields |= {
+            "since": asked.chain.since,
+            "chain": asked.chain.as_json(),
+            "path": asked.chain.path_json(),
+        }
+    if asked.remedies is not None:
+        fields["takes"] = asked.remedies.as_json()
+    if asked.acts is not None:
+        fields["acts"] = asked.acts.as_json()
+    return fields
+
+
+def _ask_bench(bench: Bench, what: str | None, moment: ScanChoice, deep: bool, want: str | None) -> _Answer:
+    bench.check(*(each for each in (what, moment.until) if each is not None))
+    fault = None
+    try:
+        _run(bench, moment)
+    except CpuFault as error:
+        fault = str(error)
+        say(f"the CPU has faulted in {error}", err=True)
+    when = f"after {bench.scans:,} scans, {seconds(bench.now_ns)} s:"
+    text, chain = (bench.why(), None) if what is None else bench.answer(what, deep=deep)
+    remedies = acts = None
+    if what is not None and chain is not None and want is not None:
+        remedies = bench.suggest_inputs(what, want)
+        acts = acts_for(bench, chain, what, value_of(want))
+    return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, text, chain, remedies, acts)
+
+
+def _ask_trace(
+    path: Path, what: str | None, moment: ScanChoice, *, trust: bool, deep: bool, want: str | None
+) -> _Answer:
+    with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+        try:
+            asked = why_of_trace(trace, Path(folder), what, moment, trust=trust, deep=deep, want=want)
+        finally:
+            tell_notes(trace)
+    for note in asked.notes:
+        say(f"note: {note}", err=True)
+    when = f"scan {asked.scan:,}, {seconds(asked.now_ns)} s:"
+    return _Answer(asked.scan, asked.now_ns, None, asked.notes, when, asked.text, asked.chain, asked.remedies)
+
+
+def xref(file: str, tag: str | None, as_json: bool) -> None:
+    """List where tags are read and written.
+
+    Raises:
+        typer.Exit: with the status of the command, unless it is 0.
+    """
+    try:
+        found = cross_reference(load_rungs(file).build())
+        mentions = found.mentions if tag is None else found.of(tag)
+    except (LadderError, ValueError, OSError) as error:
+        raise _refused(error) from error
+    if tag is None:
+        mentions = tuple(sorted(mentions, key=lambda mention: mention.text.upper()))
+    if as_json:
+        say_json({"tag": tag, "mentions": [_mention(each) for each in mentions]})
+    for each in () if as_json else mentions:
+        site = each.site
+        say(f"{each.text:<28} {each.way:<14} {site.routine}, {site.place}: {site.instruction}")
+    if not mentions:
+        say(f"nothing in the program mentions {tag}", err=True)
+        raise typer.Exit(NO)
+
+
+def _mention(each: Mention) -> dict[str, object]:
+    """Return a mention for --json; `number` is that of the rung or line."""
+    site = each.site
+    where = {"program": site.program, "routine": site.routine, "unit": site.unit, "number": site.rung}
+    return {"tag": each.text, "reads": each.reads, "writes": each.writes, **where, "text": site.instruction}
+
+
+def _refused(error: Exception) -> typer.Exit:
+    """Report the mistake and its remedy; return the end of the command."""
+    remedy = f"; {error.remedy}" if isinstance(error, AddressError) else ""
+    return typer.Exit(complain(f"{error}{remedy}", BAD_INPUT))

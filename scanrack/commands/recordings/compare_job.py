@@ -1,0 +1,84 @@
+"""Two traces compared: the report and the exit status."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+import typer
+from scanrack.io_images.times import parse_time
+from scanrack.terminal.as_json import say_json
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.status import DONE, NO
+from scanrack.terminal.terminal import on_a_line, say
+from scanrack.terminal.trace_options import reading, tell_notes
+from scanrack.traces.compare import (
+    SAME_CLOCK,
+    Comparison,
+    TimeMap,
+    Tolerance,
+    align,
+    compare,
+    realign,
+    report,
+)
+from scanrack.traces.read.reader import Trace, open_trace
+
+from .options import CompareOptions
+
+
+def tolerance(time: str, counts: int) -> Tolerance:
+    """Return the tolerance of the options.
+
+    >>> tolerance("4 ms", 2)
+    Tolerance(time_ns=4000000, counts=2)
+
+    Raises:
+        ValueError: `time` is not a time.
+    """
+    return Tolerance(parse_time(time), counts)
+
+
+def tell(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
+    """Print a comparison; return the exit status."""
+    if as_json:
+        say_json({"same": found.same, "names": names, **asdict(found)})
+    else:
+        say("\n".join(map(on_a_line, report(found, names))))
+    return DONE if found.same else NO
+
+
+def names_of(a: Path, b: Path) -> tuple[str, str]:
+    """Return the names of two traces: file names if these differ, else paths.
+
+    >>> names_of(Path("old/line.mcap"), Path("new.mcap")), names_of(Path("a/x.mcap"), Path("b/x.mcap"))
+    (('line.mcap', 'new.mcap'), ('a/x.mcap', 'b/x.mcap'))
+    """
+    return (a.name, b.name) if a.name != b.name else (str(a), str(b))
+
+
+def compare_traces(options: CompareOptions) -> None:
+    """Find where two traces differ: the first scan, what led to it, and a summary of all differences.
+
+    Raises:
+        typer.Exit: with the status of the command, unless it is 0.
+    """
+    with reported_mistakes():
+        allowed = tolerance(options.tolerance_time, options.tolerance_counts)
+        with open_trace(options.a) as one, open_trace(options.b) as other:
+            clock = _clock(one, other, options.align_at, options.realign_at)
+            with reading(one, quiet=options.quiet) as progress:
+                found = compare(one, other, allowed, clock=clock, progress=progress)
+            for trace in (one, other):
+                trace.check_data()
+            tell_notes(one, other)
+        status = tell(found, names_of(options.a, options.b), as_json=options.as_json)
+    raise typer.Exit(status)
+
+
+def _clock(one: Trace, other: Trace, align_at: str | None, realign_at: str | None) -> TimeMap:
+    if align_at is not None and realign_at is not None:
+        raise ValueError("--align and --realign contradict each other: give one of them")
+    if realign_at is not None:
+        return realign(one, other, realign_at)
+    return SAME_CLOCK if align_at is None else align(one, other, align_at)

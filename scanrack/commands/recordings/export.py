@@ -1,0 +1,117 @@
+"""`scanrack export TRACE --csv OUT`, or another format of `traces.export.formats`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, make_dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.grouped import grouped
+from scanrack.terminal.status import size_of
+from scanrack.terminal.terminal import say
+from scanrack.terminal.trace_options import (
+    QuietOption,
+    RangeOption,
+    itself,
+    reading,
+    selection,
+    tell_notes,
+)
+from scanrack.traces.export import formats
+from scanrack.traces.export.format import ExportFormat
+from scanrack.traces.files.guard import check_output
+from scanrack.traces.read.reader import Trace, open_trace
+from scanrack.traces.signals import Catalog, SignalKind
+
+STDOUT = Path("-")
+"""The file name that means standard output."""
+
+
+def _targets() -> type[Any]:
+    """Return a dataclass with an option for each format."""
+    of_formats: list[tuple[str, Any, None]] = [
+        (each.name, Annotated[Path | None, typer.Option(each.option, metavar="OUT", help=each.help)], None)
+        for each in formats.FORMATS
+    ]
+    return make_dataclass("Targets", of_formats)
+
+
+def _export_command(
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    targets: Any,
+    signal: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--signal",
+            metavar="PATTERN",
+            help="Only signals of this name, such as 'slot1.in.*'; may be repeated.",
+            show_default="all bits and values",
+        ),
+    ] = None,
+    bits: Annotated[
+        bool, typer.Option("--bits", help="Only signals of one bit, for logic analyzers.")
+    ] = False,
+    ranges: RangeOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Convert a trace for other programs.
+
+    Example: scanrack export run.mcap --vcd run.vcd --range 1.5s:3s
+
+    OUT is a file, or - for standard output.
+
+    Exit status: 0 done, 2 the trace or an option can't be used, 3 a file can't be written.
+    """
+    with reported_mistakes():
+        wanted = selection(ranges)
+        given = asdict(targets)
+        chosen = [(each, given[each.name]) for each in formats.FORMATS if given[each.name] is not None]
+        _check(chosen, trace, choice="--signal" if signal else "--bits" if bits else "")
+        for each, target in chosen:
+            to_stdout = target == STDOUT
+            with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
+                into = target if not to_stdout else sys.stdout.buffer if each.binary else sys.stdout
+                signals = [_chosen(opened, signal or (), bits=bits)] if each.chooses else []
+                count = each.write(opened, into, *signals, wanted, progress=progress)
+            if not quiet:
+                size = "" if to_stdout else f", {size_of(target)}"
+                say(f"{target}: {count:,} scans{size}", err=to_stdout)
+            tell_notes(opened)
+
+
+def _chosen(trace: Trace, patterns: Sequence[str], *, bits: bool) -> Sequence[str]:
+    """Return the patterns, or the names of the bits among their signals."""
+    if not bits:
+        return patterns
+    signals = Catalog.of(trace).matching(patterns)
+    names = [signal.name for signal in signals if signal.kind is SignalKind.BIT]
+    if not names:
+        raise ValueError(f"--bits: no signal of {' '.join(patterns)} is a bit")
+    return names
+
+
+def _check(chosen: Sequence[tuple[ExportFormat, Path]], trace: Path, *, choice: str) -> None:
+    """Raise ValueError if these formats can't be written to these targets.
+
+    Args:
+        choice: the option that chooses signals; "" without one.
+    """
+    if choice and not any(each.chooses for each, _ in chosen):
+        raise ValueError(f"{choice} chooses columns; a copy as MCAP has all of the trace")
+    if not chosen:
+        options = ", ".join(each.option for each in formats.FORMATS)
+        raise ValueError(f"nothing to write: give {options} or several of them")
+    if sum(target == STDOUT for _, target in chosen) > 1:
+        raise ValueError("only one of them can go to standard output")
+    for each, target in chosen:
+        if target != STDOUT:
+            check_output(target, each.kind, itself(trace))
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("export", no_args_is_help=True)(grouped(_export_command, targets=_targets()))

@@ -1,0 +1,145 @@
+"""`scanrack import CAPTURE`: a capture of a network, or a log of frames, as a trace."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from scanrack.io_images.enip.codes import PORT
+from scanrack.jobs.captures.cip_words import cip_scans
+from scanrack.jobs.captures.modelling import simulated
+from scanrack.jobs.captures.reading import MODBUS_PORT, pairing_of, read_capture
+from scanrack.jobs.captures.recording import record, said_by, value_names
+from scanrack.jobs.captures.words import record_words, word_scans
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.grouped import grouped
+from scanrack.terminal.status import DONE, complain
+from scanrack.terminal.terminal import say
+from scanrack.terminal.trace_options import QuietOption
+from scanrack.traces.files.guard import TRACE, check_output
+
+
+class CapturedController(StrEnum):
+    """Controllers whose exchanges are understood."""
+
+    AMCI3601 = "amci3601"
+    PCL601 = "pcl601"
+    PMC006 = "pmc006"
+    COMPACTLOGIX = "compactlogix"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImportOptions:
+    """The argument and the options of `scanrack import`."""
+
+    capture: Annotated[
+        Path,
+        typer.Argument(
+            metavar="CAPTURE", help="A capture, pcap or pcapng, or a log of frames.", show_default=False
+        ),
+    ]
+    controller: Annotated[
+        CapturedController,
+        typer.Option("--as", metavar="CONTROLLER", help="amci3601, pcl601, pmc006 or compactlogix."),
+    ] = CapturedController.PCL601
+    unit: Annotated[
+        int | None,
+        typer.Option(
+            "--address",
+            metavar="N",
+            help="Its address, if there are several; the slot in a compactlogix.",
+            min=0,
+            max=255,
+        ),
+    ] = None
+    port: Annotated[
+        int | None,
+        typer.Option(
+            "--port",
+            metavar="PORT",
+            help="TCP port of the controller or gateway.",
+            min=1,
+            max=65535,
+            show_default=f"{MODBUS_PORT}; compactlogix: {PORT}",
+        ),
+    ] = None
+    rtu_over_tcp: Annotated[
+        bool,
+        typer.Option("--rtu-over-tcp", help="Raw serial bytes over TCP; implied for a log and a PMC006."),
+    ] = False
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", "-o", metavar="FILE", help="Where to.", show_default="CAPTURE with .mcap"),
+    ] = None
+    simulated_to: Annotated[
+        Path | None,
+        typer.Option(
+            "--simulated",
+            metavar="FILE",
+            help="Also record the simulated device's responses.",
+        ),
+    ] = None
+    quiet: QuietOption = False
+
+
+def _import_command(
+    options: ImportOptions,
+) -> None:
+    """Convert a network capture to a trace, for show, query, plot, export and compare.
+
+    A scan is an exchange, at the time of its reply. Registers are tags by their names. With --simulated the
+    same requests go to a simulated controller: compare the two traces to see where the real one differs.
+    Of a 3601 as remote I/O a scan is a read of its input words: replay gives them to a simulated one. So it
+    is of one in a CompactLogix, whose Local:1:I and Local:1:O some client reads over EtherNet/IP.
+
+    Example: scanrack import line.pcapng --as pcl601 --address 1 --simulated model.mcap
+
+    Exit status: 0 done, 2 a file or option can't be used, 3 a trace can't be written.
+    """
+    with reported_mistakes():
+        has_words = options.controller in (CapturedController.AMCI3601, CapturedController.COMPACTLOGIX)
+        if has_words and options.simulated_to is not None:
+            raise ValueError("--simulated does not apply to an amci3601: use scanrack replay")
+        target = options.out or Path(options.capture.name).with_suffix(".mcap")
+        outputs = [target] if options.simulated_to is None else [target, options.simulated_to]
+        used = {options.capture: "the capture"}
+        for each in outputs:
+            check_output(each, TRACE, used)
+            used[each] = "the other trace"
+        over_enip = options.controller is CapturedController.COMPACTLOGIX
+        at_port = options.port or (PORT if over_enip else MODBUS_PORT)
+        found = read_capture(
+            options.capture, pairing_of(options.controller, rtu=options.rtu_over_tcp), at_port, options.unit
+        )
+        _tell(found.notes, quiet=options.quiet)  # before a refusal, which they may explain
+        if has_words:
+            scans, notes = cip_scans(found.exchanges) if over_enip else (word_scans(found.exchanges), [])
+            first = found.exchanges[0]
+            record_words(target, scans, first.asked_ns, first.unit if over_enip else 1, sampled=over_enip)
+            _tell(notes, f"{target}: {len(scans):,} scans of a PLC", quiet=options.quiet)
+            raise typer.Exit(DONE)
+        real = said_by(options.controller, found.exchanges)
+        model = [] if options.simulated_to is None else simulated(options.controller, real)
+        names = value_names(real, model)
+        record(target, options.controller, real, names)
+        if options.simulated_to is not None:
+            record(options.simulated_to, options.controller, model, names)
+        done = f"{target}: {len(real):,} exchanges with unit {found.exchanges[0].unit}"
+        _tell([], done, quiet=options.quiet)
+    raise typer.Exit(DONE)
+
+
+def _tell(notes: list[str], done: str = "", *, quiet: bool) -> None:
+    if not quiet:
+        for note in notes:
+            complain(f"note: {note}")
+        if done:
+            say(done)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("import", no_args_is_help=True)(grouped(_import_command, options=ImportOptions))

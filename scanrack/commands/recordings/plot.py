@@ -1,0 +1,116 @@
+"""`scanrack plot TRACE`: a timing chart as a page that zooms, or as a PNG or SVG picture."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import typer
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.status import size_of
+from scanrack.terminal.terminal import say
+from scanrack.terminal.trace_options import (
+    QuietOption,
+    RangeOption,
+    itself,
+    reading,
+    selection,
+    tell_notes,
+)
+from scanrack.traces.files.guard import PAGE, PNG, SVG, check_output
+from scanrack.traces.plot import Envelope, read_chart, save_figure, save_page
+from scanrack.traces.read.reader import Trace, open_trace
+from scanrack.traces.signals import Selection
+
+_KINDS = {".png": PNG, ".svg": SVG, ".html": PAGE, ".htm": PAGE}
+"""Format of a chart, by the suffix of its file."""
+
+
+def _plot_command(
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="OUT",
+            help="Where to: .html, .png or .svg.",
+            show_default="beside the trace, as .html",
+        ),
+    ] = None,
+    slot: Annotated[
+        list[int] | None,
+        typer.Option("--slot", metavar="N", help="Only this slot; may be repeated.", show_default="all"),
+    ] = None,
+    tag: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--tag",
+            metavar="PATTERN",
+            help="Only recorded tags of this name, such as 'Dwell.*'; may be repeated.",
+            show_default="as many as there is room for; none with --slot",
+        ),
+    ] = None,
+    title: Annotated[
+        str | None,
+        typer.Option(
+            "--title", metavar="TEXT", help="What to write above it.", show_default="the rack's name"
+        ),
+    ] = None,
+    ranges: RangeOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Draw a timing chart: position, speed, ramp state, the bits that change, and recorded tags.
+
+    An HTML page needs nothing but a browser, holds every scan and zooms with the wheel; .png and .svg
+    need the extra `plot`: `scanrack doctor` says how to install it.
+
+    Example: scanrack plot run.mcap --out run.png --range 1.5s:3s
+
+    Exit status: 0 done, 2 the trace or an option can't be used, 3 the file can't be written.
+    """
+    with reported_mistakes():
+        wanted = selection(ranges)
+        target = trace.with_suffix(".html") if out is None else out
+        kind = target.suffix.lower()
+        if kind not in _KINDS:
+            allowed = ", ".join(_KINDS)
+            raise ValueError(f"{target}: the file's suffix says what to draw: {allowed}")
+        check_output(target, _KINDS[kind], itself(trace))
+        with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
+            shown = _ChartContent(slot or (), tag or (), title)
+            left_out = _draw(opened, target, wanted, shown, progress)
+        if not quiet:
+            say(f"{target}: {size_of(target)}")
+            if left_out:
+                many = "tag is" if left_out == 1 else "tags are"
+                say(f"{left_out:,} recorded {many} not drawn; --tag chooses", err=True)
+        tell_notes(opened)
+
+
+class _ChartContent(NamedTuple):
+    """The contents of a chart."""
+
+    slots: Sequence[int]  # numbers of the slots; empty = all
+    tags: Sequence[str]  # patterns of the tags; empty = as many as fit
+    title: str | None  # text above it; None = the rack's name
+
+
+def _draw(
+    trace: Trace, target: Path, wanted: Selection, shown: _ChartContent, progress: Callable[[int], None]
+) -> int:
+    """Draw a chart; return the number of tag values left out."""
+    slots, tags, title = shown
+    if _KINDS[target.suffix.lower()] is PAGE:
+        return save_page(
+            trace, target, wanted, slots=slots, tags=tags, title=title, progress=progress
+        ).left_out
+    chart = read_chart(trace, Envelope, wanted, slots=slots, tags=tags, title=title, progress=progress)
+    save_figure(chart, target)
+    return chart.left_out
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("plot", no_args_is_help=True)(_plot_command)

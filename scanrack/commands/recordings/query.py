@@ -1,0 +1,115 @@
+"""`scanrack query TRACE QUERY`: in which scans something held, and how long it took."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.table import Table
+from scanrack.io_images.times import seconds_column, time_text
+from scanrack.terminal.as_json import JsonOption, say_json
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.status import DONE, NO
+from scanrack.terminal.terminal import say
+from scanrack.terminal.trace_options import QuietOption, reading, tell_notes
+from scanrack.traces.query import Answer, Occurrence, query
+from scanrack.traces.read.reader import open_trace
+
+from .show import new_table, print_block
+
+_EXAMPLES = """
+
+Examples:
+
+  "rose(slot1.in.COMMAND_ERROR)"
+
+  "longest(rose(slot1.out.ABSOLUTE_MOVE) then slot1.in.MOVING_CW)"
+
+  "slot1.in.position > 4_000 and slot1.in.STOPPED for 20 ms"
+"""
+
+
+def tell(answer: Answer, limit: int | None) -> None:
+    """Print an answer."""
+    if answer.aggregate == "count":
+        say(answer.count)
+        return
+    shown = answer.occurrences[:limit]
+    if shown:
+        print_block(_table(shown))
+    left = len(answer.occurrences) - len(shown)
+    if left:
+        say(f"... and {left:,} more")
+    if answer.aggregate is not None:
+        say(f"of {answer.count:,}")
+    elif answer.count != 1:
+        say(f"{answer.count:,} times" if answer.count else "never")
+
+
+def _as_json(answer: Answer, limit: int | None) -> dict[str, object]:
+    occurrences = [{**asdict(each), "duration_ns": each.duration_ns} for each in answer.occurrences[:limit]]
+    return {"aggregate": answer.aggregate, "count": answer.count, "occurrences": occurrences}
+
+
+def _table(occurrences: tuple[Occurrence, ...]) -> Table:
+    result = new_table(
+        "scan>", "to scan>", "time s>", "lasted", *(f"{name}>" for name in occurrences[0].shown)
+    )
+    for one in occurrences:
+        values = [_text(value) for value in one.shown.values()]
+        lasted = time_text(one.duration_ns) + (" or more" if one.open else "")
+        result.add_row(str(one.first), str(one.last), seconds_column(one.start_ns), lasted, *values)
+    return result
+
+
+def _text(value: float | bool | None) -> str:
+    if value is None:
+        return "-"
+    if isinstance(value, bool):
+        return str(int(value))
+    if isinstance(value, int) or value.is_integer():
+        return f"{int(value):,}"
+    return f"{value:,.1f}"
+
+
+def _query_command(
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    text: Annotated[
+        str,
+        typer.Argument(
+            metavar="QUERY", help="What to look for, such as slot1.in.MOVING_CW.", show_default=False
+        ),
+    ],
+    show: Annotated[
+        list[str] | None,
+        typer.Option("--show", metavar="SIGNAL", help="Also print this signal per match; may be repeated."),
+    ] = None,
+    limit: Annotated[
+        int | None, typer.Option("--limit", metavar="N", min=0, help="Maximum rows.", show_default="all")
+    ] = None,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    with reported_mistakes():
+        with open_trace(trace) as opened, reading(opened, quiet=quiet) as progress:
+            answer = query(opened, text, show=show or (), progress=progress)
+        if as_json:
+            say_json(_as_json(answer, limit))
+        else:
+            tell(answer, limit)
+        tell_notes(opened)
+    raise typer.Exit(DONE if answer.count else NO)
+
+
+_query_command.__doc__ = f"""Find scans matching a condition, and how long each match lasts.
+
+Signals are named slot1.in.COMMAND_ERROR, slot1.in.position, slot1.out.target, slot1.speed; any bit of a
+word slot1.in.word3.12. Exit status: 0 found, 1 nothing found, 2 the query or the file can't be used.
+{_EXAMPLES}"""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("query", no_args_is_help=True)(_query_command)

@@ -1,0 +1,56 @@
+"""`scanrack replay TRACE`: play a trace, or repeat its session, and compare."""
+
+from __future__ import annotations
+
+import typer
+from scanrack.jobs.replay.targets import ReplayTarget
+from scanrack.terminal.grouped import grouped
+from scanrack.terminal.status import BAD_INPUT, complain
+
+from .options import ReplayOptions
+
+
+def _replay_command(options: ReplayOptions) -> None:
+    """Replay and check for differences; stop at the first scan whose response differs.
+
+    Rack and program are those that came with the trace, or what --rack and --program say: so a changed
+    program is checked against an old trace. With a tolerance the whole trace is replayed and
+    compared by time, see scanrack compare.
+
+    --into session runs the same rack file and program for the same number of scans, and repeats the
+    operator actions and edits of a session of scanrack watch before the same scans. Python that came with
+    the trace runs only if it is the same as in the current folder, or with --trust.
+
+    A 3601 that was in operation before the trace is taken as an image shows it at rest, and compared from the
+    scan after that. Its configuration is the first that the trace shows, or --configuration. --record writes
+    what is replayed, for scanrack compare; earlier recordings are kept, unless --replace is given.
+
+    Exit status: 0 the same, 1 something differs, 2 a file or option can't be used, 130 stopped by Ctrl-C.
+
+    Example: scanrack replay line.mcap --into program --program new.rung
+    """
+    own = {
+        "--slot": options.slot is not None,
+        "--rack": options.rack is not None,
+        "--program": options.program is not None,
+        "--stimuli": options.stimuli is not None,
+        "--tolerance-time": options.tolerance_time != "0s",
+        "--tolerance-counts": options.tolerance_counts != 0,
+        "--to-the-end": options.to_the_end,
+    }
+    if options.into is ReplayTarget.SESSION:
+        wrong = next((option for option, given in own.items() if given), None)
+        if wrong is not None:
+            raise typer.Exit(complain(f"{wrong} does not go with --into session", BAD_INPUT))
+        from .session_job import rerun_trace
+
+        rerun_trace(options)
+        return
+    from .replay_job import replay_trace
+
+    replay_trace(options)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("replay", no_args_is_help=True)(grouped(_replay_command, options=ReplayOptions))

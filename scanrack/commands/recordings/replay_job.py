@@ -1,0 +1,147 @@
+"""A recording played to a module, a program or a rack."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from functools import partial
+from pathlib import Path
+
+import typer
+from scanrack.jobs.captures.words import is_sampled
+from scanrack.jobs.load.loading import load_job, load_spec
+from scanrack.jobs.replay.replaying import (
+    Replay,
+    check_slots,
+    forced_rows,
+    of_recording,
+    score_of,
+    with_stimuli,
+)
+from scanrack.jobs.replay.resumed import configuration_words
+from scanrack.jobs.replay.resumed_operation import ResumedOperation
+from scanrack.jobs.replay.targets import ReplayTarget, Stimuli
+from scanrack.jobs.trust.attachments import job_of, spec_of
+from scanrack.runtime.config.rackspec import KEPT_TRACES, RackSpec
+from scanrack.runtime.loop.scan import ScanLogic
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.progress import shown_progress
+from scanrack.terminal.terminal import say
+from scanrack.terminal.trace_options import tell_notes
+from scanrack.traces.files.keeping import RecordingKeeper, check_recordings
+from scanrack.traces.read.reader import Trace, open_trace
+from scanrack.traces.replay import PackedTrace
+from scanrack.traces.write.recorder import ScanRecorder
+
+from .compare_job import tell, tolerance
+from .options import ReplayOptions
+
+REPLAY = "replay"
+"""Name of the second recording in the report."""
+
+
+def replay_trace(options: ReplayOptions) -> None:
+    """Replay and check for differences; stop at the first scan whose response differs.
+
+    Raises:
+        typer.Exit: with the status of the command, unless it is 0.
+    """
+    with reported_mistakes():
+        allowed = tolerance(options.tolerance_time, options.tolerance_counts)
+        keeping = None
+        if options.record is not None:
+            keeping = None if options.replace else RecordingKeeper(options.record, KEPT_TRACES)
+            check_recordings([options.record], keeping, {options.path: "the trace"})
+        with open_trace(options.path) as trace, tempfile.TemporaryDirectory() as folder:
+            recording = PackedTrace.of(trace)
+            try:
+                spec, logic = _sources(trace, Path(folder), options)
+            finally:
+                tell_notes(trace)
+            left_out: list[str] = []
+            resumed = None
+            if options.into is ReplayTarget.MODULE:
+                spec, left_out = of_recording(recording, spec)
+                facts = trace.head.metadata
+                resumed = ResumedOperation(
+                    recording,
+                    {slot.number: slot.firmware for slot in spec.slot if slot.module == "amci3601"},
+                    forced_rows(score_of(recording)),
+                    configuration_words(options.configuration),
+                    captured=facts.get("source") == "capture",
+                    sampled=is_sampled(facts),
+                )
+            elif options.configuration is not None:
+                raise ValueError("--configuration goes with --into module")
+            late = resumed is not None and bool(resumed.slots)
+            chosen = options.stimuli or _DEFAULT[options.into, late]
+            slots = check_slots(recording, spec, options.slot)
+            on_machine = with_stimuli(
+                spec, recording, chosen, resumed.active_high if resumed is not None else {}
+            )
+            exact = chosen is not Stimuli.INPUTS
+            replay = Replay(recording, on_machine, logic, options.into, slots, resumed, exact_inputs=exact)
+            replay.notes[:0] = left_out
+            observed = partial(shown_progress, quiet=options.quiet)
+            period_ns = int(trace.head.metadata["scan_period_ns"])
+            with _recorder(options.record, keeping, replay, recording, period_ns) as recorders:
+                follower = replay.run(
+                    allowed, to_the_end=options.to_the_end, observed=observed, recorders=recorders
+                )
+        if follower.stopped:
+            total = len(recording.scans)
+            replay.notes.append(
+                f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end continues"
+            )
+        for note in replay.notes:
+            say(f"note: {note}", err=True)
+        status = tell(follower.comparison(), (options.path.name, REPLAY), as_json=options.as_json)
+    raise typer.Exit(status)
+
+
+@contextmanager
+def _recorder(
+    target: Path | None,
+    keeping: RecordingKeeper | None,
+    replay: Replay,
+    recording: PackedTrace,
+    period_ns: int,
+) -> Iterator[list[ScanRecorder]]:
+    """Record a replay; yield what listens to it."""
+    if target is None:
+        yield []
+        return
+    facts = {"name": target.stem, "source": REPLAY}
+    recorder = ScanRecorder(
+        target,
+        replay.rack.memory,
+        recording.slots,
+        scan_period_ns=period_ns,
+        metadata=facts,
+        keeping=keeping,
+    )
+    with closing(recorder):
+        yield [recorder]
+
+
+_DEFAULT = {
+    (ReplayTarget.MODULE, False): Stimuli.MACHINE,
+    (ReplayTarget.MODULE, True): Stimuli.INPUTS,
+    (ReplayTarget.PROGRAM, False): Stimuli.MACHINE,
+    (ReplayTarget.RACK, False): Stimuli.RECORDED,
+}
+"""What acts on the machine, by the receiver and whether a module was in operation before the recording."""
+
+
+def _sources(trace: Trace, folder: Path, options: ReplayOptions) -> tuple[RackSpec, ScanLogic | None]:
+    """Return the rack and, unless the recorded outputs are played, the logic."""
+    rack, program, trust = options.rack, options.program, options.trust
+    if options.into is ReplayTarget.MODULE:
+        if program is not None:
+            raise ValueError(
+                "--program goes with --into program or rack: a module is played recorded outputs"
+            )
+        return (load_spec(rack)[0] if rack else spec_of(trace, folder, trust=trust)), None
+    job = load_job(rack, program) if rack else job_of(trace, folder, trust=trust, program=program)
+    return job.spec, job.logic

@@ -1,0 +1,77 @@
+"""The run of a trace, repeated and compared."""
+
+from __future__ import annotations
+
+import filecmp
+import tempfile
+from pathlib import Path
+
+import typer
+from scanrack.jobs.record.order_repeater import is_session, lost_edits, orders_of
+from scanrack.jobs.record.program_versions import versions_of
+from scanrack.jobs.replay.replaying import lost_notes
+from scanrack.jobs.run.running import RunOptions
+from scanrack.jobs.trust.attachments import job_of
+from scanrack.jobs.trust.owned import check_recording
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.status import DONE, NO
+from scanrack.terminal.terminal import say
+from scanrack.terminal.trace_options import itself, reading, tell_notes
+from scanrack.traces.compare import compare
+from scanrack.traces.read.arrays import extent
+from scanrack.traces.read.reader import Trace, open_trace
+
+from ..programs.run_job import run_job
+from .compare_job import tell
+from .options import ReplayOptions
+
+PARENT = ("parent", "parent_scan")
+"""Entries of the metadata of a branch, see `watch.play`."""
+
+RERUN = "rerun"
+"""Name of the second recording in the report."""
+
+
+def rerun_trace(options: ReplayOptions) -> None:
+    """Run a recorded session again and check for differences: same rack file, program and number of scans.
+
+    Raises:
+        typer.Exit: with the status of the command, unless it is 0.
+    """
+    with reported_mistakes(), open_trace(options.path) as trace, tempfile.TemporaryDirectory() as folder:
+        status = _rerun(trace, Path(folder), options)
+    raise typer.Exit(status)
+
+
+def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
+    path, trust, quiet = options.path, options.trust, options.quiet
+    again, keep = options.record or folder / "rerun.mcap", 0 if options.replace else None
+    try:
+        job = job_of(trace, folder / "files", trust=trust)
+    except ValueError:
+        tell_notes(trace)
+        raise
+    check_recording(job, again, itself(path), keep)
+    ends = extent(trace).scan.tolist()
+    if not ends:
+        raise ValueError(f"{path}: the trace has no scans to compare with")
+    tell_notes(trace)
+    given = orders_of(trace.events())
+    orders = given if given or is_session(trace) else None
+    editions = None if orders is None else versions_of(trace, orders, job, folder / "edits", trust=trust)
+    for note in lost_notes(lost_edits(trace.events())):
+        say(f"note: {note}", err=True)
+    scans = ends[-1] + 1
+    parent = {key: trace.head.metadata[key] for key in PARENT if key in trace.head.metadata}
+    running = RunOptions(trace=again, orders=orders, editions=editions, metadata=parent, keep=keep)
+    status = run_job(job, scans, running, quiet=quiet, summarised=False)
+    if status not in (DONE, NO):
+        return status
+    if not options.as_json and filecmp.cmp(path, again, shallow=False):
+        if not quiet:
+            say(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, the same byte for byte")
+        return DONE
+    with open_trace(again) as other:
+        with reading(trace, quiet=quiet) as progress:
+            found = compare(trace, other, progress=progress)
+        return tell(found, (path.name, RERUN), as_json=options.as_json)

@@ -1,0 +1,323 @@
+"""`scanrack show TRACE`: a trace as text - its head, what happened, the scans in which something changed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import asdict
+from io import StringIO
+from itertools import islice
+from pathlib import Path
+from typing import Annotated, Generic, TypeVar
+
+import typer
+from rich.console import Console
+from rich.measure import Measurement
+from rich.table import Table
+from scanrack.io_images.times import seconds_column
+from scanrack.jobs.trust.extracting import attached_files, extract
+from scanrack.terminal.as_json import JsonOption, say_json
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.status import DONE
+from scanrack.terminal.tables import Cells
+from scanrack.terminal.terminal import on_a_line, say
+from scanrack.terminal.trace_options import RangeOption, selection
+from scanrack.traces.format.flags import flag_names
+from scanrack.traces.read.arrays import extent, scan_count
+from scanrack.traces.read.changes import ChangeRows, Row
+from scanrack.traces.read.event_text import describe
+from scanrack.traces.read.number_formats import NumberFormats
+from scanrack.traces.read.reader import Trace, TraceEvent, open_trace
+from scanrack.traces.read.sections import Section
+from scanrack.traces.read.tag_text import TagText
+from scanrack.traces.signals import ALL, Selection
+
+T = TypeVar("T")
+
+
+def show(
+    trace: Path,
+    *,
+    every: bool = False,
+    limit: int | None = None,
+    wanted: Selection = ALL,
+    as_json: bool = False,
+) -> None:
+    """Print a trace; TraceError if it can't be read.
+
+    Args:
+        every: a row for every change, not only where more than position and counts changed.
+        limit: most rows and most events to print; None = all.
+    """
+    with open_trace(trace) as opened:
+        contents = Contents(opened, every=every, limit=limit, wanted=wanted)
+        if not contents.rows.stopped:
+            opened.check_data()
+        if as_json:
+            say_json(_as_json(trace, opened, contents))
+            return
+        for block in _blocks(trace, opened, contents):
+            print_block(block)
+
+
+class CappedList(Generic[T]):
+    """A list that keeps the first items and counts the rest.
+
+    Args:
+        limit: most items to keep; None = all.
+    """
+
+    def __init__(self, limit: int | None) -> None:
+        self.kept: list[T] = []
+        self.more = 0  # number of items that were not kept
+        self.stopped = False  # whether reading ended early, so that there may be more
+        self._limit = limit
+
+    @property
+    def full(self) -> bool:
+        """Whether the limit is reached."""
+        return self._limit is not None and len(self.kept) >= self._limit
+
+    def add(self, things: Iterable[T]) -> None:
+        """Keep items up to the limit; count the others."""
+        rest = iter(things)
+        room = None if self._limit is None else self._limit - len(self.kept)
+        self.kept.extend(islice(rest, room))
+        self.more += sum(1 for _ in rest)
+
+
+ASIDE = frozenset({"/indicators", "/texts"})
+"""Topics printed with --every only: status bits and tags show the same."""
+
+
+class Contents:
+    """The parts of a trace to print, collected in one pass, which ends when the limit is reached.
+
+    Attributes:
+        count: number of scans, inside and outside of the range.
+        first: number of the first scan.
+        last: number of the last scan.
+        rows: rows of the table, in the range.
+    """
+
+    def __init__(self, trace: Trace, *, every: bool, limit: int | None, wanted: Selection = ALL) -> None:
+        self.rows: CappedList[Row] = CappedList(limit)
+        self.events: CappedList[TraceEvent] = CappedList(limit)
+        self._wanted = wanted
+        self._every = every
+        self._scans = 0
+        tags = None if trace.head.tags is None else TagText(trace.head.tags, trace.texts(), every=every)
+        formats = NumberFormats.of(trace)
+        self._changes = ChangeRows(trace.head.slots, flag_names, every=every, tags=tags, formats=formats)
+        for section in trace.sections:
+            if self.events.full and self.rows.full:
+                self.events.stopped = self.rows.stopped = True
+                break
+            if self.rows.full and trace.shape.only_scans(section):
+                self.rows.stopped = True
+            else:
+                self._read(trace, section)
+        if not self.rows.full:
+            self.rows.add(self._changes.rest())
+        self.count: int = scan_count(trace) if self.rows.stopped else self._scans
+        self.first: int = 0
+        self.last: int = 0
+        self.end_ns: int = 0
+        if self.count:
+            ends = extent(trace)
+            self.first, self.last = ends.scan.tolist()
+            self.end_ns = int(ends.time_ns[-1])
+
+    def _read(self, trace: Trace, section: Section) -> None:
+        for entry in trace.entries(section):
+            if isinstance(entry, TraceEvent):
+                if self._wanted.has(entry.scan, entry.now_ns) and (self._every or entry.topic not in ASIDE):
+                    self.events.add([entry])
+            else:
+                self._scans += len(entry)
+                inside = self._wanted.has(entry["scan"], entry["log_time"])
+                self.rows.add(self._changes.rows_of(entry, inside, trace.as_scans))
+
+
+def _blocks(path: Path, trace: Trace, contents: Contents) -> Iterator[str | Table]:
+    """Yield all parts to print, in order."""
+    head = trace.head
+    attachments = {attachment.name: f"{len(attachment.data):,} bytes" for attachment in trace.attachments()}
+    yield f"{path}: {trace.size:,} bytes, written by {head.library}"
+    for note in trace.notes:
+        yield f"note: {note}"
+    yield _scans_line(contents)
+    yield from ("", _slot_table(trace), "", _pairs_table(head.metadata))
+    yield from ("", _pairs_table({f"attached: {name}": size for name, size in attachments.items()}))
+    yield ""
+    yield from story(contents)
+
+
+def _as_json(path: Path, trace: Trace, contents: Contents) -> dict[str, object]:
+    """Return all parts for --json; `more` is null where reading stopped at the limit."""
+    head = trace.head
+    return {
+        "trace": str(path),
+        "bytes": trace.size,
+        "library": head.library,
+        "notes": trace.notes,
+        "metadata": head.metadata,
+        "slots": [
+            {"number": slot.number, "module": slot.module, "firmware": slot.firmware} for slot in head.slots
+        ],
+        "attached": {each.name: len(each.data) for each in trace.attachments()},
+        "scans": contents.count,
+        "first": contents.first,
+        "last": contents.last,
+        "end_ns": contents.end_ns,
+        "events": [
+            {**asdict(each), "text": describe(each.topic, each.scan, each.fields)}
+            for each in contents.events.kept
+        ],
+        "more_events": None if contents.events.stopped else contents.events.more,
+        "changes": [asdict(row) for row in contents.rows.kept],
+        "more_changes": None if contents.rows.stopped else contents.rows.more,
+    }
+
+
+def story(contents: Contents) -> Iterator[str | Table]:
+    """Yield events and changes."""
+    yield "What happened"
+    yield _event_table(contents.events.kept) if contents.events.kept else "nothing beside the scans"
+    yield from _more(contents.events, "events")
+    yield from ("", "What changed")
+    yield _row_table(contents.rows.kept) if contents.rows.kept else "nothing"
+    yield from _more(contents.rows, "rows")
+
+
+def _scans_line(contents: Contents) -> str:
+    if not contents.count:
+        return "no scans"
+    return (
+        f"{contents.count:,} scans, {contents.first} to {contents.last}, "
+        f"up to {seconds_column(contents.end_ns)} s of machine time"
+    )
+
+
+def _more(capped: CappedList[T], what: str) -> Iterator[str]:
+    if capped.stopped:
+        yield f"... and maybe more {what}: it stopped at the limit"
+    elif capped.more:
+        yield f"... and {capped.more:,} more {what}"
+
+
+def _slot_table(trace: Trace) -> Table:
+    table = new_table("slot>", "module", "firmware")
+    for slot in trace.head.slots:
+        table.add_row(str(slot.number), slot.module or "-", slot.firmware or "-")
+    return table
+
+
+def _pairs_table(pairs: Mapping[str, str]) -> Table:
+    table = new_table("", "")
+    table.show_header = False
+    for name, value in pairs.items():
+        if not name.startswith("slot"):  # signals of slots have their own table
+            table.add_row(name, value)
+    return table
+
+
+def _event_table(events: Iterable[TraceEvent]) -> Table:
+    table = new_table("scan>", "time s>", "slot>", "what")
+    for event in events:
+        slot = event.fields.get("slot", "")
+        text = describe(event.topic, event.scan, event.fields)
+        table.add_row(str(event.scan), seconds_column(event.now_ns), str(slot), text)
+    return table
+
+
+def _row_table(rows: Iterable[Row]) -> Table:
+    table = new_table("scan>", "time s>", "slot>", "", "position>", "encoder>", "what")
+    for row in rows:
+        table.add_row(
+            "" if row.scan is None else str(row.scan),
+            "" if row.now_ns is None else seconds_column(row.now_ns),
+            "" if row.slot is None else str(row.slot),
+            row.direction,
+            "" if row.position is None else f"{row.position:,}",
+            "" if row.encoder is None else f"{row.encoder:,}",
+            row.text,
+        )
+    return table
+
+
+def new_table(*titles: str) -> Table:
+    """Return an empty table; a title that ends in ">" marks a column of numbers."""
+    table = Cells(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for title in titles:
+        if title.endswith(">"):
+            table.add_column(title[:-1], justify="right", no_wrap=True)
+        else:
+            table.add_column(title, overflow="fold")
+    return table
+
+
+def print_block(block: str | Table) -> None:
+    """Print to a terminal in its width; elsewhere in lines of any length."""
+    console = Console(highlight=False, markup=False, emoji=False)
+    if isinstance(block, str):
+        say(on_a_line(block))
+    elif console.is_terminal:
+        console.print(block)
+    else:
+        say("\n".join(plain_lines(block)))
+
+
+def plain_lines(block: str | Table) -> list[str]:
+    """Return a block as lines of any length."""
+    if isinstance(block, str):
+        return [block]
+    console = Console(color_system=None, highlight=False, markup=False, emoji=False)
+    width = Measurement.get(console, console.options.update(width=1_000_000), block).maximum
+    plain = Console(
+        file=StringIO(), width=width, color_system=None, highlight=False, markup=False, emoji=False
+    )
+    with plain.capture() as capture:
+        plain.print(block)
+    return [line.rstrip() for line in capture.get().splitlines()]
+
+
+def _show_command(
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    every: Annotated[
+        bool, typer.Option("--every", help="A row for every change, those of position and counts included.")
+    ] = False,
+    limit: Annotated[
+        int | None,
+        typer.Option("--limit", metavar="N", min=0, help="Maximum rows and events.", show_default="all"),
+    ] = None,
+    ranges: RangeOption = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option(
+            "--extract",
+            metavar="FOLDER",
+            help="Write the files that came with it there: program, rack file, map of words.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: JsonOption = False,
+) -> None:
+    """List events and changes: the trace's header, slots and events, and the scans that changed something.
+
+    Bits that rose are shown as +NAME, bits that fell as -NAME. Scans in which only the position or
+    encoder count changed are counted, unless --every is given. A trace whose process was killed is
+    shown up to its last whole chunk. With --extract the files it was made of are written out and
+    named, and nothing else is printed. Exit status 2 if the file can't be read, 3 if none can be written.
+    """
+    if folder is not None:
+        with reported_mistakes(), open_trace(trace) as opened:
+            for path in extract(attached_files(opened), folder):
+                say(path)
+        raise typer.Exit(DONE)
+    with reported_mistakes():
+        show(trace, every=every, limit=limit, wanted=selection(ranges), as_json=as_json)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("show", no_args_is_help=True)(_show_command)

@@ -1,0 +1,290 @@
+"""`scanrack conform`: a real 3601 behind its controller, held against the manual."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from scanrack.io_images.times import parse_time
+from scanrack.jobs.conform.findings import ConformResult
+from scanrack.jobs.conform.moments import Timing
+from scanrack.jobs.conform.page import save_report
+from scanrack.jobs.conform.paths.captured import scenes_of
+from scanrack.jobs.conform.paths.counter import counter_rung
+from scanrack.jobs.conform.paths.logix_path import (
+    LogixPath,
+    ModuleTags,
+    connect,
+    counter_of,
+    is_real,
+    product_of,
+    wiring_of,
+)
+from scanrack.jobs.conform.plan import PlannedScene, ScenePlan, load_plan
+from scanrack.jobs.conform.playing import play
+from scanrack.jobs.conform.report import FORMAT, PlayedPlan, as_object, lines, load_played, next_steps
+from scanrack.jobs.conform.verdicts import Judge
+from scanrack.jobs.replay.resumed import configuration_words
+from scanrack.terminal.as_json import JsonOption, say_json
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.grouped import grouped
+from scanrack.terminal.status import DONE, NO, complain
+from scanrack.terminal.terminal import on_a_line, say
+from scanrack.terminal.trace_options import QuietOption, tell_notes
+from scanrack.traces.files.guard import PAGE, beginning, check_output
+from scanrack.traces.files.newfile import new_file
+
+RESULT = beginning("a result of conform", f'{{"format": "{FORMAT}'.encode())
+SAFETY = (
+    "this controller is a real one, and its axis moves: disable the drive first, then uncouple the motor; "
+    "read the book's page about conform; then give --live --allow-writes"
+)
+
+
+class RungKind(StrEnum):
+    """Files in which the counter comes."""
+
+    L5X = "l5x"
+    SLC = "slc"
+
+
+@dataclass(frozen=True, slots=True)
+class _Wish:
+    """What is to be played, and how."""
+
+    plan: ScenePlan
+    tags: ModuleTags
+    scenes: Sequence[str]
+    encoder: bool
+    allowed: bool
+    quiet: bool
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConformOptions:
+    """The argument and the options of `scanrack conform`."""
+
+    plan: Annotated[str, typer.Argument(metavar="PLAN", help="A plan: hour, quick, or a TOML file.")] = "hour"
+    path: Annotated[
+        str | None,
+        typer.Option("--path", metavar="HOST[:PORT][,SLOT]", help="The controller.", show_default=False),
+    ] = None
+    source: Annotated[
+        Path | None,
+        typer.Option("--judge", metavar="FILE", help="A result, or a trace of scanrack import, to judge."),
+    ] = None
+    module: Annotated[int, typer.Option("--slot", metavar="N", help="The module's slot.", min=1, max=30)] = 1
+    counter: Annotated[
+        str | None,
+        typer.Option("--counter", metavar="TAG:MS", help="A tag that counts every MS."),
+    ] = None
+    wire: Annotated[
+        list[str] | None,
+        typer.Option("--wire", metavar="INPUT=TAG", help="A tag that energizes an input; repeat it."),
+    ] = None
+    encoder: Annotated[bool, typer.Option("--encoder", help="An encoder is wired, and stands still.")] = False
+    scene: Annotated[
+        list[str] | None, typer.Option("--scene", metavar="NAME", help="Only this scene; repeat it.")
+    ] = None
+    scan: Annotated[
+        str | None,
+        typer.Option(
+            "--max-scan-time", metavar="TIME", help="Longest time from scan to scan of the controller."
+        ),
+    ] = None
+    live: Annotated[
+        bool, typer.Option("--live", help="A real axis may move. This is not a safety system.")
+    ] = False
+    control: Annotated[
+        bool, typer.Option("--allow-writes", help="With --live: write the module's words.")
+    ] = False
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FILE",
+            help="The result to send, without your names.",
+            show_default="conform.json; none with --judge",
+        ),
+    ] = None
+    html: Annotated[
+        Path | None, typer.Option("--html", metavar="FILE", help="Also write a one-page HTML report.")
+    ] = None
+    configuration: Annotated[
+        str | None,
+        typer.Option(
+            "--configuration",
+            metavar="WORDS",
+            help="Configuration words when the trace begins: '843Ch 003Ch 0 500'.",
+        ),
+    ] = None
+    rung: Annotated[
+        RungKind | None,
+        typer.Option("--print-counter", metavar="l5x|slc", help="Print the counter's rung, to import."),
+    ] = None
+    listed: Annotated[
+        bool, typer.Option("--list", help="List scenes, and the interpretations that they settle.")
+    ] = False
+    as_json: JsonOption = False
+    quiet: QuietOption = False
+
+
+def _conform_command(
+    options: ConformOptions,
+) -> None:
+    """Test a real 3601 against its manual.
+
+    A plan of scenes is played through the controller that owns the module. A difference is reported only if
+    no instant at which the words may have acted explains what was read. Each rule is as the manual
+    has it, differs, or is open; each interpretation that a scene settles is named.
+
+    Example: scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --allow-writes
+
+    Exit status: 0 no difference, 1 a difference, 2 a file, option or path can't be used, 3 the result can't
+    be written.
+    """
+    with reported_mistakes():
+        if options.rung is not None:
+            say(counter_rung(options.rung.value).rstrip(), whole=True)
+            raise typer.Exit(DONE)
+        wanted = load_plan(options.plan)
+        if options.listed:
+            _say_list(wanted)
+            raise typer.Exit(DONE)
+        used = {options.source: "the file that is judged"} if options.source is not None else {}
+        used |= {Path(options.plan): "the plan"} if Path(options.plan).is_file() else {}
+        out = options.out or (None if options.path is None else Path("conform.json"))
+        if out is not None:
+            check_output(out, RESULT, used)
+        around = used if out is None else used | {out: "the result"}
+        if options.html is not None:
+            check_output(options.html, PAGE, around)
+        tag, period_ns = counter_of(options.counter)
+        tags = ModuleTags(options.module, tag, period_ns, wiring_of(options.wire or []))
+        wanted = replace(wanted, timing=_timing(wanted.timing, options.scan, period_ns))
+        if (options.path is None) == (options.source is None):
+            raise ValueError(
+                "give --path HOST[,SLOT] for a controller, or --judge FILE for what was recorded"
+            )
+        if options.configuration is not None and options.source is None:
+            raise ValueError("--configuration goes with --judge: a plan has its own")
+        if options.source is None:
+            wish = _Wish(
+                wanted,
+                tags,
+                options.scene or (),
+                options.encoder,
+                options.live and options.control,
+                options.quiet or options.as_json,
+            )
+            recorded = _play(str(options.path), wish)
+        else:
+            words = configuration_words(options.configuration)
+            recorded = _recorded(options.source, options.module, wanted.timing, words)
+        judge = Judge(recorded.firmware, recorded.timing)
+        for each in recorded.scenes:
+            verdict = judge.judge(each)
+            if not options.quiet and not options.as_json:
+                complain(f"{each.name}: {verdict.verdict}")
+        result = judge.conclude()
+        whole = as_object(recorded, result)
+        name = "" if out is None else out.name
+        if out is not None:
+            with new_file(out, RESULT, used=used) as file:
+                json.dump(whole, file, separators=(", ", ": "))
+                file.write("\n")
+        if options.html is not None:
+            save_report(options.html, recorded, result, around, name)
+        if options.as_json or not options.quiet:
+            _say_result(whole, result, recorded, name, as_json=options.as_json)
+        raise typer.Exit(NO if result.differs else DONE)
+
+
+def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
+    """Return what is known of the path: a counter's windows have the scan already."""
+    counted_ns = 0 if period_ns else timing.scan_ns
+    scan_ns = counted_ns if scan is None else parse_time(scan)
+    return replace(timing, scan_ns=scan_ns)
+
+
+def _recorded(source: Path, slot: int, timing: Timing, given: Sequence[int] | None) -> PlayedPlan:
+    with source.open("rb") as file:
+        begin = file.read(1)
+    if begin == b"{":
+        if given is not None:
+            raise ValueError("--configuration goes with a trace: a result has its own")
+        return load_played(source)
+    captured = scenes_of(source, slot, timing, given)
+    tell_notes(captured)
+    return PlayedPlan(captured.firmware, timing, captured.scenes, slot, date=captured.captured_at)
+
+
+def _play(path: str, wish: _Wish) -> PlayedPlan:
+    unknown = [each for each in wish.scenes if each not in {scene.name for scene in wish.plan.scenes}]
+    if unknown:
+        raise ValueError(f"the plan {wish.plan.name} has no scene {unknown[0]!r}: --list names them")
+    client = connect(path)
+    with closing(client):
+        if is_real(client) and not wish.allowed:
+            raise ValueError(SAFETY)
+        try:
+            logix = LogixPath(client, wish.tags)
+            date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+            scenes = [play(scene, logix, wish.plan) for scene in _chosen(wish)]
+        except OSError as error:
+            raise ValueError(f"{path}: {error}") from error
+        product, plan = product_of(client), wish.plan
+    return PlayedPlan(plan.firmware, plan.timing, scenes, wish.tags.slot, product, date, plan.name)
+
+
+def _chosen(wish: _Wish) -> list[PlannedScene]:
+    """Return the scenes that can be played here; say which can't."""
+    chosen = []
+    for scene in wish.plan.scenes:
+        if wish.scenes and scene.name not in wish.scenes:
+            continue
+        missing = _missing(scene, wish)
+        if missing and not wish.quiet:
+            complain(f"{scene.name}: left out, {missing}")
+        if not missing:
+            chosen.append(scene)
+    return chosen
+
+
+def _missing(scene: PlannedScene, wish: _Wish) -> str:
+    wired = sum(bit.value for bit in wish.tags.wiring or {})
+    if any(step.inputs & ~wired for step in scene.steps) or ("inputs" in scene.needs and not wired):
+        return "it needs inputs that are wired to outputs (--wire)"
+    return "it needs an encoder (--encoder)" if "encoder" in scene.needs and not wish.encoder else ""
+
+
+def _say_list(plan: ScenePlan) -> None:
+    for scene in plan.scenes:
+        needs = f"; needs {', '.join(scene.needs)}" if scene.needs else ""
+        settles = f" [{', '.join(scene.settles)}]" if scene.settles else ""
+        say(on_a_line(f"{scene.name}: {scene.why}{settles}{needs}"))
+
+
+def _say_result(
+    whole: dict[str, object], result: ConformResult, recorded: PlayedPlan, name: str, *, as_json: bool
+) -> None:
+    if as_json:
+        say_json({name: part for name, part in whole.items() if name != "moments"})
+    else:
+        for line in lines(result, recorded.reads):
+            say(line)
+        for advice in next_steps(recorded, result, name):
+            say(f"next: {advice}")
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("conform")(grouped(_conform_command, options=ConformOptions))

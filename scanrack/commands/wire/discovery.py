@@ -1,0 +1,86 @@
+"""`scanrack device list` and `scanrack device identify PORT`: the serial ports, and the device on one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import partial
+from itertools import islice
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+from scanrack.jobs.run.served_units import addresses_in
+from scanrack.runtime.line.clients.probing import Asked, probe, questions
+from scanrack.runtime.line.liveport import open_port
+from scanrack.terminal.status import NO, complain
+from scanrack.terminal.terminal import say
+from scanrack.terminal.trace_options import QuietOption
+from serial.tools.list_ports import comports
+
+from .link_commands import reported_faults
+
+
+def list_command() -> None:
+    """List the serial ports.
+
+    Example: scanrack device list
+
+    Exit status: 0 there are some, 1 there is none.
+    """
+    devices = sorted(comports(), key=lambda each: each.device)
+    for each in devices:
+        about = [text for text in (each.description, each.manufacturer) if text and text != "n/a"]
+        say("  ".join([each.device, *about]))
+    if not devices:
+        raise typer.Exit(complain("no serial device", NO))
+
+
+@contextmanager
+def shown_questions(total: int, *, quiet: bool) -> Iterator[Asked]:
+    """Show each requested address, if standard error is a terminal; yield the function that shows it."""
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda _language, _address: None
+        return
+    columns = TextColumn("asking {task.description}"), BarColumn()
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=total)
+        yield lambda language, address: bar.update(
+            task, advance=1, description=f"{language} {address}" if address else language
+        )
+
+
+def identify_command(
+    port: Annotated[
+        str,
+        typer.Argument(metavar="PORT", help="Serial device, or tcp:HOST:PORT.", show_default=False),
+    ],
+    address: Annotated[
+        list[str] | None,
+        typer.Option("--address", metavar="N", help="Ask this address only; several, or 1-5."),
+    ] = None,
+    everyone: Annotated[bool, typer.Option("--all", help="Continue after the first that responds.")] = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Identify the device on a port.
+
+    It finds a PCL601 in Modbus RTU or in ASCII, or a PMC006, and its address.
+
+    The questions only read: nothing is changed, and nothing moves. A line without an answer takes
+    about 25 seconds; --address makes it short.
+
+    Example: scanrack device identify /dev/ttyUSB0
+
+    Exit status: 0 something answers, 1 nothing does or the line fails, 2 an address or PORT can't be meant.
+    """
+    with reported_faults():
+        addresses = addresses_in(address) if address else None
+        with shown_questions(questions(addresses), quiet=quiet) as asked:
+            answers = probe(partial(open_port, port), addresses, asked)
+            found = list(answers if everyone else islice(answers, 1))
+    for each in found:
+        say(each)
+    if not found:
+        raise typer.Exit(complain(f"no controller answers on {port}", NO))

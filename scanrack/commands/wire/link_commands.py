@@ -1,0 +1,283 @@
+"""Shared by the commands for real controllers: messages of faults, and the progress of a move."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import AbstractContextManager, closing, contextmanager
+from dataclasses import dataclass
+from threading import Event
+from typing import Annotated, Any, Protocol, TypeVar
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, TextColumn
+from rich.progress import Progress as Bar
+from scanrack.jobs.serve.line import socket_address
+from scanrack.runtime.line.clients.link import (
+    ANSWER_RANGE_S,
+    ANSWER_S,
+    Link,
+    LinkError,
+    Progress,
+    SerialLink,
+    TcpLink,
+)
+from scanrack.runtime.line.clients.watching import MonitoringLostError, try_to_stop
+from scanrack.runtime.line.ports import Stop
+from scanrack.runtime.line.wire import LineFormat
+from scanrack.runtime.loop.pace import interrupted_by, stopping_on_interrupt
+from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.status import INTERRUPTED, NO, complain
+from scanrack.terminal.tables import Cells
+from scanrack.terminal.terminal import say
+from scanrack.terminal.trace_options import QuietOption
+
+PortOption = Annotated[
+    str | None, typer.Option("--serial", metavar="DEVICE", help="Serial port, such as /dev/ttyUSB0 or COM3.")
+]
+NameArgument = Annotated[str, typer.Argument(metavar="NAME", show_default=False)]
+ValueArgument = Annotated[int, typer.Argument(metavar="VALUE", show_default=False)]
+StepsArgument = Annotated[int, typer.Argument(metavar="STEPS", show_default=False)]
+SpeedOption = Annotated[
+    int | None, typer.Option("--speed", metavar="V", help="Maximum speed, steps/s. [default: unchanged]")
+]
+
+TimeoutOption = Annotated[
+    float,
+    typer.Option(
+        "--timeout",
+        metavar="SECONDS",
+        help=f"How long an answer may take, {ANSWER_RANGE_S[0]:g} to {ANSWER_RANGE_S[1]:g}.",
+    ),
+]
+TIMEOUT_S = ANSWER_S
+"""Default of --timeout."""
+
+REOPENINGS = 6
+"""Number of attempts to reopen a line that was lost during a motion, to stop the motor."""
+
+REOPEN_S = 0.5
+"""Time between two attempts."""
+
+
+class Mover(Protocol):
+    """A client of a controller that moves."""
+
+    @property
+    def position(self) -> int:
+        """The position, steps."""
+
+    def move(self, steps: int, progress: Progress) -> int:
+        """Move over signed steps and wait for the end; return the position."""
+
+    def stop(self) -> None:
+        """Stop at once."""
+
+
+@dataclass(frozen=True, slots=True)
+class LinkPlace:
+    """The place of a controller, from the options before the command."""
+
+    port: str | None  # serial port, or None
+    tcp: str | None  # HOST:PORT, or None
+    address: int  # of the controller on its line
+    answer_s: float  # longest time of an answer
+
+    def open(self, line_format: LineFormat) -> Link:
+        """Open the line; see `open_link`."""
+        return open_link(self.port, self.tcp, line_format)
+
+
+class LinkOpener(Protocol):
+    """A line that is open."""
+
+    def close(self) -> None:
+        """Release it."""
+
+
+Line = TypeVar("Line", bound=LinkOpener)
+Client = TypeVar("Client", bound=Mover)
+
+
+def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Link:
+    """Open the line that --serial or --tcp names.
+
+    Raises:
+        ValueError: not exactly one line is named.
+        LinkError: it can't be opened.
+    """
+    if port is not None and tcp is None:
+        return SerialLink(port, line_format)
+    if tcp is not None and port is None:
+        return TcpLink(*socket_address(tcp))
+    raise ValueError("give one of --serial DEVICE and --tcp HOST:PORT before the command")
+
+
+@contextmanager
+def opened_client(opened: Callable[[], Line], client_on: Callable[[Line], Client]) -> Iterator[Client]:
+    """Open the line to a controller within the context; print a fault of it, and end.
+
+    If the line is lost while the motor moves, it is reopened to stop the motor.
+
+    Args:
+        opened: opens the line.
+        client_on: makes the client of a line.
+    """
+    with reported_faults():
+        try:
+            with closing(opened()) as line:
+                yield client_on(line)
+        except MonitoringLostError as lost:
+            if lost.stopped or not _stopped_anew(lambda: _stop_once(opened, client_on)):
+                raise
+            raise MonitoringLostError(lost.why, stopped=True, received=lost.received) from lost
+
+
+def _stop_once(opened: Callable[[], Line], client_on: Callable[[Line], Mover]) -> None:
+    with closing(opened()) as line:
+        client_on(line).stop()
+
+
+def _stopped_anew(stop: Callable[[], None]) -> bool:
+    """Try to stop the motor over a new line until the controller answers; return whether it did."""
+    for _ in range(REOPENINGS):
+        if try_to_stop(stop):
+            return True
+        Event().wait(REOPEN_S)
+    return False
+
+
+def show_state(rows: Iterable[tuple[str, str]]) -> None:
+    """Print names and values below each other."""
+    table = Cells(box=None, show_header=False, pad_edge=False)
+    for name, value in rows:
+        table.add_row(name, value)
+    Console().print(table)
+
+
+def travel(client: Mover, steps: int, *, quiet: bool) -> None:
+    """Move over signed steps with progress, and print the position; Ctrl-C stops the motor.
+
+    Raises:
+        ValueError: the number of steps is not allowed.
+        LinkError: the move failed.
+    """
+    start = client.position
+    with (
+        stopped_by_interrupt(client.stop) as look,
+        shown_travel(start, start + steps, look, quiet=quiet) as progress,
+    ):
+        position = client.move(steps, progress)
+    say(position)
+
+
+ClientAt = Callable[[typer.Context], AbstractContextManager[Client]]
+"""Opens the line that the options of a controller's group name."""
+
+
+def add_read(app: typer.Typer, client_at: ClientAt[Any], summary: str) -> None:
+    """Add the command that prints a value by its name."""
+
+    @app.command(help=summary)
+    def read(context: typer.Context, name: NameArgument) -> None:
+        with client_at(context) as client:
+            say(client.firmware if name == "firmware" else client.read(name))
+
+
+def add_move(app: typer.Typer, client_at: ClientAt[Any], example: str) -> None:
+    """Add the command that moves."""
+    summary = "Move over STEPS and wait for the end; a negative number goes after --."
+
+    @app.command(help=f"{summary}\n\nCtrl-C stops the motor at once.\n\nExample: {example}")
+    def move(
+        context: typer.Context, steps: StepsArgument, speed: SpeedOption = None, quiet: QuietOption = False
+    ) -> None:
+        with client_at(context) as client:
+            if speed is not None:
+                client.set("max_speed", speed)
+            travel(client, steps, quiet=quiet)
+
+
+def add_stop_and_clear(
+    app: typer.Typer, client_at: ClientAt[Any], stop_summary: str, clear_summary: str
+) -> None:
+    """Add the commands that stop the motor, and clear its errors."""
+
+    @app.command(help=stop_summary)
+    def stop(context: typer.Context) -> None:
+        with client_at(context) as client:
+            client.stop()
+
+    @app.command(help=clear_summary)
+    def clear(context: typer.Context) -> None:
+        with client_at(context) as client:
+            client.clear()
+
+
+def search_home(client: Mover, find: Callable[[Progress], int], *, quiet: bool) -> None:
+    """Find home, show how far it has come, and print the position; Ctrl-C stops the motor."""
+    with stopped_by_interrupt(client.stop) as look:
+        with shown_travel(client.position, None, look, quiet=quiet) as progress:
+            position = find(progress)
+        say(position)
+
+
+@contextmanager
+def reported_faults() -> Iterator[None]:
+    """Print a mistake or a fault of the line on standard error, and end."""
+    with reported_mistakes():
+        try:
+            yield
+        except LinkError as error:
+            raise typer.Exit(complain(str(error), NO)) from None
+
+
+@contextmanager
+def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None]]:
+    """Stop the motor on Ctrl-C, and say so; yield a function that checks for Ctrl-C.
+
+    An exchange is completed first: the line would have to fall silent before the stop can be sent.
+
+    Raises:
+        MonitoringLostError: the controller does not answer the stop.
+    """
+    interrupt = Stop()
+
+    def look() -> None:
+        if interrupt.asked:
+            raise KeyboardInterrupt
+
+    try:
+        with stopping_on_interrupt(interrupt.ask, look.__code__):
+            yield look
+    except KeyboardInterrupt:
+        if not try_to_stop(stop):
+            raise MonitoringLostError(interrupted_by(), stopped=False) from None
+        raise typer.Exit(complain(f"{interrupted_by()}: the motor was stopped", INTERRUPTED)) from None
+
+
+@contextmanager
+def shown_travel(
+    start: int, target: int | None, each: Callable[[], None], *, quiet: bool
+) -> Iterator[Progress]:
+    """Show the progress of a motion, if standard error is a terminal; yield a function that takes positions.
+
+    Args:
+        target: expected end, None if unknown.
+        each: called with every position, and once before the first.
+    """
+    each()
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda _: each()
+        return
+    columns = TextColumn("position"), BarColumn(), TextColumn("{task.fields[position]:,}")
+    with Bar(*columns, console=console) as bar:
+        total = None if target is None else abs(target - start)
+        task = bar.add_task("", total=total, position=start)
+
+        def told(position: int) -> None:
+            bar.update(task, completed=abs(position - start), position=position)
+            each()
+
+        yield told

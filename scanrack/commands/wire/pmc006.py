@@ -1,0 +1,198 @@
+"""`scanrack device pmc006`: a PMC006x3s, real or simulated, on a serial port or behind a serial server."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import IntFlag
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from scanrack.io_images.pmc006.program import UserProgram
+from scanrack.io_images.pmc006.status import Level
+from scanrack.jobs.run.served_units import user_program
+from scanrack.runtime.line.clients.link import Link, Progress
+from scanrack.runtime.line.clients.pmc006 import BY_ZERO, READABLE, SETTABLE, Pmc006Client
+from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
+from scanrack.terminal.status import complain
+from scanrack.terminal.terminal import say
+from scanrack.terminal.trace_options import QuietOption
+
+from .link_commands import (
+    TIMEOUT_S,
+    LinkPlace,
+    NameArgument,
+    PortOption,
+    TimeoutOption,
+    ValueArgument,
+    add_move,
+    add_read,
+    add_stop_and_clear,
+    opened_client,
+    reported_faults,
+    search_home,
+    show_state,
+)
+
+app = typer.Typer(
+    help="Read, set and move a PMC006x3s on a serial port.\n\n"
+    "Example: scanrack device pmc006 --serial /dev/ttyUSB0 --address 1 move 2000",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+)
+programs = typer.Typer(help="User programs.", no_args_is_help=True, rich_markup_mode=None)
+app.add_typer(programs, name="program")
+
+NO_DOWNLOAD = (
+    "the frames that write a program into a PMC006 are not documented: load it with the maker's tool, "
+    "or into the simulated controller with scanrack serve pmc006 --program"
+)
+
+
+@contextmanager
+def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
+    """Open the port of the group's options; report a failure."""
+    place: LinkPlace
+    place, by_zero = context.obj
+
+    def client_on(link: Link) -> Pmc006Client:
+        return Pmc006Client(link, place.address, answer_s=place.answer_s, by_zero=by_zero)
+
+    with opened_client(lambda: place.open(LINE_FORMAT), client_on) as client:
+        yield client
+
+
+@app.callback()
+def _place(
+    context: typer.Context,
+    port: PortOption = None,
+    tcp: Annotated[
+        str | None,
+        typer.Option("--tcp", metavar="HOST:PORT", help="The line's own bytes over TCP instead."),
+    ] = None,
+    address: Annotated[
+        int, typer.Option("--address", metavar="N", help="Its address, 1 to 120; 255 as from the factory.")
+    ] = 255,
+    timeout: TimeoutOption = TIMEOUT_S,
+    by_zero: Annotated[
+        bool,
+        typer.Option(
+            "--by-zero",
+            help=f"Also read {', '.join(BY_ZERO)}, by sending their setting instructions with data 0. "
+            "The manual says that some of them read then [4.1.1]; one that does not is set to 0.",
+        ),
+    ] = False,
+) -> None:
+    context.obj = LinkPlace(port, tcp, address, timeout), by_zero
+
+
+@app.command()
+def status(context: typer.Context) -> None:
+    """Show position, status registers, pins and parameters that can be read.
+
+    It sends read instructions only. With --by-zero before the command it also shows the speeds, the current
+    and the encoder's counts.
+    """
+    with client_at(context) as client:
+        show_state(_state(client))
+
+
+def _state(client: Pmc006Client) -> Iterator[tuple[str, str]]:
+    yield "position", f"{client.position:,} steps"
+    yield "status 1", _names(client.status1)
+    yield "status 2", _names(client.status2)
+    yield "pins high", _names(Level(client.read("levels") & 0xF))
+    yield "firmware", client.firmware
+    for name in client.readable:
+        if name not in ("position", "status1", "status2", "levels", "firmware"):
+            yield name, _shown(name, client.read(name))
+
+
+def _names(bits: IntFlag) -> str:
+    return " ".join(str(bit.name) for bit in bits) or "-"
+
+
+def _shown(name: str, value: int) -> str:
+    row = SETTABLE.get(name) or READABLE[name]
+    return f"{value:,} {row.unit}".rstrip()
+
+
+add_read(app, client_at, "Print one value, such as position or microstepping.")
+
+
+@app.command("set")
+def set_parameter(
+    context: typer.Context,
+    name: NameArgument,
+    value: ValueArgument,
+    keep: Annotated[bool, typer.Option("--save", help="Save all parameters into the EEPROM, too.")] = False,
+) -> None:
+    """Set a parameter; a negative VALUE goes after --."""
+    with client_at(context) as client:
+        client.set(name, value)
+        if keep:
+            client.save()
+
+
+@app.command()
+def save(context: typer.Context) -> None:
+    """Save the parameters into the EEPROM, which does not last for ever."""
+    with client_at(context) as client:
+        client.save()
+
+
+add_move(app, client_at, "scanrack device pmc006 --serial /dev/ttyUSB0 move --speed 4000 -- -2000")
+
+
+@app.command()
+def home(
+    context: typer.Context,
+    stroke: Annotated[
+        int, typer.Option("--stroke", metavar="STEPS", help="The most it may travel.", show_default=False)
+    ],
+    speed: Annotated[
+        int | None, typer.Option("--speed", metavar="V", help="Speed back to zero, steps/s.")
+    ] = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Go back to the switch on EXT1; Ctrl-C stops the motor at once."""
+    with client_at(context) as client:
+
+        def find(progress: Progress) -> int:
+            if speed is not None:
+                client.set("zero_back_speed", speed)
+            return client.home(stroke, progress)
+
+        search_home(client, find, quiet=quiet)
+
+
+add_stop_and_clear(
+    app, client_at, "Stop at once, without a ramp.", "Clear the emergency stops of EXT1 and EXT2."
+)
+
+
+FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The listing.", show_default=False)]
+
+
+def _listing(file: Path) -> UserProgram:
+    program = user_program(file)
+    for warning in program.warnings:
+        complain(f"{file}: {warning}")
+    return program
+
+
+@programs.command("check")
+def check(file: FileArgument) -> None:
+    """Assemble a listing and print it as a program, line by line."""
+    with reported_faults():
+        for number, line in enumerate(_listing(file).lines):
+            say(f"{number:3}  {line}")
+
+
+@programs.command("write")
+def write(file: FileArgument) -> None:
+    """Check a listing; writing it into a controller is not documented."""
+    with reported_faults():
+        lines = len(_listing(file).lines)
+        raise ValueError(f"{file} is a good program of {lines} instructions, but {NO_DOWNLOAD}")

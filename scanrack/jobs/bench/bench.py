@@ -1,0 +1,481 @@
+"""A rack under test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Sequence as SequenceOf
+from functools import cached_property
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Protocol, Self, runtime_checkable
+
+from scanrack.io_images.addresses import Address, parse_address
+from scanrack.io_images.renamed import OldName
+from scanrack.io_images.times import parse_duration, seconds
+from scanrack.ladder.debug import CauseLink, Remedies
+from scanrack.ladder.python.online.editing import edit_logic
+from scanrack.ladder.python.online.fields import Fields
+from scanrack.ladder.python.sequences import Logic, Sequence
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.live.actions import Edit, text_of
+from scanrack.runtime.loop.events import Event
+from scanrack.runtime.loop.listeners import ScanListener
+from scanrack.runtime.loop.pace import Watchdog
+from scanrack.runtime.loop.rack import Rack, Slots
+from scanrack.runtime.loop.scan import CpuMode, ScanLogic
+
+from ..load.building import build_cpu, build_rack
+from ..load.loading import load_job
+from ..record.program_versions import ProgramVersions, version_of
+from ..record.sequence_watch import WatchesSequences, sequences_in, standing, watching
+from ..record.tag_names import named_values, namespace_of
+from ..run.editing import tags_in
+from ..run.external_tags import tell_cpu
+from ..why.answer import Why
+from ..why.journal import Journal
+from ..why.source.class_names import Names
+from ..why.traced_run import Load
+from .event_log import EventLog
+from .slot import SlotBench
+
+
+class NotReachedError(AssertionError):
+    """A condition that did not come true in time; the message shows the bench.
+
+    Attributes:
+        tags: the tags that the condition read.
+    """
+
+    def __init__(self, text: str, tags: Iterable[str] = ()) -> None:
+        super().__init__(text)
+        self.tags = tuple(tags)
+
+
+@runtime_checkable
+class ObservedLogic(Protocol):
+    """Logic with a debugger: a ladder program."""
+
+    stops: tuple[Any, ...]
+    on_edit: Callable[[Any], object]
+
+    @property
+    def tags(self) -> Any:
+        """The tags by name."""
+
+    def why(self, tag: str) -> str:
+        """Explain the present value of a tag."""
+
+    def force(self, tag: str, value: object) -> None:
+        """Hold a tag at a value."""
+
+    def unforce(self, tag: str | None = None) -> None:
+        """Release a tag."""
+
+
+Condition = Callable[["Bench"], Any] | str
+"""The condition that ends a run: a function of the bench, or a tag that becomes true; of a rack with a Python
+program, a bit of an image.
+"""
+
+
+class Bench:
+    """A rack under test.
+
+    Attributes:
+        slot: the modules by slot number.
+        events: the events, oldest first.
+        recorder: what records it, if anything.
+        read: the tags that `bench[tag]` was asked for since the latest scan, oldest first.
+
+    Args:
+        logic: the program; a ladder program under a debugger for tags, forces and `why`.
+        listeners: makes further listeners of the rack, such as a recorder.
+        watched: the rack's watchdog ends endless logic. Without it a test can stop at a breakpoint for
+            any time.
+        load: reloads a Python program, so that `why` can name its lines.
+        editions: keeps the files of edits for the recording; None without one.
+    """
+
+    def __init__(
+        self,
+        spec: RackSpec,
+        logic: ScanLogic,
+        *,
+        listeners: Callable[[Rack], Iterable[ScanListener]] = lambda _rack: (),
+        watched: bool = False,
+        load: Load | None = None,
+        editions: ProgramVersions | None = None,
+    ) -> None:
+        self.spec = spec
+        self._editions, self._edits = editions, 0
+        self._order: dict[str, str] = {}  # of the edit that is being made, if its files are known
+        self._load = load
+        self.logic: Any = logic
+        self._observed = isinstance(logic, ObservedLogic)
+        if self._observed:
+            self.program.on_edit = self._record_edit
+        rack = build_rack(spec)
+        self._events = events = EventLog()
+        self.events = events.events
+        self.recorder: ScanListener | None = None
+        self.read: dict[str, None] = {}
+        self._journal = Journal(rack)
+        given = [*listeners(rack), watching(self._journal, logic)]
+        self._followers = [each for each in given if isinstance(each, WatchesSequences)]
+        self.cpu = events.cpu = build_cpu(
+            spec,
+            logic,
+            rack,
+            listeners=[*given, events],
+            watchdog=None if watched else Watchdog(0),
+        )
+        self._fields = Fields(lambda: self.logic)
+        if self._observed or isinstance(logic, Logic):
+            tell_cpu(self._desk, self.cpu)
+        records = {slot.number: slot.record for slot in spec.slot}
+        self.slot = Slots(
+            (number, SlotBench(slot, records[number], self.run_for, lambda: self.now_ns))
+            for number, slot in rack.slots.items()
+        )
+
+    # --- time
+
+    @property
+    def scans(self) -> int:
+        """Number of scans so far."""
+        return self.cpu.scan
+
+    @property
+    def now_ns(self) -> int:
+        """Virtual time of the latest scan, ns since power-up; 0 before the first."""
+        return max(self.cpu.now_ns - self.cpu.period_ns, 0)
+
+    @property
+    def now_s(self) -> float:
+        """Virtual time of the latest scan, s since power-up."""
+        return self.now_ns / 1e9
+
+    @property
+    def stops(self) -> tuple[Any, ...]:
+        """The breakpoints that were met in the latest scan."""
+        return self.logic.stops if self._observed else ()
+
+    def scan(self, scans: int = 1) -> None:
+        """Run scans; a breakpoint that is met ends the run.
+
+        Raises:
+            CpuFault: the program faults the CPU.
+        """
+        self._run(scans, lambda: self.stops)
+
+    def _run(self, scans: int, over: Callable[[], object]) -> None:
+        self._events.over = over
+        try:
+            self.cpu.run(scans)
+        finally:
+            self._events.over = bool
+            self.read.clear()
+
+    def run_for(self, time: str) -> None:
+        """Run for a machine time with its unit, such as "2 s", rounded up to whole scans.
+
+        Raises:
+            ValueError: not a time.
+            CpuFault: the program faults the CPU.
+        """
+        self.scan(-(-parse_duration(time) // self.cpu.period_ns))
+
+    def run_until(self, condition: Condition, within: str = "10 s") -> None:
+        """Run until a condition holds; do nothing if it already does.
+
+        Args:
+            condition: a function of the bench, or the address of a tag.
+
+        Raises:
+            NotReachedError: it does not hold in time; the message shows the bench.
+            ValueError: `within` is not a time, or the tag is unknown.
+            CpuFault: the program faults the CPU.
+        """
+        scans = -(-parse_duration(within) // self.cpu.period_ns)
+        if not self._holds(condition):
+            self._run(scans, lambda: self.stops or self._holds(condition))
+        if not self.stops and not self._holds(condition):
+            wanted = condition if isinstance(condition, str) else _name(condition)
+            raise NotReachedError(f"{wanted} has not become true within {within}.\n{self}", self.read)
+        self.read.clear()
+
+    def _holds(self, condition: Condition) -> bool:
+        return bool(self[condition] if isinstance(condition, str) else condition(self))
+
+    def _in_image(self, address: str) -> int:
+        place = self._place(address)
+        slot = self.slot[place.slot]
+        word = (slot.inputs if place.image == "I" else slot.outputs)[place.word]
+        return word if place.bit is None else word >> place.bit & 1
+
+    def program_mode(self) -> None:
+        """Turn the CPU's key to program: logic rests, outputs are not sent."""
+        self.cpu.mode = CpuMode.PROGRAM
+
+    def run_mode(self) -> None:
+        """Turn the CPU's key to run."""
+        self.cpu.mode = CpuMode.RUN
+
+    # --- the program
+
+    @property
+    def program(self) -> Any:
+        """The ladder program under its debugger: breakpoints, truth, pictures, cross reference.
+
+        Raises:
+            ValueError: the program is a Python function.
+        """
+        if not self._observed:
+            raise ValueError("the program is a Python function: it has no tags and no rungs")
+        return self.logic
+
+    def edit(self, program: Any, restart: SequenceOf[str] = ()) -> Any:
+        """Continue with an edited program from the next scan on, see `Debugger.edit` and `edit_logic`.
+
+        Edit the program's file, and give its rack file: `bench.edit("feeder.toml")`. The recording then has
+        the edited files, and `scanrack replay --into session` repeats it. A program that a test has made,
+        such as `read_program(path)` or an instance of a class of `Logic`, has no files: a rerun says what it
+        lacks.
+        The next scan is recorded with an event of kind "edit": new, changed and dropped tags or fields.
+
+        Args:
+            program: path of the rack file, whose program is loaded again; or a ladder program, or an instance
+                of a class of `Logic`.
+            restart: sequences of a class of `Logic` that restart.
+
+        Raises:
+            ValueError: the program is a Python function, it can't continue as the edited one, or its files
+                can't be used.
+            OSError: its files can't be read.
+        """
+        self.__dict__.pop("_names", None)
+        if isinstance(program, (str, Path)):
+            return self._edit_files(str(program), restart)
+        if not isinstance(self.logic, Logic):
+            return self.program.edit(program)
+        if not isinstance(program, Logic):
+            raise ValueError(f"{type(program).__name__} is not allowed: give an instance of a class of Logic")
+        forces = self._fields.forces
+        done = edit_logic(self.logic, program, restart)
+        if self._fields.forces != forces:
+            self._fields.on_outside()
+        for each in self._followers:
+            each.watch(sequences_in(self.logic))
+        self._announce_edit(type(program).__name__, done)
+        return done
+
+    def _edit_files(self, rack: str, restart: SequenceOf[str]) -> Any:
+        """Continue with the program of a rack file; its files go with the event, as those of a session do."""
+        if self._editions is None:
+            raise ValueError(f"{rack}: this bench has no files: give the program itself")
+        self._editions.forget()
+        job = load_job(rack)
+        edition, number = version_of(job), self._edits + 1
+        self._editions.keep(number, edition, job)
+        self._order = {"order": text_of(Edit(number, edition.program, ", ".join(restart)))}
+        try:
+            done = self.edit(job.logic, restart)
+        finally:
+            self._order = {}
+        self._edits = number
+        return done
+
+    def _record_edit(self, edit: Any) -> None:
+        self._announce_edit(self.logic.program.name, edit)
+
+    def _announce_edit(self, name: str, edit: Any) -> None:
+        self.cpu.announce(Event(self.now_ns, "edit", name, str(edit), {**tags_in(edit), **self._order}))
+
+    def __getitem__(self, tag: str) -> Any:
+        """Return the present value of a tag, a bit or word of an image, or a value of a Python program.
+
+        Raises:
+            ValueError: an unknown name.
+        """
+        self.read[tag] = None
+        if self._is_image(tag) and not (self._observed and tag in self.program.tags):
+            return self._in_image(tag)
+        if self._observed:
+            return self.program.tags[tag]
+        address = self._names.addresses.get(self._names.own(tag))
+        if address is not None:
+            return self._in_image(address)
+        namespace = namespace_of(self.logic)
+        (value,) = named_values(namespace, [tag])
+        return eval(value.source, namespace)
+
+    def __setitem__(self, tag: str, value: object) -> None:
+        """Set a tag of a ladder program, or a field of a class of `Logic`, before the next scan.
+
+        Raises:
+            ValueError: an unknown name, or the value does not fit.
+        """
+        self._desk.tags[tag] = value
+
+    @property
+    def _desk(self) -> Any:
+        """The tags or fields of the program, to be set and forced."""
+        return self._fields if isinstance(self.logic, Logic) else self.program
+
+    def check(self, *tags: str) -> None:
+        """Check tags and addresses before a run; ValueError for an unknown name."""
+        for tag in tags:
+            if self._observed and not self._is_image(tag):
+                _ = self.program.tags[tag]
+            elif not self._is_image(tag) and not self._is_declared(tag):
+                named_values(namespace_of(self.logic), [tag])
+
+    def _is_declared(self, name: str) -> bool:
+        return self._names.declares(name)
+
+    @cached_property
+    def _names(self) -> Names:
+        return Names(self.logic, {slot.number: slot.words for slot in self.spec.slot})
+
+    def why(self, tag: str | None = None) -> str:
+        """Explain a value in at most six lines: since when, the way, and the cause, see `chain`.
+
+        A Python program is loaded again and runs on its recorded inputs; the scan in question is traced.
+        The program on the bench is not touched.
+
+        Args:
+            tag: a tag of a ladder program; an address of an image; a value of a Python program, such as
+                `line.step`. Left out: the condition that every module waits for, and the
+                latest change of its output words.
+
+        Raises:
+            ValueError: an unknown name, or no scan has run.
+        """
+        asked = self._asked()
+        return asked.rack() if tag is None else asked.of(tag)[0]
+
+    def answer(self, tag: str, *, deep: bool = False) -> tuple[str, CauseLink]:
+        """Return the answer of `why`, and its chain; with `deep` the text has all of that, see `chain`."""
+        return self._asked().of(tag, deep=deep)
+
+    def chain(self, tag: str, *, deep: bool = False) -> CauseLink:
+        """Return the chain of causes of a value, back to the first input, operator, incident or power-up.
+
+        Args:
+            tag: see `why`.
+            deep: whether to include Add-On Instruction rungs.
+
+        Raises:
+            ValueError: an unknown name, or no scan has run.
+        """
+        return self._asked().chain(tag, deep=deep)
+
+    def suggest_inputs(self, tag: str, wanted: str | None = None, scans: int = 10) -> Remedies:
+        """Return the smallest sets of inputs that would give a tag of a ladder program a value.
+
+        Each set is found by running the program with it, on a copy, from the latest scan on.
+        """
+        return self._asked().suggest_inputs(tag, wanted, scans)
+
+    what_would = OldName()
+
+    def _asked(self) -> Why:
+        recording = self._journal.recording()
+        debugger = self.logic if self._observed else None
+        return Why(recording, len(recording.scans) - 1, self.spec, self._load, debugger)
+
+    def force(self, address: str, value: int) -> None:
+        """Hold a bit or word of an image, a tag, or a field of a class of `Logic`, at a value.
+
+        A name of an image, such as an alias, is its address. Forces of images are recorded.
+
+        Raises:
+            ValueError: an unknown name, or the value does not fit.
+        """
+        image = self._image(address)
+        if image is not None:
+            self.cpu.forces.set(image, value)
+        else:
+            self._desk.force(address, value)
+
+    def unforce(self, address: str) -> None:
+        """Release a force; ValueError if it is not forced."""
+        image = self._image(address)
+        if image is not None:
+            self.cpu.forces.remove(image)
+        else:
+            self._desk.unforce(address)
+
+    def _is_image(self, address: str) -> bool:
+        try:
+            self._place(address)
+        except ValueError:
+            return False
+        return True
+
+    def _place(self, address: str) -> Address:
+        return parse_address(address, {slot.number: slot.words for slot in self.spec.slot})
+
+    def _image(self, name: str) -> str | None:
+        """Return the address of the word or bit of an image that a name means; None for any other name."""
+        if self._is_image(name):
+            return str(self._place(name))
+        found: str | None = (
+            self._desk.address_of(name) if self._observed or isinstance(self.logic, Logic) else None
+        )
+        return found
+
+    @property
+    def sequences(self) -> Mapping[str, Sequence]:
+        """The sequences of the program by name: `bench.sequences["cycle"].line`."""
+        return {each.name: each for each in sequences_in(self.logic)}
+
+    # --- events
+
+    @property
+    def rules(self) -> SequenceOf[str]:
+        """Ids of the manual's rules that have fired, in their order."""
+        return [each.name for each in self.events if each.kind == "rule"]
+
+    told = OldName()
+
+    def __str__(self) -> str:
+        lines = [f"after {self.scans:,} scans, {seconds(self.now_ns)} s", *map(str, self.slot.values())]
+        lines += [str(standing(each, self.scans)) for each in self.sequences.values()]
+        lines += [f"  {each}" for each in self.events[-5:]]
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"<Bench {self.spec.name!r}: after {self.scans:,} scans, {seconds(self.now_ns)} s>"
+
+    def _repr_html_(self) -> str:
+        from .notebook import as_html
+
+        words = {slot.number: slot.words for slot in self.spec.slot}
+        slots = [(slot, words[number]) for number, slot in self.slot.items()]
+        now = f"after {self.scans:,} scans, {seconds(self.now_ns)} s"
+        return as_html(self.spec.name, now, slots, self.events, self.logic)
+
+    # --- the end
+
+    def end_recording(self) -> None:
+        """Complete the recording; further scans are not in it."""
+        if self.recorder is not None:
+            self.cpu.dismiss(self.recorder)
+
+    def close(self) -> None:
+        """Close all listeners; this completes a recording."""
+        self.cpu.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _name(condition: Callable[..., Any]) -> str:
+    name = str(getattr(condition, "__name__", "the condition"))
+    return "the condition" if name == "<lambda>" else name

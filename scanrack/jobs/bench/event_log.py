@@ -1,0 +1,60 @@
+"""The events of the rack on a bench."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from scanrack.io_images.times import seconds
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.events import JsonValue
+from scanrack.runtime.loop.listeners import QuietListener
+
+
+@dataclass(frozen=True, slots=True)
+class BenchEvent:
+    """One event of `bench.events`.
+
+    Attributes:
+        scan: number of the scan that reported it.
+        now_ns: its time, ns since power-up.
+        slot: the module, 0 for the CPU.
+        kind: "rule", "move", "stimulus", "indicator", or the topic of an event of the CPU.
+        name: the rule's id, the move's kind, the input's name; the topic for the CPU.
+        text: the event in words.
+    """
+
+    scan: int
+    now_ns: int
+    slot: int
+    kind: str
+    name: str
+    text: str
+
+    def __str__(self) -> str:
+        where = f"slot {self.slot}" if self.slot else "CPU"
+        return f"scan {self.scan:,}, {seconds(self.now_ns)} s, {where}: {self.text}"
+
+
+class EventLog(QuietListener):
+    """A listener that keeps events, and ends a run on request."""
+
+    def __init__(self) -> None:
+        self.events: list[BenchEvent] = []  # the events, oldest first
+        self.over: Callable[[], object] = bool  # called after every scan; returns whether the run is over
+        self.cpu: Cpu
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Keep an event."""
+        slot = fields.get("slot", 0)
+        text = fields.get("text", ", ".join(f"{key} {value}" for key, value in fields.items()))
+        kind = str(fields.get("kind", topic.strip("/")))
+        name = str(fields.get("name", kind))
+        self.events.append(
+            BenchEvent(scan, now_ns, slot if isinstance(slot, int) else 0, kind, name, str(text))
+        )
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Stop the CPU if the run is over."""
+        if self.over():
+            self.cpu.stop()

@@ -1,0 +1,67 @@
+"""The scan of a question: by time, by number, or when a bit becomes true."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from dataclasses import dataclass
+
+from scanrack.io_images.times import parse_time
+from scanrack.traces.replay import PackedTrace
+
+
+@dataclass(frozen=True, slots=True)
+class ScanChoice:
+    """The scan of a question; the last one by default.
+
+    Raises:
+        ValueError: more than one of them is given, or `at` is neither.
+    """
+
+    at: str | None = None  # a time with its unit, such as "1.5 s", or the number of a scan
+    scans: int | None = None
+    until: str | None = None  # the bit that must be true: a tag, or an address of an image
+
+    def __post_init__(self) -> None:
+        options = (("--at", self.at), ("--scans", self.scans), ("--until", self.until))
+        given = [name for name, value in options if value is not None]
+        if len(given) > 1:
+            raise ValueError(f"{' and '.join(given)} say the same thing: give one of them")
+        if self.at is not None and self.number is None:
+            parse_time(self.at)
+
+    @property
+    def number(self) -> int | None:
+        """The number of the scan, if `at` is one."""
+        return int(self.at) if self.at is not None and self.at.strip().isdecimal() else None
+
+    def scans_from_power_up(self, period_ns: int) -> int | None:
+        """Return the number of scans that a rack runs; None if it depends on the run."""
+        if self.scans is not None:
+            return self.scans
+        if self.number is not None:
+            return self.number + 1
+        # the scan at that very time is one of them
+        return None if self.at is None else parse_time(self.at) // period_ns + 1
+
+    def row(self, recording: PackedTrace) -> int:
+        """Return the row of a recording; `until` is ignored.
+
+        Raises:
+            ValueError: the recording has no such scan.
+        """
+        rows = len(recording.scans)
+        wanted = rows - 1 if self.scans is None else self.scans - 1
+        if self.number is not None:
+            wanted = bisect_right(recording.numbers, self.number) - 1
+            if wanted < 0 or recording.numbers[wanted] != self.number:
+                raise _missing(recording, f"scan {self.number:,}")
+        elif self.at is not None:
+            wanted = bisect_right(recording.times, parse_time(self.at)) - 1
+        if not 0 <= wanted < rows:
+            raise _missing(recording, f"{self.scans} scans" if self.at is None else f"a scan by {self.at}")
+        return wanted
+
+
+def _missing(recording: PackedTrace, what: str) -> ValueError:
+    first, last = recording.numbers[0], recording.numbers[-1]
+    return ValueError(f"the trace does not have {what}: it has scans {first:,} to {last:,}")

@@ -1,0 +1,47 @@
+"""A bench as a notebook shows it: scan, each module's status, the program with its power, the last events."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from scanrack.io_images.static_html import card, line, rows
+
+if TYPE_CHECKING:
+    from scanrack.io_images.module_words import ModuleWords
+
+    from .slot import SlotBench
+
+EVENTS = 5
+RUNGS = 20
+"""Most events, and most rungs, that are shown."""
+
+
+def as_html(
+    name: str, now: str, slots: Iterable[tuple[SlotBench, ModuleWords]], events: Sequence[object], logic: Any
+) -> str:
+    """Return a bench as HTML: its slots with the names of their words, the last events, the program."""
+    parts = [line(now), *(_slot(slot, words) for slot, words in slots)]
+    parts.append(rows([str(each)] for each in events[-EVENTS:]))
+    return card(name, *parts, _rungs(logic))
+
+
+def _slot(slot: SlotBench, names: ModuleWords) -> str:
+    """Return a slot: its status, and its words by name."""
+    own = getattr(slot.status, "_repr_html_", None)
+    status = line(str(slot.status)) if own is None else own()
+    images = zip(names.inputs, slot.inputs, names.outputs, slot.outputs, strict=True)
+    table = ((f"in {one}", f"{value:,}", f"out {other}", f"{sent:,}") for one, value, other, sent in images)
+    return line(f"slot {slot.number}") + status + rows(table)
+
+
+def _rungs(logic: Any) -> str:
+    """Return the first routine of a ladder program with the power of the last scan."""
+    if not hasattr(logic, "truth"):
+        return ""
+    from scanrack.ladder.draw import captions_of, routines_svg
+
+    first = logic.routine_now(logic.program.routines[0].name)
+    captions = captions_of(logic.program)
+    truths = {first.name: logic.truth(first.name)}
+    return routines_svg([(first, list(first.numbers)[:RUNGS])], truths=truths, captions=captions)

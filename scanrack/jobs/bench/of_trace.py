@@ -1,0 +1,178 @@
+"""Questions about a trace: its program runs on the recorded inputs, up to the scan in question."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.debug import CauseLink, Debugger, Remedies
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.traces.read.columns import Columns
+from scanrack.traces.read.reader import Trace
+from scanrack.traces.read.snapshots import snapshots_of
+from scanrack.traces.replay import PackedTrace
+
+from ..load.loading import LoadedRack
+from ..record.order_repeater import orders_of
+from ..record.program_versions import versions_of
+from ..replay.replaying import edit_notes, score_of
+from ..replay.tag_orders import TagOrders, first_few
+from ..trust.attachments import job_of
+from ..why.answer import Why
+from ..why.followed import can_follow, follow
+from ..why.input_replay import InputReplay
+from ..why.source.lines import Line
+from ..why.traced_run import Load
+from . import NotReachedError
+from .moment import ScanChoice
+
+
+@dataclass(frozen=True, slots=True)
+class TraceAnswer:
+    """An answer, the number of its scan, reasons to doubt it, and the lines of the program that it names."""
+
+    scan: int
+    now_ns: int
+    text: str
+    notes: tuple[str, ...] = ()
+    lines: tuple[Line, ...] = ()
+    chain: CauseLink | None = None  # of causes; None if nothing was asked about
+    remedies: Remedies | None = None  # what it would take; None if no value was wanted
+
+
+def why_of_trace(
+    trace: Trace,
+    folder: Path,
+    what: str | None,
+    moment: ScanChoice,
+    *,
+    trust: bool,
+    more: Columns | None = None,
+    deep: bool = False,
+    want: str | None = None,
+) -> TraceAnswer:
+    """Answer a question about a trace.
+
+    Args:
+        trace: without its program, its images alone give the answer.
+        what: see `Bench.why`.
+        trust: run Python that came with the trace; otherwise only files that equal those of the current
+            folder.
+        deep: whether rungs of add-on instructions are links of the chain, too.
+        want: the value that it should have: what it would take is answered, too.
+        more: scans of a growing trace that are not written yet.
+
+    Raises:
+        ValueError: an unusable file or option, or an unknown name.
+        UntrustedError: Python of the trace would run.
+        NotReachedError: the bit of `moment` does not become true.
+    """
+    recording = PackedTrace.of(trace, more)
+    if not {"rack_file", "program_file"} <= set(trace.head.metadata):
+        return _of_images(recording, what, moment, deep, want)
+    job = job_of(trace, folder, trust=trust)
+    if isinstance(job.logic, LadderLogic):
+        return _of_ladder(recording, job, what, moment, deep, want, snapshots_of(trace))
+    given = orders_of(trace.events())
+    editions = versions_of(trace, given, job, folder / "edits", trust=trust)
+    load = Load(
+        job.program,
+        lambda: job_of(trace, folder, trust=trust).logic,
+        lambda number: editions.again(number).logic,
+    )
+    return _of_images(recording, what, moment, deep, want, job.spec, load)
+
+
+def _of_images(
+    recording: PackedTrace,
+    what: str | None,
+    moment: ScanChoice,
+    deep: bool,
+    want: str | None,
+    spec: RackSpec | None = None,
+    load: Load | None = None,
+) -> TraceAnswer:
+    asked = Why(recording, 0, spec, load)
+    row = moment.row(recording) if moment.until is None else _reached(moment, asked.first_on(moment.until))
+    why = Why(recording, row, spec, load)
+    return _asked(why, why.rack() if what is None else "", (), what, deep, want)
+
+
+def _of_ladder(
+    recording: PackedTrace,
+    job: LoadedRack,
+    what: str | None,
+    moment: ScanChoice,
+    deep: bool,
+    want: str | None,
+    snapshots: Mapping[int, str],
+) -> TraceAnswer:
+    assert isinstance(job.logic, LadderLogic)
+    debugger = Debugger(job.logic)
+    images = Why(recording, 0, job.spec, None)
+    for tag in (what, moment.until):
+        if tag is not None and not images.means_image(tag):
+            _ = debugger.tags[tag]  # refuse an unknown tag before the run
+    if moment.until is not None and images.means_image(moment.until):
+        row = _reached(moment, images.first_on(moment.until))
+        moment = ScanChoice(at=str(recording.numbers[row]))
+    last = len(recording.scans) - 1 if moment.until is not None else moment.row(recording)
+    until = moment.until
+    if can_follow(recording, debugger):
+        done = follow(recording, debugger, last, until, snapshots)
+        row = _reached(moment, done.row if done.met or until is None else None)
+        why = Why(recording, row, job.spec, None, debugger)
+        return _asked(why, why.rack() if what is None else "", _departed(why, done.departs), what, deep, want)
+    over = bool if until is None else lambda: debugger.tags[until]
+    following = InputReplay(recording, job.spec, last, over)
+    orders = TagOrders(score_of(recording), recording.events)
+    refused = following.play(debugger, orders)
+    row = _reached(moment, following.row - 1 if following.met or until is None else None)
+    why = Why(recording, row, job.spec, None, debugger)
+    notes = [
+        *edit_notes(recording.events),
+        *orders.notes,
+        *first_few(refused),
+        *_departed(why, following.departs),
+    ]
+    if what is None:
+        return _asked(why, why.rack(), notes)
+    return _asked(why, "", notes, what, deep, want)
+
+
+def _departed(why: Why, row: int | None) -> list[str]:
+    """Return a note if the program has deviated from the recording, in a row."""
+    if row is None:
+        return []
+    when = why.past.when(row)
+    return [f"run again on the recorded inputs, the program writes other words from {when} on"]
+
+
+def _reached(moment: ScanChoice, row: int | None) -> int:
+    if row is None:
+        raise NotReachedError(f"{moment.until} does not come on in the trace", filter(None, [moment.until]))
+    return row
+
+
+def _asked(
+    why: Why,
+    text: str,
+    notes: Sequence[str] = (),
+    what: str | None = None,
+    deep: bool = False,
+    want: str | None = None,
+) -> TraceAnswer:
+    scans, row = why.recording, why.row
+    text, chain = (text, None) if what is None else why.of(what, deep=deep)
+    lines = tuple(dict.fromkeys([*why.lines, *(_lines(chain, why.load) if chain else ())]))
+    remedies = None if what is None or want is None else why.suggest_inputs(what, want)
+    return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain, remedies)
+
+
+def _lines(chain: CauseLink, load: Load | None) -> Iterator[Line]:
+    """Yield the lines of a Python program that an answer names."""
+    for each in chain.path if load is not None else ():
+        if load is not None and each.site is not None and each.site.file and each.site.line:
+            yield Line(str(load.folder / each.site.file), each.site.line, each.site.routine)

@@ -1,0 +1,139 @@
+"""A module on the bench: its words, its machine, and a test's means to act on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from scanrack.io_images.amci3601.words import profile_of
+from scanrack.io_images.image import Image
+from scanrack.io_images.renamed import OldName
+from scanrack.runtime.loop.exposed import incident_event
+from scanrack.runtime.loop.incidents import TROUBLES, FaultKind
+from scanrack.runtime.loop.rack import Slot
+from scanrack.runtime.machine.spec import INPUT_NAMES
+from scanrack.runtime.modules.record import AnalogInputs, ModuleRecord, NamedInputs, Trait
+
+
+class SlotBench:
+    """A module on the bench, and its machine: `bench.slot[1]`.
+
+    Attributes:
+        number: of the slot.
+        outputs: the latest output image of the program.
+        inputs: the latest input image that the program read.
+        status: the bits and values of the input image by name.
+    """
+
+    def __init__(
+        self, slot: Slot, record: ModuleRecord, run_for: Callable[[str], None], now_ns: Callable[[], int]
+    ) -> None:
+        self.number = slot.number
+        self.outputs: Image = slot.outputs
+        self.inputs: Image = slot.inputs
+        self._slot = slot
+        self.status: Any = record.status(slot.inputs, slot.words)
+        self._record = record
+        self._run_for, self._now_ns = run_for, now_ns
+        self._told = FaultKind.POWER_CYCLE  # what was done to the module last
+        self._module: Any = slot.module
+        self._device: Any = getattr(slot.module, "module", slot.module)  # inside of incidents
+
+    @property
+    def moving(self) -> bool:
+        """Whether the axis moves in either direction, in the program's latest input image."""
+        return bool(self.status.moving)
+
+    @property
+    def shaft(self) -> int:
+        """True position of the shaft, steps from its place at power-up; the module may be wrong."""
+        shaft, *_ = self._device.figures()
+        return int(shaft)
+
+    def set_input(self, name: str, energised: bool) -> None:
+        """Set an input from now on.
+
+        Args:
+            name: "capture", "external", "home", "estop", "cw_limit" or "ccw_limit"; of a card, the name
+                in the
+                rack file.
+
+        Raises:
+            ValueError: an unknown input, or one that the machine of the rack file controls.
+        """
+        if isinstance(self._device, NamedInputs):
+            self._device.set_input(name, energised)
+            return
+        bit = INPUT_NAMES.get(name.lower())
+        if bit is None:
+            raise ValueError(f"no input {name!r}: inputs are {', '.join(INPUT_NAMES)}")
+        self._device.machine.set_input(bit, energised)
+        self._device.look_again()
+
+    def set_value(self, name: str, value: float) -> None:
+        """Set an analog input of a card from now on.
+
+        Args:
+            value: V or mA of a channel with a range, else the raw number.
+
+        Raises:
+            ValueError: an unknown input, or an illegal value.
+        """
+        if not isinstance(self._device, AnalogInputs):
+            raise ValueError(f"slot {self.number}: a {self._slot.catalog} has no analog inputs")
+        self._device.set_value(name, value)
+
+    def press(self, name: str, for_: str = "50 ms") -> None:
+        """Energise an input and run for a time; then release it.
+
+        Raises:
+            ValueError: as `set_input`; or `for_` is not a time.
+        """
+        self.set_input(name, True)
+        self._run_for(for_)
+        self.set_input(name, False)
+
+    def power_cycle(self) -> None:
+        """Remove and restore the module's power."""
+        self._module.power_cycle()
+        self._tell(FaultKind.POWER_CYCLE, begins=True)
+
+    def inject(self, how: str | None) -> None:
+        """Inject a fault into the module, or end it (None).
+
+        Args:
+            how: "link-lost", "removed", "fatal-error" or "asic-lost".
+
+        Raises:
+            ValueError: an unknown fault, or a module without faults.
+        """
+        names = {each.value: trouble for each, trouble in TROUBLES.items()}
+        if how is not None and how not in names:
+            raise ValueError(f"no fault {how!r}; choose from {', '.join(names)}")
+        if not hasattr(self._device, "inject"):
+            raise ValueError(f"slot {self.number}: this module can't be made to fail")
+        if how is None and self._device.trouble is TROUBLES[FaultKind.FATAL_ERROR]:
+            self._device.power_cycle()
+        else:
+            self._device.inject(None if how is None else names[how])
+        self._tell(None if how is None else FaultKind(how), begins=how is not None)
+
+    fail = OldName()
+
+    def _tell(self, what: FaultKind | None, *, begins: bool) -> None:
+        """Report what a test did to the module with the next scan, as an incident of a rack file is."""
+        self._told = what or self._told
+        event = incident_event(self._now_ns(), self._told, begins=begins)
+        self._module.events.append(event)
+
+    def __str__(self) -> str:
+        if Trait.MACHINE not in self._record.traits:
+            return f"slot {self.number}: {self.status}; outputs {list(self.outputs)}"
+        msw, lsw = self.inputs[0] & 0xFFFF, self.inputs[1] & 0xFFFF
+        bits = " ".join(profile_of(self._slot.words).status_names(msw, lsw)) or "no bit"
+        levels = self._device.machine.levels(self._now_ns())
+        held = [name for name, bit in INPUT_NAMES.items() if levels & bit]
+        return (
+            f"slot {self.number}: {bits}; position {self.status.position}, shaft {self.shaft}; "
+            f"energised {', '.join(held) or 'nothing'}; outputs {list(self.outputs)}"
+        )

@@ -1,0 +1,62 @@
+"""What an owner could have done in a recorded run so that a value becomes another one: tried on copies of it.
+
+The rack runs again up to the scan, with the orders that the session was given, see `why.acts`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from itertools import islice
+from pathlib import Path
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.python.online.fields import Fields
+from scanrack.ladder.python.sequences import Logic
+from scanrack.runtime.live.operator_actions import AppliedAction, OperatorActions
+from scanrack.traces.read.reader import Trace
+
+from ..record.order_repeater import is_edit
+from ..trust.attachments import job_of
+from ..why.acts import Acts, every_act
+from ..why.traced_run import Load
+from .opening import bench_of
+
+MOST_ANSWERS = 6
+
+
+def wanted_in_trace(
+    trace: Trace,
+    folder: Path,
+    tag: str,
+    wanted: object,
+    scan: int,
+    orders: Iterable[AppliedAction],
+    *,
+    trust: bool,
+) -> Iterator[Acts]:
+    """Yield what an owner could do after a scan of a recording, up to `MOST_ANSWERS`; see `every_act`.
+
+    Args:
+        folder: for the files of the trace.
+        orders: of the session up to then.
+
+    Raises:
+        ValueError: an unknown name, or the program was edited before that scan.
+        UntrustedError: Python of the trace would run.
+    """
+    edits = [each.scan for each in trace.events() if is_edit(each) and each.scan <= scan]
+    if edits:
+        raise ValueError(f"the program was edited before scan {edits[0]:,}: ask before that scan")
+    job = job_of(trace, folder, trust=trust)
+    ladder = isinstance(job.logic, LadderLogic)
+    load = None if ladder else Load(job.program, lambda: job_of(trace, folder, trust=trust).logic)
+    bench = bench_of(job, None, watched=True, load=load)
+    bench.check(tag)
+    fields = Fields(lambda: bench.logic) if isinstance(bench.logic, Logic) else None
+    hands = OperatorActions(bench.cpu, bench.cpu.rack, bench.program if ladder else fields)
+    for number, order in sorted(orders, key=lambda each: each.scan):
+        if number <= scan:
+            bench.scan(number - bench.scans)
+            hands.act(order, number * bench.cpu.period_ns, number)
+    bench.scan(scan + 1 - bench.scans)
+    yield from islice(every_act(bench, bench.chain(tag), tag, wanted), MOST_ANSWERS)

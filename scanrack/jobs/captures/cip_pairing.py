@@ -1,0 +1,259 @@
+"""EtherNet/IP: what clients read and write of modules' images in a CompactLogix, out of their packets.
+
+    frame, items -> message, out of Unconnected Send and batches -> read or write of Local:n:I or Local:n:O
+
+A message names a tag by its name, or by the number that the controller gave it in the list of its tags: a
+capture that lacks the list, since it began later, lacks those [1756-PM020].
+"""
+
+from __future__ import annotations
+
+import struct
+from collections import OrderedDict, deque
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from scanrack.io_images.enip.codes import (
+    BATCH,
+    DONE,
+    LISTING,
+    MANAGER,
+    MODIFY,
+    PARTIAL,
+    READ,
+    READ_PART,
+    SEND,
+    SEND_CONNECTED,
+    STRUCTURED,
+    UNCONNECTED,
+    WRITE,
+    WRITE_PART,
+    CipRefusedError,
+)
+from scanrack.io_images.enip.frames import COMMAND_MOST, HEAD, items_in
+from scanrack.io_images.enip.paths import Instance, Path, parse_path
+from scanrack.io_images.image import WORDS
+from scanrack.runtime.tag_servers.images import ImagePlace, image_place
+from typing_extensions import override
+
+from .pairing import OPEN_MAX, PairedExchange, Pairing
+
+DEEPEST = 2
+"""Levels of batches and routed messages inside each other."""
+
+TAGS_MOST = 100_000
+"""Tags of a list that are kept."""
+
+_SOME_FAILED = 0x1E
+"""Status of a batch of which some failed."""
+
+_ATTRIBUTE_BYTES = {2: 2, 3: 4, 5: 4, 6: 4, 7: 2, 8: 12, 9: 1, 10: 1}
+"""Of a symbol; attribute 1 is its name [1756-PM020, tag list]."""
+
+_REPLY = 0x80
+_Key = tuple[int, bytes]
+_Sent = tuple[int, bytes]
+
+
+@dataclass(frozen=True, slots=True)
+class ImageExchange(PairedExchange):
+    """A read or a write of a module's words; its unit is the slot.
+
+    Attributes:
+        output: of `Local:n:O`, not of `Local:n:I`.
+        at: byte of the eight words that `data` begins at; negative for bytes before them.
+        data: bytes read or written.
+        keep: bits that the message leaves as they are; b"" for none.
+    """
+
+    output: bool
+    at: int
+    data: bytes
+    keep: bytes = b""
+
+
+class CipPairing(Pairing):
+    """The messages of a TCP connection; a reply has the context or the sequence number of its request.
+
+    Attributes:
+        reads: reads of other tags than those of modules.
+        unnamed: those of them that name a tag by a number whose name the capture lacks.
+    """
+
+    def __init__(self) -> None:
+        self.reads = self.unnamed = 0
+        self._rest = {True: b"", False: b""}
+        self._open: OrderedDict[_Key, deque[_Sent]] = OrderedDict()
+        self._names: dict[int, str] = {}
+
+    @override
+    def feed(self, at_ns: int, data: bytes, *, asked: bool, fresh: bool) -> Iterator[PairedExchange]:
+        for key, message in self._messages(data, asked=asked, fresh=fresh):
+            if asked:
+                self._open.setdefault(key, deque(maxlen=OPEN_MAX)).append((at_ns, message))
+                self._open.move_to_end(key)
+                if len(self._open) > OPEN_MAX:
+                    self._open.popitem(last=False)
+            elif (waiting := self._open.get(key)) and waiting[0][0] <= at_ns:
+                asked_ns, request = waiting.popleft()
+                if not waiting:
+                    del self._open[key]
+                yield from self._answered((asked_ns, at_ns), request, message, 0)
+
+    @property
+    @override
+    def passed_over(self) -> str:
+        if not self.reads:
+            return ""
+        unnamed = f", {self.unnamed:,} of them by numbers whose names came before the capture"
+        return (
+            f"{self.reads:,} reads of tags{unnamed if self.unnamed else ''}, none of Local:n:I: "
+            "let the client read that, too"
+        )
+
+    @override
+    def finish(self) -> Iterator[PairedExchange]:
+        """Yield nothing: a message without a reply tells no word."""
+        self._open.clear()
+        return iter(())
+
+    def _messages(self, data: bytes, *, asked: bool, fresh: bool) -> Iterator[tuple[_Key, bytes]]:
+        data, at = (b"" if fresh else self._rest[asked]) + data, 0
+        while len(data) >= at + HEAD.size:
+            command, length, _, status, context, options = HEAD.unpack_from(data, at)
+            if command > COMMAND_MOST or options:  # until a segment begins with a frame
+                at = len(data)
+            if len(data) < at + HEAD.size + length:
+                break
+            body, at = data[at + HEAD.size : at + HEAD.size + length], at + HEAD.size + length
+            items = items_in(body) if command in (SEND, SEND_CONNECTED) and not status else []
+            if len(items) < 2:
+                continue
+            message = items[1][1]
+            if command == SEND:
+                yield (command, context), message
+            else:
+                yield (command, message[:2]), message[2:]
+        self._rest[asked] = data[at:]
+
+    def _answered(
+        self, times: tuple[int, int], request: bytes, reply: bytes, depth: int
+    ) -> Iterator[PairedExchange]:
+        """Yield what a request and its reply tell."""
+        try:
+            service, path, data = _request_parts(request)
+            if service == UNCONNECTED and path.numbers.get("class") == MANAGER and depth < DEEPEST:
+                (size,) = struct.unpack_from("<H", data, 2)
+                yield from self._answered(times, data[4 : 4 + size], reply, depth + 1)
+                return
+            status, said = _reply_parts(service, reply)
+            if service == BATCH and status in (DONE, _SOME_FAILED) and depth < DEEPEST:
+                for one, its_reply in zip(_parts(data), _parts(said), strict=False):
+                    yield from self._answered(times, one, its_reply, depth + 1)
+            elif service == LISTING and status in (DONE, PARTIAL):
+                self._list(path, data, said)
+            elif status in (DONE, PARTIAL):
+                yield from self._told(times, request, reply, service, path, data, said)
+        except (CipRefusedError, struct.error, IndexError):
+            return  # cut short, or no message of a tag
+
+    def _list(self, path: Path, asked: bytes, said: bytes) -> None:
+        """Keep the names of the controller's tags by their numbers."""
+        if any(not isinstance(each, Instance) for each in path.steps):
+            return  # tags of a program
+        (count,) = struct.unpack_from("<H", asked)
+        attributes = struct.unpack_from(f"<{count}H", asked, 2)
+        at = 0
+        while at + 4 <= len(said) and len(self._names) < TAGS_MOST:
+            (number,) = struct.unpack_from("<I", said, at)
+            at += 4
+            for each in attributes:
+                if each == 1:
+                    (size,) = struct.unpack_from("<H", said, at)
+                    name = said[at + 2 : at + 2 + size].decode("ascii", "replace")
+                    self._names[number] = name
+                    at += 2 + size
+                else:
+                    at += _ATTRIBUTE_BYTES.get(each, len(said))
+
+    def _told(
+        self,
+        times: tuple[int, int],
+        request: bytes,
+        reply: bytes,
+        service: int,
+        path: Path,
+        data: bytes,
+        said: bytes,
+    ) -> Iterator[PairedExchange]:
+        names = [
+            self._names.get(each.number, "") if isinstance(each, Instance) else each for each in path.steps
+        ]
+        place = image_place(names)
+        if place is None and service in (READ, READ_PART):
+            self.reads += 1
+            self.unnamed += names[:1] == [""]
+        change = None if place is None else _change(place, service, data, said)
+        if place is not None and change is not None:
+            at, changed, keep = change
+            yield ImageExchange(*times, place.slot, request, reply, place.output, at, changed, keep)
+
+
+def _request_parts(message: bytes) -> tuple[int, Path, bytes]:
+    end = 2 + 2 * message[1]
+    return message[0], parse_path(message[2:end]), message[end:]
+
+
+def _reply_parts(service: int, message: bytes) -> tuple[int, bytes]:
+    if message[0] != service | _REPLY:
+        raise CipRefusedError(DONE)
+    return message[2], message[4 + 2 * message[3] :]
+
+
+def _parts(batch: bytes) -> list[bytes]:
+    """Return the messages of a batch; none if its places go back: its bytes could repeat 16,000 times."""
+    (count,) = struct.unpack_from("<H", batch)
+    places: Sequence[int] = (*struct.unpack_from(f"<{count}H", batch, 2), len(batch))
+    if any(end < begin for begin, end in pairwise(places)):
+        return []
+    return [batch[begin:end] for begin, end in pairwise(places)]
+
+
+_Change = tuple[int, bytes, bytes]
+"""Place, bytes, bits that stay."""
+
+
+def _change(place: ImagePlace, service: int, data: bytes, said: bytes) -> _Change | None:
+    """Return what a message tells of the words."""
+    if service == MODIFY:
+        (size,) = struct.unpack_from("<H", data)
+        ors, ands = data[2 : 2 + size], data[2 + size : 2 + 2 * size]
+        if place.bit is not None or not size or len(ands) < size:
+            return None
+        keep = bytes(leave & ~on & 0xFF for on, leave in zip(ors, ands, strict=True))
+        return _within(place.at, bytes(on & leave for on, leave in zip(ors, ands, strict=True)), keep)
+    if service not in (READ, READ_PART, WRITE, WRITE_PART):
+        return None
+    typed = data if service in (WRITE, WRITE_PART) else said
+    (code,) = struct.unpack_from("<H", typed)
+    body = typed[4 if code == STRUCTURED else 2 :]
+    skip = 0
+    if service == READ_PART:
+        (skip,) = struct.unpack_from("<I", data, 2)
+    if service in (WRITE, WRITE_PART):
+        body = body[2:]  # behind the count
+    if service == WRITE_PART:
+        (skip,) = struct.unpack_from("<I", body)
+        body = body[4:]
+    if place.bit is None:
+        return _within(place.at + skip, body, b"")
+    mask = 1 << place.bit
+    return _within(place.at, bytes([mask if body[0] else 0]), bytes([~mask & 0xFF]))
+
+
+def _within(at: int, data: bytes, keep: bytes) -> _Change | None:
+    """Return the part of a change that is in the eight words of a 3601."""
+    first, end = max(0, -at), 2 * WORDS - at
+    data = data[first:end] if end > 0 else b""
+    return (at + first, data, keep[first:end]) if data else None

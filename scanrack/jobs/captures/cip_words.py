@@ -1,0 +1,57 @@
+"""A trace of a module's words as clients of a CompactLogix read and write them over EtherNet/IP.
+
+A scan is a packet that reads input words, whatever else it reads; what the next packets tell of the output
+words belongs to it, until the next such packet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from scanrack.io_images.enip.listing import patched
+from scanrack.io_images.image import WORDS
+
+from .cip_pairing import ImageExchange
+from .pairing import PairedExchange
+from .words import WordScan
+
+
+def cip_scans(exchanges: Sequence[PairedExchange]) -> tuple[list[WordScan], list[str]]:
+    """Return the scans of one module, in order, and what the packets never tell, a sentence each.
+
+    Raises:
+        ValueError: no input word is read.
+    """
+    images = {False: bytearray(2 * WORDS), True: bytearray(2 * WORDS)}
+    told = {False: bytearray(2 * WORDS), True: bytearray(2 * WORDS)}
+    scans: list[WordScan] = []
+    packet: tuple[int, int] | None = None  # of the latest scan
+    for each in exchanges:
+        if not isinstance(each, ImageExchange):
+            continue
+        span = slice(each.at, each.at + len(each.data))
+        image = images[each.output]
+        image[span] = patched(bytes(image[span]), each.data, each.keep)
+        told[each.output][span] = b"\1" * len(each.data)
+        now = each.asked_ns, each.answered_ns
+        if not each.output and now != packet:
+            scans.append(WordScan(each.answered_ns, [], []))
+            packet = now
+        if scans:
+            scans[-1].apart |= each.output and now != packet
+            scans[-1].outputs, scans[-1].inputs = _words(images[True]), _words(images[False])
+    if not scans:
+        raise ValueError("no input words are read, such as Local:1:I.Data")
+    return scans, list(_untold(told))
+
+
+def _words(image: bytearray) -> list[int]:
+    return [int.from_bytes(image[at : at + 2], "little") for at in range(0, 2 * WORDS, 2)]
+
+
+def _untold(told: dict[bool, bytearray]) -> Iterator[str]:
+    for output, seen in told.items():
+        missing = [str(word) for word in range(WORDS) if not any(seen[2 * word : 2 * word + 2])]
+        if missing:
+            way = "output" if output else "input"
+            yield f"{way} words that no client reads or writes, 0 in the trace: {', '.join(missing)}"

@@ -1,0 +1,82 @@
+"""What exchanges say of a controller, by name: registers and terminals, parameters of a PMC006."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from scanrack.io_images.pcl601 import WORD_COUNT, WORDS
+from scanrack.io_images.pmc006.frame import STATE_ERROR, UNKNOWN_ERROR
+from scanrack.io_images.pmc006.instructions import BY_CODE, Kind
+from scanrack.runtime.line import pcl601_pdus as pdus
+from scanrack.runtime.line.modbus_pdus import number_of
+from scanrack.traces.format.tagplan import Tag
+
+from .pairing import PairedExchange, decoded
+
+Values = dict[str, int]
+
+
+def pcl601_says(exchange: PairedExchange, words: dict[int, int]) -> Values:
+    """Return what an exchange says of a PCL601.
+
+    Args:
+        words: the register words said so far, by address; it is brought up to date.
+    """
+    found = decoded(exchange)
+    if found is None:
+        return {}
+    request, answer = found
+    function, first = request.function_code, request.address
+    if function in (pdus.READ_COILS, pdus.READ_INPUTS):
+        name = "outputs" if function == pdus.READ_COILS else "inputs"
+        return {name: number_of(answer.bits)} if first == 0 else {}
+    if function == pdus.READ_INPUT_REGISTERS:
+        return {"inputs": answer.registers[0]}
+    said = answer if function == pdus.READ_REGISTERS else request
+    known = {address: word for address, word in enumerate(said.registers, first) if address < WORD_COUNT}
+    words.update(known)
+    return _registers(known, words)
+
+
+def _registers(known: Mapping[int, int], words: Mapping[int, int]) -> Values:
+    values: Values = {}
+    for address in known:
+        row, high = WORDS[address]
+        at = address - high
+        value = words.get(at, 0)
+        if row.words == 2:
+            value = pdus.signed_pair(value, words.get(at + 1, 0))
+        values[row.register.name.lower()] = value
+    return values
+
+
+def pmc006_says(exchange: PairedExchange, _words: dict[int, int]) -> Values:
+    """Return what an exchange says of a PMC006: the value that an instruction sets or reads."""
+    row = BY_CODE.get(exchange.request[0])
+    if row is None or exchange.reply is None or row.kind is Kind.ACTION:
+        return {}
+    asked = int.from_bytes(exchange.request[1:5], "little", signed=True)
+    value = int.from_bytes(exchange.reply, "little", signed=True)
+    if row.kind is Kind.SET and value in (STATE_ERROR, UNKNOWN_ERROR) and value != asked:
+        return {}  # refused
+    return {row.name: value}
+
+
+SAYS: Mapping[str, Callable[[PairedExchange, dict[int, int]], Values]] = {
+    "pcl601": pcl601_says,
+    "pmc006": pmc006_says,
+}
+"""By controller."""
+
+ALWAYS = (
+    Tag("reply_ms", "LREAL"),
+    Tag("function", "USINT"),
+    Tag("exception", "USINT"),
+    Tag("answered", "BOOL"),
+)
+"""Tags of each exchange: Modbus function or instruction, exception of Modbus, time to the reply."""
+
+
+def tag_of(name: str) -> Tag:
+    """Return the tag of a value, 32 bits: all of them fit."""
+    return Tag(name, "DINT")

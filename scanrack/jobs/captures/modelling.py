@@ -1,0 +1,116 @@
+"""The same requests to a simulated controller: what it would have said.
+
+    request   asked |<---- window ---->| answered
+    early model     x acts, is read    x is read
+    late model      x is read          x acts, is read
+
+The instant at which the real controller acts is unknown: it lies between request and reply. So there are two
+models, one that acts as early as it may and one that acts as late. A value that lies among what both show at
+both ends of the window is explained: the model's is the same. Any other is the nearest that the models show.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from scanrack.io_images.pmc006.frame import FRAME_BYTES, command, decode
+from scanrack.io_images.pmc006.instructions import BY_CODE, Kind
+from scanrack.runtime.controllers.pcl601.line import Pcl601
+from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
+from scanrack.runtime.controllers.pmc006.line import Pmc006
+from scanrack.runtime.line import pcl601_pdus as pdus
+
+from .device_values import SAYS, Values
+from .pairing import PairedExchange
+from .recording import Statement
+
+Answer = Callable[[int, PairedExchange], bytes | None]
+"""From an instant, which never goes back, and a request to the reply."""
+
+
+def simulated(controller: str, said: Sequence[Statement]) -> list[Statement]:
+    """Return what a simulated controller says, powered up at the first request.
+
+    Scan n of both traces is the same exchange, at the same time. A request without a reply is taken as one
+    that the controller has carried out.
+
+    Args:
+        controller: `pcl601` or `pmc006`.
+        said: what the real one says.
+    """
+    begin_ns, unit = said[0].exchange.asked_ns, said[0].exchange.unit
+    early, late = (_Model(controller, MODELS[controller](unit), begin_ns) for _ in range(2))
+    return [_modelled(each, early, late, reads=_is_read(controller, each.exchange)) for each in said]
+
+
+def _is_read(controller: str, exchange: PairedExchange) -> bool:
+    if controller == "pcl601":
+        return exchange.request[0] in pdus.READS
+    row = BY_CODE.get(exchange.request[0])
+    return row is not None and row.kind is Kind.READ
+
+
+def _modelled(real: Statement, early: _Model, late: _Model, *, reads: bool) -> Statement:
+    exchange = real.exchange
+    if exchange.reply is None:
+        if not reads:
+            early.ask(exchange.asked_ns, exchange)
+            late.ask(exchange.asked_ns, exchange)
+        return real
+    seen = [early.ask(exchange.asked_ns, exchange)]
+    if reads:
+        seen += [early.ask(exchange.answered_ns, exchange), late.ask(exchange.asked_ns, exchange)]
+    reply, values = late.ask(exchange.answered_ns, exchange)
+    shown = [values, *(each for _, each in seen)]
+    explained = {name: _nearest(real.values.get(name), name, shown) for name in values}
+    return Statement(replace(exchange, reply=reply), explained)
+
+
+def _nearest(real: int | None, name: str, shown: Sequence[Values]) -> int:
+    """Return the value that is nearest to the real one, among those from the lowest to the highest shown."""
+    numbers = [each[name] for each in shown if name in each]
+    return numbers[0] if real is None else min(max(real, min(numbers)), max(numbers))
+
+
+class _Model:
+    """A simulated controller, and the words that it has said."""
+
+    def __init__(self, controller: str, answer: Answer, begin_ns: int) -> None:
+        self._says = SAYS[controller]
+        self._answer = answer
+        self._begin_ns = begin_ns
+        self._now_ns = 0
+        self._words: dict[int, int] = {}
+
+    def ask(self, at_ns: int, exchange: PairedExchange) -> tuple[bytes | None, Values]:
+        """Carry out a request at an instant of the capture; return the reply and what it says."""
+        self._now_ns = max(self._now_ns, at_ns - self._begin_ns)
+        reply = self._answer(self._now_ns, exchange)
+        return reply, self._says(replace(exchange, reply=reply), self._words)
+
+
+def _pcl601(_unit: int) -> Answer:
+    device = Pcl601()
+
+    def answer(now_ns: int, exchange: PairedExchange) -> bytes | None:
+        device.advance(now_ns)
+        return device.answer(exchange.request)
+
+    return answer
+
+
+def _pmc006(unit: int) -> Answer:
+    device = Pmc006(Pmc006Controller(address=unit))
+
+    def answer(now_ns: int, exchange: PairedExchange) -> bytes | None:
+        data = int.from_bytes(exchange.request[1:5], "little", signed=True)
+        device.advance(now_ns)
+        device.receive(now_ns, command(unit, exchange.request[0], data))
+        reply = decode(device.advance(now_ns)[-FRAME_BYTES:])
+        return None if reply is None else reply.data.to_bytes(4, "little", signed=True)
+
+    return answer
+
+
+MODELS: dict[str, Callable[[int], Answer]] = {"pcl601": _pcl601, "pmc006": _pmc006}

@@ -1,0 +1,200 @@
+"""Requests and their replies in the bytes of a connection or line, three sorts of it."""
+
+from __future__ import annotations
+
+from collections import OrderedDict, deque
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+from pymodbus.pdu import ModbusPDU
+from scanrack.io_images.pmc006 import frame as pmc
+from scanrack.runtime.line.modbus_pdus import EXCEPTION, REQUESTS, mismatch
+from scanrack.runtime.line.pcl601_pdus import ANSWERS
+from scanrack.runtime.line.ports.modbustcp import HEADER, NotModbusError, split_frames
+from scanrack.runtime.line.rtu import LONGEST, Framer, Timing, is_frame
+from typing_extensions import override
+
+OPEN_MAX = 256
+"""Requests of a connection that wait for their replies; the oldest one is unanswered then."""
+
+GAP_NS = 1_000_000_000
+"""Silence after which unfinished bytes of a line are dropped."""
+
+
+@dataclass(frozen=True, slots=True)
+class PairedExchange:
+    """A request and its reply.
+
+    Attributes:
+        unit: address that the request names.
+        request: PDU of a Modbus request; of a PMC006 instruction and its data, 5 bytes.
+        reply: PDU of the reply; of a PMC006 its data, 4 bytes; None if there was none.
+    """
+
+    asked_ns: int
+    answered_ns: int
+    unit: int
+    request: bytes
+    reply: bytes | None
+
+
+class Pairing(Protocol):
+    """Finds exchanges in the bytes of one connection."""
+
+    def feed(self, at_ns: int, data: bytes, *, asked: bool, fresh: bool) -> Iterator[PairedExchange]:
+        """Take bytes; yield the exchanges that they end.
+
+        Args:
+            asked: they go to the controller.
+            fresh: bytes before them are missing.
+        """
+
+    def finish(self) -> Iterator[PairedExchange]:
+        """Yield the requests that have no reply."""
+
+    @property
+    def passed_over(self) -> str:
+        """What else the connection has, a sentence; "" for nothing."""
+        return ""
+
+
+def decoded(exchange: PairedExchange) -> tuple[ModbusPDU, ModbusPDU] | None:
+    """Return a Modbus request and its answer; None if there is none of it, or it is refused."""
+    request = REQUESTS.decode(exchange.request)
+    answer = ANSWERS.decode(exchange.reply or b"")
+    return None if request is None or answer is None or mismatch(request, answer) else (request, answer)
+
+
+def _unanswered(asked_ns: int, unit: int, request: bytes) -> PairedExchange:
+    return PairedExchange(asked_ns, asked_ns, unit, request, None)
+
+
+class ModbusTcpPairing(Pairing):
+    """Modbus TCP: a reply has the transaction number of its request."""
+
+    def __init__(self) -> None:
+        self._rest = {True: b"", False: b""}
+        self._open: OrderedDict[int, tuple[int, int, bytes]] = OrderedDict()
+
+    @override
+    def feed(self, at_ns: int, data: bytes, *, asked: bool, fresh: bool) -> Iterator[PairedExchange]:
+        before = b"" if fresh else self._rest[asked]
+        try:
+            frames, self._rest[asked] = split_frames(before + data)
+        except NotModbusError:  # until a segment begins with a frame
+            self._rest[asked] = b""
+            return
+        for frame in frames:
+            transaction, _, _, unit = HEADER.unpack_from(frame)
+            pdu = frame[HEADER.size :]
+            if asked:
+                yield from self._ask(transaction, (at_ns, unit, pdu))
+            elif transaction in self._open and self._open[transaction][0] <= at_ns:
+                asked_ns, unit, request = self._open.pop(transaction)
+                yield PairedExchange(asked_ns, at_ns, unit, request, pdu)
+
+    @override
+    def finish(self) -> Iterator[PairedExchange]:
+        for each in self._open.values():
+            yield _unanswered(*each)
+        self._open.clear()
+
+    def _ask(self, transaction: int, request: tuple[int, int, bytes]) -> Iterator[PairedExchange]:
+        if transaction in self._open:
+            yield _unanswered(*self._open.pop(transaction))
+        elif len(self._open) >= OPEN_MAX:
+            yield _unanswered(*self._open.popitem(last=False)[1])
+        self._open[transaction] = request
+
+
+class RtuPairing(Pairing):
+    """Modbus RTU: a reply follows its request; its length follows from that."""
+
+    def __init__(self) -> None:
+        self._framer = Framer(Timing(GAP_NS, by_length=True))
+        self._asked: tuple[int, bytes] | None = None
+        self._heard = bytearray()
+
+    @override
+    def feed(self, at_ns: int, data: bytes, *, asked: bool, fresh: bool) -> Iterator[PairedExchange]:
+        if not asked:
+            yield from self._answer(at_ns, data)
+            return
+        if fresh or (self._framer.deadline_ns is not None and at_ns > self._framer.deadline_ns):
+            self._framer.clear()
+        for frame in self._framer.receive(at_ns, at_ns, data):
+            yield from self.finish()
+            self._asked = at_ns, frame
+
+    @override
+    def finish(self) -> Iterator[PairedExchange]:
+        if self._asked is not None:
+            asked_ns, frame = self._asked
+            yield _unanswered(asked_ns, frame[0], frame[1:-2])
+        self._asked = None
+        self._heard.clear()
+
+    def _answer(self, at_ns: int, data: bytes) -> Iterator[PairedExchange]:
+        if self._asked is None or at_ns < self._asked[0]:
+            return
+        asked_ns, request = self._asked
+        self._heard += data[:LONGEST]
+        size = _reply_bytes(request, bytes(self._heard))
+        if size is None or len(self._heard) < size:
+            return
+        reply = bytes(self._heard[:size])
+        sound = is_frame(reply) and reply[0] == request[0] and reply[1] & 0x7F == request[1]
+        self._asked = None
+        self._heard.clear()
+        yield PairedExchange(asked_ns, at_ns, request[0], request[1:-2], reply[1:-2] if sound else None)
+
+
+def _reply_bytes(request: bytes, heard: bytes) -> int | None:
+    """Return the length of the reply that begins with `heard`; None if it is not known (yet)."""
+    if len(heard) < 2 or heard[1] & ~EXCEPTION != request[1]:
+        return None
+    kind = ANSWERS.lookupPduClass(heard)
+    return kind.calculateRtuFrameSize(heard) or None if kind is not None else None
+
+
+class PmcPairing(Pairing):
+    """A PMC006's frames: a reply does not name its instruction, so that they are paired in order."""
+
+    def __init__(self) -> None:
+        self._framers = {True: pmc.Framer(), False: pmc.Framer()}
+        self._open: deque[tuple[int, pmc.Frame]] = deque()
+
+    @override
+    def feed(self, at_ns: int, data: bytes, *, asked: bool, fresh: bool) -> Iterator[PairedExchange]:
+        if fresh:
+            self._framers[asked].drop()
+        for frame in self._framers[asked].feed(data):
+            if asked and frame.second != pmc.REPLY:
+                yield from self.finish()  # one at a time: without a reply before the next it has none
+                self._open.append((at_ns, frame))
+            elif self._answers(at_ns, frame):
+                asked_ns, request = self._open.popleft()
+                reply = _signed(frame.data)
+                yield PairedExchange(asked_ns, at_ns, request.second, _instruction(request), reply)
+
+    def _answers(self, at_ns: int, frame: pmc.Frame) -> bool:
+        """Whether a frame is the reply to the open request."""
+        if not self._open or frame.second != pmc.REPLY:
+            return False
+        asked_ns, request = self._open[0]
+        return frame.third == request.second and asked_ns <= at_ns
+
+    @override
+    def finish(self) -> Iterator[PairedExchange]:
+        while self._open:
+            asked_ns, request = self._open.popleft()
+            yield _unanswered(asked_ns, request.second, _instruction(request))
+
+
+def _instruction(frame: pmc.Frame) -> bytes:
+    return bytes((frame.third,)) + _signed(frame.data)
+
+
+def _signed(data: int) -> bytes:
+    return data.to_bytes(4, "little", signed=True)

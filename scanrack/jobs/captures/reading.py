@@ -1,0 +1,178 @@
+"""The exchanges of a capture or log with one controller."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import BinaryIO
+
+from scanrack.io_images.captures.packets import PCAP_MAGICS, SECTION, Capture, CutFrames
+from scanrack.io_images.captures.segments import Segment, segment_in
+from scanrack.io_images.captures.streams import CONNECTIONS_MAX, Streams
+from scanrack.io_images.input_files import open_input
+
+from .cip_pairing import CipPairing
+from .pairing import ModbusTcpPairing, PairedExchange, Pairing, PmcPairing, RtuPairing
+from .textlog import LINE_MAX, TextLog
+
+MODBUS_PORT = 502
+EXCHANGES_MAX = 2_000_000
+PORTS_SHOWN = 8
+
+
+@dataclass(slots=True)
+class DeviceCapture:
+    """What a file has of one controller.
+
+    Attributes:
+        exchanges: in the order of their ends.
+        notes: what is missing or was left out, a sentence each.
+    """
+
+    exchanges: list[PairedExchange]
+    notes: list[str] = field(default_factory=list)
+
+
+def read_capture(
+    path: Path, pairing: Callable[[], Pairing], port: int = MODBUS_PORT, unit: int | None = None
+) -> DeviceCapture:
+    """Read a capture, pcap or pcapng, or a log of frames.
+
+    Args:
+        pairing: makes what finds the exchanges of a connection.
+        port: TCP port of the controller, or of its gateway.
+        unit: its address; None if the file has only one.
+
+    Raises:
+        ValueError: no such file, no sound capture, none of its connections, or several units.
+    """
+    try:
+        with open_input(path) as file:
+            head = file.read(4)
+            file.seek(0)
+            captured = _captured(file, head, pairing, port)
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror}") from error
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from error
+    return _of_unit(path, captured, unit)
+
+
+def pairing_of(controller: str, *, rtu: bool) -> Callable[[], Pairing]:
+    """Return what finds the exchanges with a controller: `pcl601`, `pmc006`, `amci3601` or `compactlogix`."""
+    if controller == "compactlogix":
+        return CipPairing
+    if controller == "pmc006":
+        return PmcPairing
+    return RtuPairing if rtu else ModbusTcpPairing
+
+
+def is_capture(head: bytes) -> bool:
+    """Whether a file that begins so is a capture."""
+    numbers = int.from_bytes(head, "big"), int.from_bytes(head, "little")
+    return SECTION in numbers or any(number in PCAP_MAGICS for number in numbers)
+
+
+def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
+    if is_capture(head):
+        return _of_packets(Capture(file), pairing, port)
+    if pairing is CipPairing:
+        raise ValueError("it is not a capture")
+    if pairing is ModbusTcpPairing:
+        said = "a log of frames is one of a serial line: give --rtu-over-tcp, if this is one"
+        raise ValueError(f"it is not a capture; {said}")
+    return _of_text(file, pairing())
+
+
+def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
+    streams, pairings, ports = Streams(), OrderedDict[object, Pairing](), set[int]()
+    found = DeviceCapture([])
+    cut = CutFrames()
+    for chunk in streams.chunks(_segments(capture, port, cut)):
+        asked = chunk.target[1] == port
+        if not asked and chunk.source[1] != port:
+            if len(ports) < PORTS_SHOWN:
+                ports.add(min(chunk.source[1], chunk.target[1]))
+            continue
+        connection = (chunk.source, chunk.target) if asked else (chunk.target, chunk.source)
+        if connection not in pairings:
+            pairings[connection] = pairing()
+        pairings.move_to_end(connection)
+        one = pairings[connection]
+        if len(pairings) > CONNECTIONS_MAX:
+            _add(found, pairings.popitem(last=False)[1].finish())
+        _add(found, one.feed(chunk.at_ns, chunk.data, asked=asked, fresh=chunk.after_gap))
+    for one in pairings.values():
+        _add(found, one.finish())
+    if not found.exchanges:
+        seen = f"; its ports are {', '.join(map(str, sorted(ports)))}" if ports else ""
+        others = next(filter(None, (one.passed_over for one in pairings.values())), "")
+        frames = cut if cut.count else capture.cut_frames
+        if frames.count:
+            others = f"no whole exchange at port {port}: {_cut(frames)}"
+        raise ValueError(others or f"no exchange at port {port}{seen}")
+    if capture.cut_off is not None:
+        found.notes.append(f"the file ends within a packet, at byte {capture.cut_off:,}")
+    if cut.count:
+        found.notes.append(_cut(cut))
+    if streams.gaps:
+        found.notes.append(f"places at which the capture lacks bytes: {streams.gaps:,}")
+    return found
+
+
+def _segments(capture: Capture, port: int, cut: CutFrames) -> Iterator[Segment]:
+    """Yield the segments of a capture; count the cut ones of a port."""
+    for packet in capture.packets():
+        segment = segment_in(packet)
+        if segment is not None:
+            if segment.cut and port in (segment.source[1], segment.target[1]):
+                cut.add(packet)
+            yield segment
+
+
+def _cut(frames: CutFrames) -> str:
+    return f"frames that the capture cut: {frames}; capture whole frames, with a snap length of 0"
+
+
+def _of_text(file: BinaryIO, pairing: Pairing) -> DeviceCapture:
+    log, found = TextLog(), DeviceCapture([])
+    for entry in log.entries(_lines(file)):
+        _add(found, pairing.feed(entry.at_ns, entry.data, asked=entry.asked, fresh=False))
+    _add(found, pairing.finish())
+    if not found.exchanges:
+        raise ValueError(
+            "it is neither a capture nor a log of frames, such as 0.027 > 01 03 00 00 00 26 c5 d0"
+        )
+    if log.passed_over:
+        found.notes.append(f"lines that are no frames: {log.passed_over:,}")
+    return found
+
+
+def _lines(file: BinaryIO) -> Iterator[str]:
+    """Yield the lines of a text; of one that is too long its parts, which are no frames."""
+    while line := file.readline(LINE_MAX + 1):
+        yield line.decode("utf-8", "replace").rstrip("\r\n")
+
+
+def _add(found: DeviceCapture, exchanges: Iterator[PairedExchange]) -> None:
+    found.exchanges.extend(exchanges)
+    if len(found.exchanges) > EXCHANGES_MAX:
+        raise ValueError(f"it has more than {EXCHANGES_MAX:,} exchanges: cut it into parts")
+
+
+def _of_unit(path: Path, captured: DeviceCapture, unit: int | None) -> DeviceCapture:
+    units = sorted({each.unit for each in captured.exchanges})
+    if unit is None and len(units) > 1:
+        raise ValueError(f"{path}: it has the units {', '.join(map(str, units))}: give --address")
+    if unit is not None and unit not in units:
+        raise ValueError(f"{path}: no unit {unit}; it has {', '.join(map(str, units))}")
+    of_unit = (
+        captured.exchanges if unit is None else [each for each in captured.exchanges if each.unit == unit]
+    )
+    captured.exchanges = sorted(of_unit, key=lambda each: each.answered_ns)
+    lost = sum(each.reply is None for each in of_unit)
+    if lost:
+        captured.notes.append(f"requests without a sound reply: {lost:,}")
+    return captured

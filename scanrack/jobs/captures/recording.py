@@ -1,0 +1,90 @@
+"""Traces of exchanges: one scan for each, at the time of its reply."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from struct import Struct
+
+from scanrack.traces.format.layout import SlotInfo, block_layout
+from scanrack.traces.format.tagplan import TagPlan, plan_of
+from scanrack.traces.write.recorder import ScanRecorder
+
+from .device_values import ALWAYS, SAYS, Values, tag_of
+from .pairing import PairedExchange
+
+SCAN_PERIOD_NS = 1_000_000
+"""In the facts of a trace whose scans have their own times."""
+
+RUN_MODE = 1
+EXCEPTION = 0x80
+
+
+class ExchangeTags:
+    """The tags of the present exchange, see `traces.format.tagplan.TagSource`."""
+
+    def __init__(self, plan: TagPlan, images: bytes) -> None:
+        self.plan, self._images = plan, images
+        self.pending: list[tuple[str, Mapping[str, str | int]]] = []
+        self.values: dict[str, float] = {each.tag.name: 0 for each in plan.fields}
+        self._row = Struct(f"<{plan.letters}")
+
+    def take(self) -> bytes:
+        """Return the empty images of the slot, and the row of tags."""
+        return self._images + self._row.pack(*(self.values[each.tag.name] for each in self.plan.fields))
+
+
+@dataclass(frozen=True, slots=True)
+class Statement:
+    """An exchange, and what its reply says of the controller, by name."""
+
+    exchange: PairedExchange
+    values: Values
+
+
+def said_by(controller: str, exchanges: Sequence[PairedExchange]) -> list[Statement]:
+    """Return what exchanges say of a controller: `pcl601` or `pmc006`."""
+    words: dict[int, int] = {}
+    return [Statement(each, SAYS[controller](each, words)) for each in exchanges]
+
+
+def value_names(*traces: Sequence[Statement]) -> list[str]:
+    """Return the names of all values, in the order of their first appearance."""
+    return list(dict.fromkeys(name for trace in traces for each in trace for name in each.values))
+
+
+def record(target: Path, controller: str, said: Sequence[Statement], names: Sequence[str]) -> None:
+    """Write a trace of exchanges: scan 0 is the first one, and time begins with its request.
+
+    Args:
+        names: of the values that are tags, see `value_names`.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    slot = SlotInfo(1, controller)
+    images = bytes(block_layout([slot]).size)
+    tags = ExchangeTags(plan_of([*map(tag_of, names), *ALWAYS]), images)
+    begin_ns = said[0].exchange.asked_ns
+    facts = {"name": target.stem, "controller": controller, "source": "capture"}
+    recorder = ScanRecorder(
+        target, bytearray(images), [slot], scan_period_ns=SCAN_PERIOD_NS, metadata=facts, tags=tags
+    )
+    with closing(recorder):
+        for number, each in enumerate(said):
+            tags.values.update(each.values)
+            tags.values.update(_facts(controller, each.exchange))
+            recorder.scan(number, each.exchange.answered_ns - begin_ns, RUN_MODE)
+
+
+def _facts(controller: str, exchange: PairedExchange) -> dict[str, float]:
+    reply = exchange.reply
+    refused = controller == "pcl601" and reply is not None and len(reply) > 1 and reply[0] & EXCEPTION
+    return {
+        "function": exchange.request[0],
+        "exception": reply[1] if refused and reply is not None else 0,
+        "answered": reply is not None,
+        "reply_ms": (exchange.answered_ns - exchange.asked_ns) / 1e6,
+    }

@@ -1,0 +1,138 @@
+"""A trace of a 3601 as remote I/O: what a PLC reads and writes over Modbus TCP, by the map of `remote_words`.
+
+A scan is a read of input words, with the output words that the PLC writes until its next read: as a program
+that reads, computes and writes. A write without a read before it belongs to the first scan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from struct import Struct
+
+from pymodbus.pdu import ModbusPDU
+from pymodbus.pdu.register_message import ReadWriteMultipleRegistersRequest
+from scanrack.io_images.image import WORDS
+from scanrack.runtime.line.remote_words import (
+    READ_HOLDING,
+    READ_INPUTS,
+    WRITE_ONE,
+    WRITE_SEVERAL,
+)
+from scanrack.traces.format.layout import SlotInfo, block_layout
+from scanrack.traces.write.recorder import ScanRecorder
+
+from .pairing import PairedExchange, decoded
+from .recording import RUN_MODE, SCAN_PERIOD_NS
+
+CATALOG = "amci3601"
+_IMAGES = Struct(f"<{2 * WORDS}H")
+
+Span = tuple[int, Sequence[int]]
+"""Number of the first word, and words."""
+NO_WORDS: Span = 0, ()
+
+
+@dataclass(slots=True)
+class WordScan:
+    """The words of a scan, 0 to 65,535.
+
+    Attributes:
+        apart: output words were told by another packet than the input words.
+    """
+
+    at_ns: int
+    outputs: list[int]
+    inputs: list[int]
+    apart: bool = False
+
+
+def word_scans(exchanges: Sequence[PairedExchange]) -> list[WordScan]:
+    """Return the scans of a PLC, in order.
+
+    Raises:
+        ValueError: it reads no input words.
+    """
+    scans: list[WordScan] = []
+    outputs, inputs = [0] * WORDS, [0] * WORDS
+    for exchange in exchanges:
+        found = decoded(exchange)
+        if found is None:
+            continue
+        request, answer = found
+        if _put(inputs, _read(request, answer)):
+            scans.append(WordScan(exchange.answered_ns, list(outputs), list(inputs)))
+        if _put(outputs, _written(request)) and scans:
+            scans[-1].outputs = list(outputs)
+    if not scans:
+        raise ValueError("no input words are read: registers 0 to 7 by function 04, or 8 to 15 by 03 or 17h")
+    return scans
+
+
+def _read(request: ModbusPDU, answer: ModbusPDU) -> Span:
+    """Return the input words that an answer brings: their number in the input image, and the words."""
+    if isinstance(request, ReadWriteMultipleRegistersRequest):
+        return request.read_address - WORDS, answer.registers
+    if request.function_code == READ_HOLDING:
+        return request.address - WORDS, answer.registers
+    return (request.address, answer.registers) if request.function_code == READ_INPUTS else NO_WORDS
+
+
+def _written(request: ModbusPDU) -> Span:
+    if isinstance(request, ReadWriteMultipleRegistersRequest):
+        return request.write_address, request.write_registers
+    is_write = request.function_code in (WRITE_ONE, WRITE_SEVERAL)
+    return (request.address, request.registers) if is_write else NO_WORDS
+
+
+def _put(image: list[int], span: Span) -> bool:
+    """Put words into an image; return whether any is of it."""
+    first, words = span
+    found = {at: word for at, word in enumerate(words, first) if 0 <= at < WORDS}
+    for at, word in found.items():
+        image[at] = word
+    return bool(found)
+
+
+SAMPLED, SAMPLED_APART = "sampled", "sampled apart"
+"""Facts `words` of a trace whose scans are a client's reads: of both images in one packet, or in several."""
+
+CAPTURED_AT = "captured_at"
+"""Fact of a trace: date and time of its beginning, by the clock of the capture."""
+
+_YEAR_2000_NS = 946_684_800 * 10**9
+
+
+def is_sampled(facts: Mapping[str, str]) -> bool:
+    """Whether the scans of a trace are a client's reads, by its facts."""
+    return facts.get("words") in (SAMPLED, SAMPLED_APART)
+
+
+def record_words(
+    target: Path, scans: Sequence[WordScan], begin_ns: int, slot: int = 1, *, sampled: bool = False
+) -> None:
+    """Write a trace of scans.
+
+    Args:
+        begin_ns: its time 0.
+        slot: of the module.
+        sampled: the scans are a client's reads, between which words may come and go.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    facts = {"name": target.stem, "controller": "remote i/o", "source": "capture"}
+    if sampled:
+        facts["words"] = SAMPLED_APART if any(each.apart for each in scans) else SAMPLED
+    if begin_ns > _YEAR_2000_NS:
+        facts[CAPTURED_AT] = datetime.fromtimestamp(begin_ns // 10**9, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+    module = SlotInfo(slot, CATALOG, "4.1")
+    memory = bytearray(block_layout([module]).size)
+    recorder = ScanRecorder(target, memory, [module], scan_period_ns=SCAN_PERIOD_NS, metadata=facts)
+    with closing(recorder):
+        for number, scan in enumerate(scans):
+            _IMAGES.pack_into(memory, 0, *scan.outputs, *scan.inputs)
+            recorder.scan(number, scan.at_ns - begin_ns, RUN_MODE)

@@ -1,0 +1,40 @@
+"""Checks of a program without running it: a table of facts, and rules about the machine and the program.
+
+facts.py           the table of facts; a collector of each language fills it
+rungs, python      the collectors
+logic.py           conditions: whether one can hold
+ranges.py          ranges of numbers
+subject.py         what rules read: facts, rack, places in the rack file
+rules              the rules, one row each
+suppressions.py    findings that a comment suppresses
+alone.py           a ladder program without a rack
+check.py           a whole check
+"""
+
+from __future__ import annotations
+
+from scanrack.io_images.renamed import renamed
+
+from .alone import load_any
+from .check import CheckReport, Finding, ProofFinding, Prover, check_rack, check_replacement, refused
+from .facts import FileLine
+from .rules import BY_ID, RULES, Rule
+
+__all__ = [
+    "BY_ID",
+    "RULES",
+    "CheckReport",
+    "FileLine",
+    "Finding",
+    "ProofFinding",
+    "Prover",
+    "Rule",
+    "check_rack",
+    "check_replacement",
+    "load_any",
+    "refused",
+]
+
+
+def __getattr__(name: str) -> object:
+    return renamed(__name__, name)

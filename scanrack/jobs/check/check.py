@@ -1,0 +1,186 @@
+"""Checks a rack and its program: facts, rules, and what the user has said to ignore."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from scanrack.io_images.drives.models import Model
+from scanrack.io_images.site import Site, sites_of
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.files.steps import Steps
+from scanrack.ladder.python.sequences import Logic
+from scanrack.runtime.config.rackfile import load_rack_file
+
+from ..load.loading import LoadedRack, rack_form
+from ..load.program import Form
+from .facts import Facts, FileLine
+from .python.functions import python_facts
+from .python.sequences import sequence_facts
+from .replacing import RULE, replaced
+from .rules import BY_ID, RULES, Rule
+from .rules.rack import terminals
+from .rungs.program import ladder_facts
+from .step_list import step_facts
+from .subject import Subject
+from .suppressions import Suppressions
+
+_TOO_DEEP = "the program has an expression that is nested too deep: only the rack file is checked"
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A rule that a rack breaks."""
+
+    rule: str
+    place: FileLine
+    text: str
+    site: Site
+
+    @property
+    def row(self) -> Rule:
+        """The row of its rule."""
+        return BY_ID[self.rule]
+
+    def __str__(self) -> str:
+        rung = "" if self.site.rung is None else f" ({self.site.routine}, {self.site.place})"
+        return f"{self.place.file}:{self.place.line}: {self.rule}: {self.text}{rung}; {self.row.remedy}"
+
+
+@dataclass(frozen=True, slots=True)
+class CheckReport:
+    """The result of a check."""
+
+    findings: tuple[Finding, ...]
+    not_seen: tuple[str, ...]  # sentences about unknown facts
+    ignored: int = 0  # findings that comments suppress
+
+
+@dataclass(frozen=True, slots=True)
+class ProofFinding:
+    """What a proof says: a finding of a rule for all inputs, or that a rule's finding is none.
+
+    Attributes:
+        rule: such as "unreachable".
+        holds: whether the finding is proved; if not, it is refuted.
+        text: of a finding that the rules have not found themselves.
+    """
+
+    rule: str
+    place: FileLine
+    holds: bool
+    text: str = ""
+
+
+Prover = Callable[[LoadedRack, Facts], Iterable[ProofFinding]]
+"""Yields verdicts about a rack's program, of which the facts are known."""
+
+
+def _no_proofs(_job: LoadedRack, _facts: Facts) -> Iterable[ProofFinding]:
+    return ()
+
+
+def check_replacement(job: LoadedRack, model: Model, *, alone: bool = False) -> CheckReport:
+    """List what a program for a 3601 must change to run on a networked drive; LadderError as `check_rack`."""
+    facts = facts_of(job)
+    found = (
+        Finding(RULE, place, text, facts.sites.get(place) or Site(file=place.file, line=place.line))
+        for place, text in replaced(Subject(job, facts, None, alone), model)
+    )
+    return CheckReport(tuple(found), tuple(facts.not_seen))
+
+
+def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover = _no_proofs) -> CheckReport:
+    """Check a rack and its program without running it; LadderError if the ladder program can't be built.
+
+    Args:
+        alone: whether the program is checked without a rack: no rule about wiring applies.
+        prover: yields verdicts on the program's rungs and tags; findings that it proves say so, those that it
+            refutes are left out.
+    """
+    facts = facts_of(job)
+    is_toml = not alone and rack_form(job.rack_file) is Form.DATA
+    lines = load_rack_file(job.rack_file).lines if is_toml else None
+    subject = Subject(job, facts, lines, alone)
+    found = list(_judged(list(_findings(subject)), list(prover(job, facts)), facts))
+    suppressions = Suppressions(job)
+    kept = tuple(each for each in found if not suppressions.ignores(each.rule, each.place))
+    stubs = (f"behind {each}" for each in job.stubs)
+    not_seen = (*facts.not_seen, *_unseen_configurations(subject), *stubs)
+    return CheckReport(kept, not_seen, len(found) - len(kept))
+
+
+def refused(error: Exception, file: str) -> CheckReport:
+    """Return the report of a file that can't be loaded: its mistakes, with their places.
+
+    Args:
+        file: what was to be checked, for a mistake without a place.
+    """
+    found = [each for each in sites_of(error) if each.file]
+    sites = [each for each in found if each.line] or [Site(file=file, line=1)]
+    text = str(error)
+    findings = (Finding("refused", FileLine(each.file, each.line or 1), text, each) for each in sites[-1:])
+    return CheckReport(tuple(dict.fromkeys(findings)), ())
+
+
+def _findings(subject: Subject) -> Iterator[Finding]:
+    """Yield the findings, one per rule, place and text, in the order of the rules."""
+    facts = subject.facts
+    for rule in RULES:
+        seen: set[tuple[FileLine, str]] = set()
+        for place, text in (*facts.remarks.get(rule.id, ()), *rule.check(subject)):
+            if (place, text) not in seen and not (
+                rule.id == "out-of-range" and place in {at for at, _ in seen}
+            ):
+                seen.add((place, text))
+                site = facts.sites.get(place) or Site(file=place.file, line=place.line)
+                yield Finding(rule.id, place, text, site)
+
+
+def _judged(found: list[Finding], verdicts: list[ProofFinding], facts: Facts) -> Iterator[Finding]:
+    """Yield the findings with what is proved of them, and what only a proof finds where there is none."""
+    places = {each.place for each in found}
+    by_place = {(each.rule, each.place): each for each in verdicts}
+    for each in found:
+        verdict = by_place.pop((each.rule, each.place), None)
+        if verdict is None or verdict.holds:
+            yield each if verdict is None else replace(each, text=f"{each.text} (proved)")
+    for other in by_place.values():
+        if other.holds and other.place not in places:
+            site = facts.sites.get(other.place) or Site(file=other.place.file, line=other.place.line)
+            yield Finding(other.rule, other.place, f"{other.text} (proved)", site)
+
+
+def facts_of(job: LoadedRack) -> Facts:
+    """Return the facts of a rack's program."""
+    if isinstance(job.logic, LadderLogic):
+        return ladder_facts(job.logic, job.program, job.spec)
+    if job.program.suffix == ".py":
+        try:
+            return _python_facts(job)
+        except RecursionError:  # Python compiles a sum of some hundreds that its module `ast` can't print
+            return Facts(not_seen=[_TOO_DEEP])
+    logic: object = job.logic
+    return step_facts(job.program, logic) if isinstance(logic, Steps) else Facts()
+
+
+def _python_facts(job: LoadedRack) -> Facts:
+    if isinstance(job.logic, Logic):
+        return sequence_facts(job.program, job.logic, job.spec)
+    names = {name for slot in job.spec.slot for _, _, name, _ in terminals(slot)}
+    return python_facts(job.program, _globals_of(job.logic), names, job.spec)
+
+
+def _globals_of(logic: object) -> Mapping[str, Any]:
+    """Return the names of the module of a function, a method, a partial function or an object to call."""
+    inner = getattr(logic, "func", logic)  # of functools.partial
+    call = inner if hasattr(inner, "__globals__") else vars(type(inner)).get("__call__")
+    found: Mapping[str, Any] = getattr(getattr(inner, "__func__", call), "__globals__", {})
+    return found
+
+
+def _unseen_configurations(subject: Subject) -> Iterator[str]:
+    for _, slot in subject.steppers:
+        if not subject.sent_to(slot.number, subject.facts.configurations):
+            yield f"slot {slot.number}: no configuration in constants, so its inputs are not checked"

@@ -1,0 +1,171 @@
+"""What a 3601 refuses of eight output words, whatever its state: asked of the module's own table of refusals.
+
+Words that the text does not determine are tried with several values: a rule counts if all of them break it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, cast
+
+from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, Configuration, Firmware, check
+from scanrack.io_images.amci3601.words import Profile
+from scanrack.runtime.modules.amci3601 import refusals
+from scanrack.runtime.modules.amci3601.command_layer import MOVES
+from scanrack.runtime.modules.amci3601.command_words import COMMAND_BITS, CommandWords
+from scanrack.runtime.modules.amci3601.operation import Host
+
+LAST_WORD: dict[str, Sequence[int]] = {
+    "CMD-02": (0,),
+    "CMD-04": (3, 5, 6, 7),
+    "CMD-05": (5,),
+    "CMD-09": (4, 5, 6, 7),
+    "CMD-10": (1,),
+    "CMD-11": (0,),
+    "CMD-12": (3,),
+    "CMD-17": (2, 3, 4, 5, 6, 7),
+    "CMD-20": (3,),
+    "CMD-23": (3,),
+    "CMD-24": (3,),
+    "CMD-29": (1,),
+    "CMD-31": (2, 3),
+    "CMD-32": (4, 5),
+    "CMD-34": (0,),
+    "CMD-36": (1,),
+    "ENC-05": (1,),
+    "FOL-02": (6, 7),
+    "HOM-01": (5,),
+    "HOM-02": (2, 3),
+    "HOM-03": (0,),
+    "IOM-20": (1,),
+    "LSW-03": (0,),
+    "PST-08": (1,),
+    "REG-10": (0, 4, 5, 6, 7),
+    "RST-02": (1,),
+}
+"""The rules that words break at rest, and the words that do so; others depend on the module's state."""
+
+RANGES = frozenset({"CMD-04", "CMD-05", "CMD-20", "CMD-31", "FOL-02", "HOM-01"})
+"""Those about ranges."""
+
+WAYS_ON = {
+    "CMD-02": "clear the one bit before you set the other",
+    "CMD-09": "zero words 4 to 7 first",
+    "CMD-17": "zero words 2 to 7 first",
+    "HOM-02": "zero words 2 and 3 first",
+    "HOM-03": "use the end limit of this direction in the configuration",
+    "CMD-11": "configure the encoder",
+    "CMD-29": "configure the encoder",
+    "ENC-05": "configure the encoder",
+}
+"""What to do, where the rule does not say it."""
+
+_FILLED = ((0, 0, 0, 0, 0, 0, 0, 0), (0, 0, 0, 1, 100, 0, 1, 1), (0, 0, 8000, 999, 999, 999, 2000, 2000))
+"""Values of unknown words."""
+
+
+class Breach(NamedTuple):
+    """A rule that words break, and the word that does so."""
+
+    rule: str
+    word: int
+    text: str  # the rule, with its section
+
+    def __str__(self) -> str:
+        return self.text
+
+
+@dataclass(frozen=True, slots=True)
+class _State:
+    configuration: Configuration
+    start_sps: int
+
+
+@dataclass(frozen=True, slots=True)
+class _AtRest:
+    """A module at rest, as far as `LAST_WORD`'s rules ask it."""
+
+    state: _State
+    firmware: Firmware
+    profile: Profile
+
+
+ANY_CONFIGURATION = Configuration(inputs_used=0x3F, quadrature_encoder=True, starting_speed=1)
+"""A configuration with which every command is possible."""
+
+
+def broken(
+    words: Sequence[int | None], configuration: Configuration | None, firmware: Firmware, profile: Profile
+) -> tuple[Breach, ...]:
+    """Return the rules that words break at rest.
+
+    Args:
+        words: the eight signed words, None for an unknown one; the first one is known.
+        configuration: of the module; None if it is not known.
+    """
+    used = configuration or ANY_CONFIGURATION
+    host = cast(Host, _AtRest(_State(used, used.starting_speed), firmware, profile))
+    first, *others = [_rules(host, _filled(words, values)) for values in _FILLED]
+    names = [each for each in first if all(each in other for other in others)]
+    return tuple(_breach(name, words, profile) for name in dict.fromkeys(names))
+
+
+def wrong_configuration(words: Sequence[int | None], firmware: Firmware, profile: Profile) -> tuple[str, ...]:
+    """Return the rules that the words of a configuration break."""
+    limits = profile.limits
+    first, *others = [check(_filled(words, values), firmware, limits) for values in _FILLED[:2]]
+    return tuple(each for each in first if all(each in other for other in others))
+
+
+def _filled(words: Sequence[int | None], values: Sequence[int]) -> tuple[int, ...]:
+    filled = [value if word is None else word for word, value in zip(words, values, strict=True)]
+    for high, low in ((2, 3), (4, 5)):
+        one, other = words[high], words[low]
+        if one is None and other is not None and other < 0:
+            filled[high] = -filled[high]
+        if other is None and one is not None and one < 0:
+            filled[low] = -filled[low]
+    return tuple(filled)
+
+
+def _rules(host: Host, words: Sequence[int]) -> list[str]:
+    command = CommandWords(words)
+    bits = command.msw & COMMAND_BITS
+    if command.many_bits:
+        return ["CMD-02"]  # it says enough
+    found = [each.rule for each in _of_words(host, command, _reasons(host, command))]
+    if bits & MOVES:
+        own = host.profile.further_refusals
+        found += [rule for rule, is_broken in own if is_broken(command.words, command.parameters)]
+    return [*found, *["LSW-03"] * bool(bits & CommandMsw.RESERVED_14.value)]
+
+
+def _reasons(host: Host, command: CommandWords) -> refusals.Refusals:
+    if command.lsw & CommandLsw.ENC_FOLLOWER and host.firmware.follower and command.msw:
+        return refusals.FOLLOWER_WORDS
+    if command.lsw & CommandLsw.STORE_MIN_REG and host.firmware.registration:
+        return (*refusals.STORE_MINIMUM, *refusals.refusals_of(host, command))
+    return refusals.refusals_of(host, command)
+
+
+def _of_words(host: Host, command: CommandWords, reasons: refusals.Refusals) -> list[refusals.RefusalRule]:
+    asked = [each for each in reasons if each.rule in LAST_WORD and each.broken is not refusals.busy]
+    return [each for each in asked if each.broken(host, command)]
+
+
+def _breach(rule: str, words: Sequence[int | None], profile: Profile) -> Breach:
+    row = profile.rules[rule]
+    return Breach(rule, _word(rule, words, profile), f"{row.text.rstrip('.')} [{row.section}]")
+
+
+def _word(rule: str, words: Sequence[int | None], profile: Profile) -> int:
+    """Return the word that breaks a rule: of several, the first one that is no legal value."""
+    at = LAST_WORD.get(rule, (0,))
+    if rule == "CMD-04":
+        given = CommandWords(_filled(words, _FILLED[1])).parameters
+        rates = ((6, given.acceleration), (7, given.deceleration))
+        wrong = [at for at, rate in rates if not profile.limits.takes_rate(rate)]
+        legal = profile.limits.takes_speed(given.speed)
+        return 3 if not given.target_in_range else (*wrong, 5)[0] if legal else 5
+    return next((each for each in at if words[each]), at[0])

@@ -1,0 +1,238 @@
+"""Calls in a program with sequences whose constants an axis refuses, or that fail when they are reached.
+
+self.axis.move_to(9_000_000, ...)     refused: out of range
+self.axis.move_to(4000, speed=200)    refused by the module: below the starting speed
+self.axis.moveto(4000)                fails: no such method
+dwell("2 seconds")                    fails: no time
+"""
+
+from __future__ import annotations
+
+import ast
+import difflib
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import suppress
+from inspect import Signature, getattr_static, signature
+from typing import Any
+
+from scanrack.io_images.amci3601 import Acceleration, Direction
+from scanrack.io_images.times import parse_time
+from scanrack.ladder.python.axis3601 import Axis3601, Command, ErrorId
+from scanrack.ladder.python.sequences import dwell, steady, until, within
+from scanrack.ladder.python.sequences.signals import Signal
+
+from ..facts import FileLine, LocalFinding
+from .reader import Reader, UnknownError, variants
+
+NEUTRAL: Mapping[str, object] = {
+    "direction": Direction.CW,
+    "shape": Acceleration.CONSTANT,
+    "position": 0,
+    "distance": 1,
+    "speed": 1,
+    "acceleration": 1,
+    "deceleration": 1,
+    "register": 1,
+    "numerator": 1,
+    "denominator": 1,
+}
+"""A legal value for each argument of a command, in place of an unknown one."""
+
+_VALUES = (ast.Constant, ast.Compare, ast.BoolOp, ast.UnaryOp)
+"""Expressions that are no function."""
+
+SEARCH = "home"
+"""The method of an axis that starts a home search."""
+
+FROM_STARTING_SPEED = (SEARCH, "move_to", "move_by")
+"""Commands whose speed must reach the starting speed [3601 manual, chapter 6, Invalid Profile]."""
+
+
+class Calls:
+    """The calls in a text.
+
+    Args:
+        axes: the axes of the program by name.
+        classes: the class of the program and its bases; `self` of another class has other axes.
+    """
+
+    def __init__(self, reader: Reader, axes: Mapping[str, Axis3601], classes: Collection[type]) -> None:
+        self._reader, self._classes = reader, list(classes)
+        own = [each for each in reader.tree.body if not _is_other_class(each, reader.names, classes)]
+        self._calls = [node for each in own for node in ast.walk(each) if isinstance(node, ast.Call)]
+        self._commands = [(axes[name], call) for call in self._calls if (name := _owner(call)) in axes]
+
+    def searches(self) -> Iterator[tuple[FileLine, Axis3601]]:
+        """Yield the starts of home searches, with their axes."""
+        for axis, call in self._commands:
+            if _method(call) == SEARCH:
+                yield self._place(call), axis
+
+    def refused(self) -> Iterator[LocalFinding]:
+        """Yield the commands whose constants are refused."""
+        for axis, call in self._commands:
+            text = self._refusal(axis, call)
+            if text:
+                yield LocalFinding(self._place(call), f"{_method(call)}: {text}")
+
+    def failing(self) -> Iterator[LocalFinding]:
+        """Yield the calls that raise when they are reached."""
+        for axis, call in self._commands:
+            text = _misfit(axis, call) or _fraction(call)
+            if text:
+                yield LocalFinding(self._place(call), text)
+        for call in self._calls:
+            kind = self._reader.names.get(getattr(call.func, "id", ""))
+            text = self._no_time(kind, call) if kind in (dwell, steady) else ""
+            if kind in (until, steady) and not text:
+                text = self._no_condition(call)
+            if text:
+                yield LocalFinding(self._place(call), text)
+
+    def without_time(self) -> Iterator[LocalFinding]:
+        """Yield the waits whose time is 0."""
+        for call, time_ns in self._times():
+            if time_ns == 0:
+                yield LocalFinding(self._place(call), f"{ast.unparse(call)} waits for no time")
+
+    def waits_below_one_scan(self, scan_ns: int) -> Iterator[LocalFinding]:
+        """Yield the waits that are over in the next scan."""
+        for call, time_ns in self._times():
+            if 0 < time_ns < scan_ns:
+                text = f"{ast.unparse(call)} is shorter than a scan, {scan_ns / 1e6:g} ms"
+                yield LocalFinding(self._place(call), text)
+
+    def _times(self) -> Iterator[tuple[ast.Call, int]]:
+        """Yield the waits for a known time, ns."""
+        for call in self._calls:
+            kind = self._reader.names.get(getattr(call.func, "id", ""))
+            if kind in (dwell, steady, within) and not _unpacks(call):
+                with suppress(UnknownError, TypeError, ValueError):
+                    node = _bound(signature(kind), call).get("time")
+                    if node is not None:
+                        yield call, parse_time(str(self._reader.value(node)))
+
+    def _place(self, call: ast.Call) -> FileLine:
+        return FileLine(self._reader.file, call.lineno)
+
+    def _refusal(self, axis: Axis3601, call: ast.Call) -> str:
+        """Return why the constants of a command are refused, or an empty text."""
+        starting_speed = axis.starting_speed
+        neutral = {**NEUTRAL, "speed": starting_speed}
+        arguments = self._arguments(axis, call, neutral)
+        for each in variants(arguments) if arguments else ():
+            try:
+                command = getattr(axis, _method(call))(**each)
+            except (TypeError, ValueError):  # the call itself fails, at its line
+                return ""
+            if isinstance(command, Command) and command.error_id & ErrorId.PARAMETER:
+                return command.detail
+            speed, least = each.get("speed"), starting_speed
+            if _method(call) in FROM_STARTING_SPEED and isinstance(speed, int) and speed < least:
+                return f"speed {speed} is below the starting speed of {axis.name}, {least}"
+        return ""
+
+    def _arguments(
+        self, axis: Axis3601, call: ast.Call, neutral: Mapping[str, object]
+    ) -> Mapping[str, Sequence[object]] | None:
+        """Return the values of the arguments, legal ones for unknown ones; None if it can't be tried."""
+        method = getattr(axis, _method(call), None)
+        if not callable(method) or _unpacks(call) or _misfit(axis, call):
+            return None
+        arguments: dict[str, Sequence[object]] = {}
+        for name, node in _bound(signature(method), call).items():
+            try:
+                arguments[name] = self._reader.possible(node)
+            except UnknownError:
+                if name not in neutral:
+                    return None
+                arguments[name] = (neutral[name],)
+        return arguments
+
+    def _no_condition(self, call: ast.Call) -> str:
+        """Return that a wait gets a value in place of a function; empty if it does not, or if unknown."""
+        given = call.args[0] if call.args else None
+        name = given.attr if isinstance(given, ast.Attribute) and _is_self(given.value) else ""
+        field = getattr_static(self._classes[0], name, None) if name and self._classes else None
+        if isinstance(given, _VALUES) or isinstance(field, bool | int | float | Signal):
+            text = ast.unparse(given) if given is not None else ""
+            return f"{ast.unparse(call.func)}: `{text}` is a value of now; give a function: lambda: {text}"
+        return ""
+
+    def _no_time(self, kind: Any, call: ast.Call) -> str:
+        """Return the problem of a wait's time; empty if it has none, or is unknown."""
+        if _unpacks(call):
+            return ""
+        try:
+            node = _bound(signature(kind), call).get("time")
+            if node is not None:
+                dwell(self._reader.value(node))  # type: ignore[arg-type]  # whatever the user has written
+        except UnknownError:
+            return ""
+        except (TypeError, ValueError) as error:
+            return f"{kind.__name__}: {error}"
+        return ""
+
+
+def _is_other_class(node: ast.stmt, names: Mapping[str, Any], classes: Collection[type]) -> bool:
+    return isinstance(node, ast.ClassDef) and names.get(node.name) not in classes
+
+
+def _is_self(node: ast.expr) -> bool:
+    return isinstance(node, ast.Name) and node.id == "self"
+
+
+def _owner(call: ast.Call) -> str:
+    """Return `axis` of a call of `self.axis.method(...)`; empty for another call."""
+    owner = call.func.value if isinstance(call.func, ast.Attribute) else None
+    of_self = isinstance(owner, ast.Attribute) and getattr(owner.value, "id", "") == "self"
+    return owner.attr if of_self and isinstance(owner, ast.Attribute) else ""
+
+
+def _method(call: ast.Call) -> str:
+    return call.func.attr if isinstance(call.func, ast.Attribute) else ""
+
+
+def _unpacks(call: ast.Call) -> bool:
+    return any(isinstance(each, ast.Starred) for each in call.args) or None in (
+        each.arg for each in call.keywords
+    )
+
+
+def _bound(of: Signature, call: ast.Call) -> dict[str, ast.expr]:
+    """Return the arguments of a call by the names of the parameters; TypeError if they do not fit."""
+    named = {str(each.arg): each.value for each in call.keywords}
+    return dict(of.bind(*call.args, **named).arguments)
+
+
+def _misfit(axis: Axis3601, call: ast.Call) -> str:
+    """Return why a method of an axis can't be called with these arguments; empty if it can, or if unknown."""
+    name = _method(call)
+    method = getattr(axis, name, None)
+    if not callable(method):
+        near = difflib.get_close_matches(name, [each for each in dir(axis) if not each.startswith("_")], n=1)
+        return f"{axis.name} has no {name}" + (f"; did you mean {near[0]}?" if near else "")
+    if _unpacks(call):
+        return ""
+    try:
+        _bound(signature(method), call)
+    except TypeError as error:
+        return f"{name}: {error}; it takes {_taken(signature(method))}"
+    return ""
+
+
+def _fraction(call: ast.Call) -> str:
+    """Return which argument of a command is a fraction; empty if none is."""
+    named = ((each.arg or "", each.value) for each in call.keywords)
+    for _, node in (*(("", each) for each in call.args), *named):
+        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div):
+            return f"{_method(call)}: `{ast.unparse(node)}` is a fraction, a whole number is needed: write //"
+    return ""
+
+
+def _taken(of: Signature) -> str:
+    """Return the parameters of a method, such as "position, speed=, acceleration="."""
+    named = [
+        f"{each.name}=" if each.kind is each.KEYWORD_ONLY else each.name for each in of.parameters.values()
+    ]
+    return ", ".join(named)

@@ -1,0 +1,89 @@
+"""Facts of a Python program that is a function of the scan."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping, Sequence, Set
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.amci3601 import Configuration, FindHome, Move
+from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.io_images.input_files import read_input_text
+from scanrack.io_images.text_limits import TextKind
+from scanrack.runtime.config.rackspec import RackSpec
+
+from ..facts import Facts, FileLine, LocalFinding, SentCommand
+from .attributes import note_names
+from .counting import note_counting
+from .flow import Flow
+from .hand_writes import HandWrites
+from .images import Images
+from .loops import fixed_loops
+from .reader import Reader
+from .reals import note_reals
+from .scans import Scans
+from .steps import PythonSteps
+from .times import waits_below_one_scan
+
+
+def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec: RackSpec) -> Facts:
+    """Read the facts of a Python program.
+
+    Args:
+        names: the names of its module, with their values.
+    """
+    tree = ast.parse(read_input_text(path, TextKind.PYTHON))
+    reader = Reader(str(path), tree, names)
+    facts = Facts(not_seen=["values that the program computes", "words written without a command's class"])
+    moves: list[tuple[FileLine, str, int]] = []
+    least: list[int] = []
+    for kind, call in reader.calls():
+        place = FileLine(str(path), call.lineno)
+        if kind == "FindHome":
+            facts.searches.append(SentCommand(place, None))
+        try:
+            made = reader.make(kind, call)
+        except ValueError as error:
+            facts.remark("out-of-range", place, f"{kind}: {error}")
+            continue
+        if isinstance(made, Configuration):
+            facts.configurations.append(SentCommand(place, None, tuple(made.to_image().words.tolist())))
+            least.append(made.starting_speed)
+        elif isinstance(made, Move | FindHome) and "speed" in reader.known(kind, call):
+            moves.append((place, kind, made.speed))
+    facts.remarks["out-of-range"] += _too_slow(moves, least)
+    facts.remarks["command-held"] += reader.held()
+    for node, text in waits_below_one_scan(reader, spec.scan_ns):
+        facts.remark("preset-unit", FileLine(str(path), node.lineno), text)
+    loops = fixed_loops(tree)
+    facts.remarks["never-waits"] += (LocalFinding(FileLine(str(path), line), text) for line, text in loops)
+    facts.uses_bit = reader.uses_bit(terminals)
+    Flow(reader, facts).note()
+    Scans(reader, spec, facts).note()
+    note_reals(reader, facts)
+    note_counting(reader, facts)
+    note_names(reader, facts)
+    images = Images(reader, spec, facts)
+    images.note()
+    steppers = [slot.number for slot in spec.slot if is_stepper(slot.words)]
+    steps = PythonSteps(reader, images, steppers)
+    writes = HandWrites(reader, steps, steppers)
+    facts.writes = list(writes.writes())
+    facts.actions = [*steps.actions(), *writes.actions]
+    facts.step_use, facts.first_steps = steps.use, steps.first
+    facts.outputs = writes.outputs
+    facts.remarks["lossy-conversion"] += writes.remarks
+    if terminals and facts.uses_bit is None:
+        facts.not_seen.append("which terminals of the cards the program uses: it names none of them")
+    return facts
+
+
+def _too_slow(
+    moves: Sequence[tuple[FileLine, str, int]], starting_speeds: Sequence[int]
+) -> Iterator[LocalFinding]:
+    """Yield the moves and home searches that are slower than the starting speed of every configuration."""
+    least = min(starting_speeds, default=0)
+    for place, kind, speed in moves:
+        if speed < least:
+            yield LocalFinding(place, f"{kind}: speed {speed} is below the starting speed, {least}")

@@ -1,0 +1,274 @@
+"""Writes of a function of the scan to output words of 3601s.
+
+axis.outputs.load(MOVE.to_image())                all eight words
+axis.outputs[2], axis.outputs[3] = split(target)  two words, of the same source
+axis.outputs.set_bit(0, 7, plus and not minus)    a bit, and when it is set
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from scanrack.io_images.amci3601 import CommandMsw
+from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS, signed_word
+
+from ..facts import FileLine, LocalFinding, OutputWrite, StepAction
+from ..logic import FALSE, TRUE, UNKNOWN, AllOf, Bit, Condition, leaves, negated
+from ..written import UNKNOWN_WORD, WordValue, WordWrite
+from .conditions import ConditionNames, condition
+from .local_names import LocalNames
+from .options import Choices, Options
+from .reader import Reader, UnknownError, functions_in
+from .steps import BITS, PythonSteps, callee_of
+
+_WORD = 0xFFFF
+LOOP = 16
+"""Passes of a loop that are followed one by one."""
+
+
+@dataclass(frozen=True, slots=True)
+class _WalkPlace:
+    """Where a walk is: its condition as the steps have it, and of what local names stand for."""
+
+    when: Condition = TRUE
+    free: Condition = TRUE
+    depth: int = 4
+
+    def where(self, own: Condition, free: Condition) -> _WalkPlace:
+        """Return a place within this one."""
+        return _WalkPlace(AllOf((self.when, own)), AllOf((self.free, free)), self.depth)
+
+
+class HandWrites:
+    """The writes of a text.
+
+    Args:
+        slots: those with 3601s.
+    """
+
+    def __init__(self, reader: Reader, steps: PythonSteps, slots: Sequence[int]) -> None:
+        self._reader, self._steps, self._slots = reader, steps, slots
+        self._functions = {function.name: function for function, _ in functions_in(reader.tree)}
+        self._options = Options(reader, self._functions, steps.values)
+        self._names = LocalNames(self._options)
+        self.actions: list[StepAction] = []  # those on command words
+        self.outputs: list[OutputWrite] = []
+        self.remarks: list[LocalFinding] = []  # words that are given another number than they can hold
+
+    def writes(self) -> Iterator[WordWrite]:
+        """Yield the writes of all functions that no other one calls."""
+        called = {callee_of(node) for node in ast.walk(self._reader.tree) if isinstance(node, ast.Call)}
+        for name, function in self._functions.items():
+            if name not in called:
+                self._names.begin()
+                self._steps.function = function
+                yield from self._body(function.body, _WalkPlace())
+
+    # --- statements
+
+    def _body(self, body: Sequence[ast.stmt], place: _WalkPlace) -> Iterator[WordWrite]:
+        for node in body:
+            yield from self._statement(node, place)
+            if isinstance(node, ast.If) and not node.orelse and isinstance(node.body[-1], ast.Return):
+                place = place.where(negated(self._own(node.test)), negated(self._free(node.test)))
+
+    def _statement(self, node: ast.stmt, place: _WalkPlace) -> Iterator[WordWrite]:
+        match node:
+            case ast.If(test=test, body=body, orelse=orelse):
+                own, free = self._own(test), self._free(test)
+                before = self._names.copy()
+                yield from self._body(body, place.where(own, free))
+                after = self._names.swap(before)
+                yield from self._body(orelse, place.where(negated(own), negated(free)))
+                self._names.join(after, test)
+            case ast.Match(subject=subject, cases=cases):
+                for each in cases:
+                    chosen = self._steps.chosen(subject, each)
+                    before = self._names.copy()
+                    yield from self._body(each.body, place.where(chosen, TRUE))
+                    self._names.swap(before)
+            case ast.For():
+                yield from self._loop(node, place)
+            case ast.While(body=body) | ast.With(body=body) | ast.Try(body=body):
+                yield from self._body(body, place)
+            case ast.Assign(targets=targets, value=value):
+                for target in targets:
+                    yield from self._assigned(target, value, place)
+            case ast.AugAssign(target=ast.Subscript() as target, op=op, value=value):
+                yield from self._changed(target, op, value, place)
+            case ast.AugAssign(target=ast.Name(name)):
+                self._names.forget(name)
+            case ast.Expr(value=ast.Call() as call):
+                yield from self._called(call, place)
+
+    def _loop(self, node: ast.For, place: _WalkPlace) -> Iterator[WordWrite]:
+        for values in self._passes(node.iter):
+            self._names.bind(node.target, None if values is None else values)
+            yield from self._body(node.body, place)
+
+    def _passes(self, iterable: ast.expr) -> Sequence[ast.expr | None]:
+        try:
+            found = self._options.of(self._names.closed(iterable), {})
+        except UnknownError:
+            return [None]
+        rows = list(found.options[0]) if len(found.options) == 1 and _is_row(found.options[0]) else []
+        if not 0 < len(rows) <= LOOP:
+            return [None]
+        indices = (ast.Constant(at) for at in range(len(rows)))
+        return [ast.Subscript(self._names.closed(iterable), at, ast.Load()) for at in indices]
+
+    # --- writes
+
+    def _assigned(self, target: ast.expr, value: ast.expr, place: _WalkPlace) -> Iterator[WordWrite]:
+        if isinstance(target, ast.Tuple | ast.List):
+            for each, part in zip(target.elts, self._names.parts(value, len(target.elts)), strict=True):
+                yield from self._assigned(each, part, place)
+        elif isinstance(target, ast.Subscript):
+            slot, word = self._outputs(target.value), self._number(target.slice)
+            if slot is not None and word is not None and 0 <= word < WORDS:
+                yield self._word(target, slot, word, self._value(value, target), place)
+        else:
+            self._names.bind(target, value)
+
+    def _changed(
+        self, target: ast.Subscript, op: ast.operator, value: ast.expr, place: _WalkPlace
+    ) -> Iterator[WordWrite]:
+        """Yield a write of bits: `outputs[0] |= 1`, `outputs[0] &= ~1`."""
+        slot, word, mask = self._outputs(target.value), self._number(target.slice), self._number(value)
+        if slot is None or word is None or not 0 <= word < WORDS:
+            return
+        sets = mask & _WORD if mask is not None and isinstance(op, ast.BitOr) else 0
+        clears = ~mask & _WORD if mask is not None and isinstance(op, ast.BitAnd) else 0
+        if sets or clears:
+            yield self._bits(target, slot, word, sets, clears, place)
+        else:
+            yield self._word(target, slot, word, UNKNOWN_WORD, place)
+
+    def _called(self, call: ast.Call, place: _WalkPlace) -> Iterator[WordWrite]:
+        method = call.func.attr if isinstance(call.func, ast.Attribute) else ""
+        slot = self._outputs(call.func.value) if isinstance(call.func, ast.Attribute) else None
+        inner = self._functions.get(callee_of(call))
+        if inner is not None and place.depth:
+            outer, caller = self._names.enter(inner, call), self._steps.function
+            self._steps.function = inner
+            yield from self._body(inner.body, _WalkPlace(place.when, place.free, place.depth - 1))
+            self._steps.function = caller
+            self._names.swap(outer)
+        elif slot is not None and method == "clear":
+            yield from (self._word(call, slot, word, WordValue((0,)), place) for word in range(WORDS))
+        elif slot is not None and method == "load" and call.args:
+            yield from self._loaded(call, slot, place)
+        elif slot is not None and method == "set_bit" and len(call.args) == 3:
+            word, bit = self._number(call.args[0]), self._number(call.args[1])
+            if word is not None and bit is not None:
+                yield self._bit(call, slot, word, 1 << bit, place)
+
+    def _loaded(self, call: ast.Call, slot: int, place: _WalkPlace) -> Iterator[WordWrite]:
+        """Yield the writes of a whole image."""
+        try:
+            found = self._options.of(self._names.closed(call.args[0]), {})
+            images = [tuple(each) for each in found.options if len(tuple(each)) == WORDS]
+        except (UnknownError, TypeError):
+            found, images = Choices(()), []
+        for word in range(WORDS):
+            value = WordValue(tuple(each[word] for each in images), found.source, found.names)
+            if len(set(value.options)) == 1:
+                value = WordValue(value.options[:1])
+            yield self._word(call, slot, word, value, place)
+            if word == 0 and len(value.options) != 1:
+                bits = int(BITS.get(self._steps.kind(call.args[0]), 0))
+                self._act(call, slot, bits, ~bits & _WORD, place)
+                yield self._bits(call, slot, 0, bits if bits & (bits - 1) == 0 else 0, 0, place)
+
+    def _bit(self, call: ast.Call, slot: int, word: int, mask: int, place: _WalkPlace) -> WordWrite:
+        free = self._free(call.args[2])
+        if free in (TRUE, FALSE):
+            sets, clears = (mask, 0) if free == TRUE else (0, mask)
+            return self._bits(call, slot, word, sets, clears, place)
+        is_known = UNKNOWN not in leaves(free)
+        if word == 0:
+            at, both = FileLine(self._reader.file, call.lineno), place.where(free, free).free
+            name = str(CommandMsw(mask).name)
+            self.outputs.append(OutputWrite(at, name, f"{slot} {name}", both, f"slot {slot}"))
+        own = free if is_known else Bit(f"{ast.unparse(call)} in line {call.lineno}")
+        return self._bits(call, slot, word, mask, mask, place.where(own, free))
+
+    def _word(self, node: ast.expr, slot: int, word: int, value: WordValue, place: _WalkPlace) -> WordWrite:
+        known = len(value.options) == 1 and word == 0
+        if known:
+            self._act(node, slot, value.options[0] & _WORD, ~value.options[0] & _WORD, place)
+        bits = value.options[0] & _WORD if known else 0
+        return self._write(node, slot, word, value, bits, ~bits & _WORD, place)
+
+    def _bits(
+        self, node: ast.expr, slot: int, word: int, sets: int, clears: int, place: _WalkPlace
+    ) -> WordWrite:
+        if word == 0 and sets | clears:
+            self._act(node, slot, sets, clears, place)
+        return self._write(node, slot, word, None, sets, clears, place)
+
+    def _act(self, node: ast.expr, slot: int, sets: int, clears: int, place: _WalkPlace) -> None:
+        """Note a write of the command word."""
+        self.actions += self._steps.commanding(node, place.when, f"slot {slot}", sets, clears)
+
+    def _write(
+        self,
+        node: ast.expr,
+        slot: int,
+        word: int,
+        value: WordValue | None,
+        sets: int,
+        clears: int,
+        place: _WalkPlace,
+    ) -> WordWrite:
+        at = FileLine(self._reader.file, node.lineno)
+        steps, text = self._steps.where(place.when), ast.unparse(node)
+        return WordWrite(at, slot, word, value, sets, clears, place.when, steps, text)
+
+    # --- what expressions are
+
+    def _outputs(self, node: ast.expr) -> int | None:
+        """Return the slot of a 3601 whose outputs an expression is."""
+        found = self._names.closed(node)
+        if not isinstance(found, ast.Attribute) or found.attr != "outputs":
+            return None
+        is_slot = isinstance(found.value, ast.Subscript) and ast.unparse(found.value.value).endswith("slot")
+        slot = self._number(found.value.slice) if is_slot and isinstance(found.value, ast.Subscript) else None
+        if slot is None and len(self._slots) == 1:
+            slot = self._slots[0]
+        return slot if slot in self._slots else None
+
+    def _value(self, node: ast.expr, target: ast.expr) -> WordValue:
+        try:
+            found = self._options.of(self._names.closed(node), {})
+        except UnknownError:
+            return UNKNOWN_WORD
+        options = [each for each in found.options if isinstance(each, int)]
+        wrong = [at for at, each in enumerate(options) if not WORD_MIN <= each <= UNSIGNED_MAX]
+        if len(options) == len(found.options) and wrong and found.source:
+            name = found.names[wrong[0]] if wrong[0] < len(found.names) else found.source
+            text = f"with {name} it is {options[wrong[0]]}, and a word holds {WORD_MIN} to {UNSIGNED_MAX}"
+            self.remarks.append(LocalFinding(FileLine(self._reader.file, target.lineno), text))
+        if len(options) < len(found.options) or wrong:
+            return UNKNOWN_WORD
+        return WordValue(tuple(map(signed_word, options)), found.source, found.names)
+
+    def _number(self, node: ast.expr) -> int | None:
+        try:
+            found = self._options.of(self._names.closed(node), {}).options
+        except UnknownError:
+            return None
+        return found[0] if len(found) == 1 and isinstance(found[0], int) else None
+
+    def _own(self, test: ast.expr) -> Condition:
+        return condition(test, self._steps.names)
+
+    def _free(self, test: ast.expr) -> Condition:
+        """Return the condition that an expression is of inputs and fields."""
+        return condition(self._names.inputs(test), ConditionNames())
+
+
+def _is_row(value: object) -> bool:
+    return isinstance(value, tuple | list)

@@ -1,0 +1,229 @@
+"""Fields, inputs and outputs of a class of `Logic`, and what reads and writes them."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from scanrack.ladder.python.sequences import Input, InputWord, Logic, Output, OutputWord, parts_of
+from scanrack.ladder.python.sequences.blocks import Block
+from scanrack.ladder.python.sequences.logic import fields_of
+
+from ..facts import Access, Facts, FileLine, OutputWrite, Role, Touch, Variable
+from ..logic import INPUT, TRUE, AllOf, AnyOf, Bit, Condition, all_of, needed, negated
+from .conditions import ConditionNames, condition
+from .reader import Function, field_of
+
+DEPTH = 4
+"""Helpers in helpers that are followed."""
+
+ROLES = ((Output, Role.OUTPUT), (OutputWord, Role.OUTPUT), (Input, Role.INPUT), (InputWord, Role.INPUT))
+
+
+def variables_of(
+    logic: Logic, place: FileLine, is_recorded: Callable[[str], bool], lines: Callable[[str], int]
+) -> Iterator[Variable]:
+    """Yield the fields and terminals of an instance."""
+    for each in parts_of(logic):
+        role = next((role for kind, role in ROLES if isinstance(each, kind)), None)
+        if role is not None:
+            at = FileLine(each.declared.file or place.file, each.declared.line or place.line)
+            yield Variable(each.name, at, role, "bool", set=True)
+    for name, value in fields_of(logic).items():
+        is_set = not isinstance(value, bool) or value
+        is_number = not isinstance(value, bool)
+        where = FileLine(place.file, lines(name))
+        yield Variable(name, where, Role.PLAIN, type(value).__name__, is_set, is_recorded(name) or is_number)
+
+
+class Accesses:
+    """Collects the accesses of a class.
+
+    Args:
+        owners: sequences that reach a method, by name; "" among them for `every_scan`.
+    """
+
+    def __init__(self, facts: Facts, owners: Mapping[str, set[str]], sequences: Sequence[str]) -> None:
+        self._facts, self._owners, self._sequences = facts, owners, sequences
+        self._names = ConditionNames()
+        self._file, self._function = "", ""
+
+    def note(self, file: str, function: Function) -> None:
+        """Note what a method does with fields and terminals."""
+        self._file, self._function = file, function.name
+        self._names.forget()
+        once = function.name == "__init__"
+        self._body(function.body, TRUE, once=once or function.name in self._sequences, top=True)
+
+    def _body(self, body: Sequence[ast.stmt], reached: Condition, *, once: bool, top: bool) -> None:
+        for each in body:
+            self._statement(each, reached, once=once, top=top)
+            if isinstance(each, ast.If) and not each.orelse and isinstance(each.body[-1], ast.Return):
+                top = False
+
+    def _statement(self, node: ast.stmt, reached: Condition, *, once: bool, top: bool) -> None:
+        inner: list[tuple[Sequence[ast.stmt], Condition, bool]] = []
+        match node:
+            case ast.If():
+                self._reads(node.test)
+                own = condition(node.test, self._names)
+                inner = [
+                    (node.body, all_of(reached, own), once),
+                    (node.orelse, all_of(reached, negated(own)), once),
+                ]
+            case ast.While():
+                self._reads(node.test)
+                inner = [(node.body, TRUE, False), (node.orelse, TRUE, False)]
+            case ast.For() | ast.AsyncFor():
+                self._reads(node.iter)
+                inner = [(node.body, reached, False), (node.orelse, reached, False)]
+            case ast.With() | ast.AsyncWith():
+                for item in node.items:
+                    self._reads(item.context_expr)
+                inner = [(node.body, reached, once)]
+            case ast.Try():
+                blocks = (node.body, *(each.body for each in node.handlers), node.orelse, node.finalbody)
+                inner = [(block, reached, once) for block in blocks]
+            case ast.Match():
+                self._reads(node.subject)
+                inner = [(each.body, reached, once) for each in node.cases]
+            case _:
+                self._simple(node, reached, once=once, top=top)
+                return
+        for body, condition_there, once_there in inner:
+            self._body(body, condition_there, once=once_there, top=False)
+
+    def _simple(self, node: ast.stmt, reached: Condition, *, once: bool, top: bool) -> None:
+        self._reads(node)
+        if isinstance(node, ast.AugAssign):
+            self._write(node.target, Touch.BOTH, reached, once=once, top=False)
+        value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
+        targets = (
+            node.targets
+            if isinstance(node, ast.Assign)
+            else [node.target]
+            if isinstance(node, ast.AnnAssign)
+            else []
+        )
+        for target in targets:
+            for each in target.elts if isinstance(target, ast.Tuple | ast.List) else [target]:
+                use = Touch.WRITE if each is not target else _use(value)
+                self._write(each, use, reached, once=once, top=top, value=value)
+        self._names.forget()
+
+    def _reads(self, node: ast.AST) -> None:
+        for each in ast.walk(node):
+            name = field_of(each)
+            if (
+                name in self._facts.variables
+                and isinstance(each, ast.Attribute)
+                and isinstance(each.ctx, ast.Load)
+            ):
+                self._add(Access(name, "", Touch.READ, FileLine(self._file, each.lineno)))
+
+    def _write(
+        self,
+        target: ast.expr,
+        use: Touch,
+        reached: Condition,
+        *,
+        once: bool,
+        top: bool,
+        value: ast.expr | None = None,
+    ) -> None:
+        name = field_of(target)
+        if name not in self._facts.variables:
+            return
+        needs = frozenset(Bit(each.name.replace("self.", "", 1), each.on) for each in needed(reached))
+        is_default = top and self._function == "every_scan" and use is not Touch.BOTH
+        use = Touch.COIL if is_default else use
+        place = FileLine(self._file, target.lineno)
+        self._add(Access(name, "", use, place, needs=needs, once=once, default=is_default))
+        if is_default or self._function == "every_scan":
+            self._switched(name, place, reached, value)
+
+    def _switched(self, name: str, place: FileLine, reached: Condition, value: ast.expr | None) -> None:
+        """Note what switches an output on in every scan."""
+        is_off = isinstance(value, ast.Constant) and not value.value
+        if value is None or is_off or self._facts.variables[name].role is not Role.OUTPUT:
+            return
+        free = self._freed(AllOf((reached, condition(_unwrapped(value), self._names))))
+        self._facts.outputs.append(OutputWrite(place, name, name, free))
+
+    def _freed(self, found: Condition) -> Condition:
+        """Return a condition in which inputs are named as such, and fields without what tells their turns."""
+        match found:
+            case Bit(text, on):
+                name = text.partition("#")[0].removeprefix("self.")
+                variable = self._facts.variables.get(name)
+                is_input = variable is not None and variable.role is Role.INPUT
+                return Bit(f"{INPUT}{name}" if is_input else name, on)
+            case AllOf(parts):
+                return AllOf(tuple(map(self._freed, parts)))
+            case AnyOf(parts):
+                return AnyOf(tuple(map(self._freed, parts)))
+        return found
+
+    def _add(self, access: Access) -> None:
+        for owner in sorted(self._owners.get(self._function, {""})):
+            self._facts.accesses.append(replace(access, unit=self._function, owner=owner))
+
+
+def _use(value: ast.expr | None) -> Touch:
+    if isinstance(value, ast.Constant) and isinstance(value.value, bool):
+        return Touch.LATCH if value.value else Touch.UNLATCH
+    return Touch.WRITE
+
+
+def _unwrapped(value: ast.expr) -> ast.expr:
+    """Return the argument of `bool(...)`."""
+    is_bool = isinstance(value, ast.Call) and ast.unparse(value.func) == "bool" and len(value.args) == 1
+    return value.args[0] if is_bool and isinstance(value, ast.Call) else value
+
+
+def called_twice(
+    function: Function, blocks: Mapping[str, Block], methods: Mapping[str, Function]
+) -> Iterator[tuple[ast.Call, str]]:
+    """Yield the second call of a block in a method that every scan executes, and in its helpers."""
+    calls = list(_with_helpers(_paths(function.body, ()), methods, DEPTH))
+    for at, (call, arms) in enumerate(calls):
+        name = field_of(call.func)
+        before = (
+            other
+            for other, others in calls[:at]
+            if field_of(other.func) == name and not _exclude(arms, others)
+        )
+        if name in blocks and next(before, None) is not None:
+            yield call, name
+
+
+Arms = tuple[tuple[int, int], ...]
+"""The arms of statements around a call: statement and number of the arm."""
+
+
+def _paths(body: Sequence[ast.stmt], arms: Arms) -> Iterator[tuple[ast.Call, Arms]]:
+    for node in body:
+        if isinstance(node, ast.If):
+            yield from ((each, arms) for each in ast.walk(node.test) if isinstance(each, ast.Call))
+            yield from _paths(node.body, (*arms, (id(node), 0)))
+            yield from _paths(node.orelse, (*arms, (id(node), 1)))
+        else:
+            yield from ((each, arms) for each in ast.walk(node) if isinstance(each, ast.Call))
+
+
+def _with_helpers(
+    calls: Iterable[tuple[ast.Call, Arms]], methods: Mapping[str, Function], depth: int
+) -> Iterator[tuple[ast.Call, Arms]]:
+    """Yield calls, and behind the call of a helper those in it."""
+    for call, arms in calls:
+        yield call, arms
+        helper = methods.get(field_of(call.func))
+        if isinstance(helper, ast.FunctionDef) and depth:
+            inner = ((each, (*arms, *others)) for each, others in _paths(helper.body, ()))
+            yield from _with_helpers(inner, methods, depth - 1)
+
+
+def _exclude(one: Arms, other: Arms) -> bool:
+    """Whether two calls are in different arms of a statement."""
+    return any(a == b and m != n for a, m in one for b, n in other)

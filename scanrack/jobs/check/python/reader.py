@@ -1,0 +1,253 @@
+"""The text of a Python program, read without a call of it.
+
+A command is a call of a class of `io_images.amci3601` by its name:
+
+    Move(MoveKind.ABSOLUTE, STATIONS[line.station], speed=5000, acceleration=1, deceleration=1)
+
+Constants and names of the module are values; `STATIONS[...]` may be any of its values, and so may the
+variable of a loop over them. Anything else is unknown, and legal.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence, Set
+from contextlib import suppress
+from inspect import signature
+from types import MappingProxyType
+from typing import Any
+
+from scanrack.io_images import amci3601
+from scanrack.io_images.amci3601 import Acceleration, Direction, MoveKind
+
+from ..facts import FileLine, LocalFinding, UsesBit
+
+NEUTRAL: Mapping[str, object] = {
+    "kind": MoveKind.ABSOLUTE,
+    "direction": Direction.CW,
+    "shape": Acceleration.CONSTANT,
+    "target": 0,
+    "value": 0,
+    "speed": 1,
+    "acceleration": 1,
+    "deceleration": 1,
+    "starting_speed": 1,
+}
+"""A legal value for each required argument, in place of an unknown one."""
+
+GIVEN = ("Move", "FindHome", "Manual", "PresetPosition", "PresetEncoder", "ResetErrors", "Resume", "RunBlend")
+"""Commands with a bit in word 0."""
+
+CHECKED = (*GIVEN, "Configuration")
+"""Classes whose arguments are checked."""
+
+NO_FIELDS: Mapping[str, object] = MappingProxyType({})
+
+_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
+_VALUES = (ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.unaryop, ast.operator, ast.Load)
+
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+
+class UnknownError(Exception):
+    """An argument whose value the text does not determine."""
+
+
+class Reader:
+    """Reads the text of a Python program.
+
+    Args:
+        names: the names of its module, with their values.
+        fields: the values of `self` that the program never changes, by name.
+    """
+
+    def __init__(
+        self, file: str, tree: ast.Module, names: Mapping[str, Any], fields: Mapping[str, object] = NO_FIELDS
+    ) -> None:
+        self.file, self.tree, self.names, self.fields = file, tree, names, fields
+        functions = [node for node in ast.walk(tree) if isinstance(node, _FUNCTIONS)]
+        self.local = {name for function in functions for name in _bound(function)}
+        self.loops = dict(_loops(functions))
+
+    def calls(self) -> Iterator[tuple[str, ast.Call]]:
+        """Yield the calls of command classes, by the class's name."""
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.Call):
+                name = (
+                    node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+                )
+                if name in CHECKED and (name not in self.names or self.names[name] is _class(name)):
+                    yield name, node
+
+    def make(self, kind: str, call: ast.Call) -> object | None:
+        """Make a command from the known arguments; None if a required one can't be replaced.
+
+        Raises:
+            ValueError: an argument is out of range.
+        """
+        parameters = list(signature(_class(kind)).parameters)
+        given = dict(zip(parameters, call.args, strict=False))
+        given |= {each.arg: each.value for each in call.keywords if each.arg is not None}
+        complete = not any(isinstance(each, ast.Starred) for each in call.args) and None not in (
+            each.arg for each in call.keywords
+        )
+        arguments: dict[str, Sequence[object]] = {}
+        for name, node in given.items():
+            try:
+                arguments[name] = self.possible(node)
+            except UnknownError:
+                if kind == "Configuration":
+                    return None
+                if name in NEUTRAL:
+                    arguments[name] = (NEUTRAL[name],)
+        try:
+            made = [_class(kind)(**each) for each in variants(arguments)] if complete else [None]
+        except TypeError:  # the call itself would fail, or an argument is unknown
+            return None
+        return made[0]
+
+    def known(self, kind: str, call: ast.Call) -> Mapping[str, object]:
+        """Return the arguments of a call with a single value."""
+        given = dict(zip(signature(_class(kind)).parameters, call.args, strict=False))
+        given |= {str(each.arg): each.value for each in call.keywords}
+        found = {}
+        for name, node in given.items():
+            with suppress(UnknownError):
+                found[name] = self.value(node)
+        return found
+
+    def possible(self, node: ast.expr) -> Sequence[object]:
+        """Return the possible values of an expression: one, or those of the sequence that it iterates over.
+
+        Raises:
+            UnknownError: the text does not determine them.
+        """
+        if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Load):
+            return self._elements(node.value)
+        if isinstance(node, ast.Name) and node.id in self.loops:
+            iterable, at = self.loops[node.id]
+            elements = self._elements(iterable)
+            return elements if at is None else [_item(each, at) for each in elements]
+        return (self.value(node),)
+
+    def _elements(self, node: ast.expr) -> Sequence[object]:
+        if isinstance(node, ast.Tuple | ast.List):
+            return [self._element(each) for each in node.elts]
+        found = self.value(node)
+        if not isinstance(found, tuple | list) or not found:
+            raise UnknownError
+        return found
+
+    def _element(self, node: ast.expr) -> object:
+        return self._elements(node) if isinstance(node, ast.Tuple | ast.List) else self.value(node)
+
+    def value(self, node: ast.expr) -> object:
+        """Return the value of an expression of constants and names of the module.
+
+        Raises:
+            UnknownError: it has other parts, or no value.
+        """
+        if isinstance(node, ast.Attribute) and getattr(node.value, "id", "") == "self":
+            if node.attr not in self.fields:
+                raise UnknownError
+            return self.fields[node.attr]
+        for part in ast.walk(node):
+            is_local = isinstance(part, ast.Name) and part.id in self.local
+            if is_local or isinstance(part, ast.Pow) or not isinstance(part, _VALUES):
+                raise UnknownError
+        try:
+            return eval(compile(ast.Expression(node), self.file, "eval"), dict(self.names))
+        except (NameError, AttributeError, TypeError, ArithmeticError) as error:
+            raise UnknownError from error
+
+    def held(self) -> Iterator[LocalFinding]:
+        """Yield the last command of a program that never zeroes word 0."""
+        given = [(call.lineno, kind) for kind, call in self.calls() if kind in GIVEN]
+        if given and not self._may_zero():
+            line, kind = max(given)
+            text = f"{kind} sets its command bit, and nothing takes it back: no Idle, word 0 is never zeroed"
+            yield LocalFinding(FileLine(self.file, line), text)
+
+    def _may_zero(self) -> bool:
+        """Return whether word 0 may be written by something other than a command."""
+        for node in ast.walk(self.tree):
+            if isinstance(node, ast.Name) and node.id in ("Idle", "Hold", "ImmediateStop", "Image"):
+                return True
+            if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store):
+                return True
+            if isinstance(node, ast.Attribute) and node.attr in ("clear", "set_bit", "words", "raw"):
+                return True
+        return False
+
+    def uses_bit(self, terminals: Set[str]) -> UsesBit | None:
+        """Return a test whether the program names a terminal; None if it names none, and may use numbers."""
+        words = {node.value for node in ast.walk(self.tree) if isinstance(node, ast.Constant)}
+        words |= {node.attr for node in ast.walk(self.tree) if isinstance(node, ast.Attribute)}
+        if words.isdisjoint(terminals):
+            return None
+        return lambda _slot, _image, name, _word, _bit: name in words
+
+
+def functions_in(tree: ast.Module) -> Iterator[tuple[Function, ast.ClassDef | None]]:
+    """Yield the functions of a module and the methods of its classes, with their class."""
+    for node in tree.body:
+        if isinstance(node, Function):
+            yield node, None
+        if isinstance(node, ast.ClassDef):
+            for each in node.body:
+                if isinstance(each, Function):
+                    yield each, node
+
+
+def field_of(node: ast.AST) -> str:
+    """Return `name` of `self.name`; "" for another expression."""
+    is_own = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self"
+    return node.attr if is_own and isinstance(node, ast.Attribute) else ""
+
+
+def variants(arguments: Mapping[str, Sequence[object]]) -> Iterator[dict[str, Any]]:
+    """Yield arguments: the first value of each, then each other value of one with the first of the others.
+
+    >>> list(variants({"a": (1, 2), "b": (3,)}))
+    [{'a': 1, 'b': 3}, {'a': 2, 'b': 3}]
+    """
+    first = {name: values[0] for name, values in arguments.items()}
+    yield first
+    for name, values in arguments.items():
+        for value in values[1:]:
+            yield {**first, name: value}
+
+
+def _loops(functions: Sequence[ast.AST]) -> Iterator[tuple[str, tuple[ast.expr, int | None]]]:
+    """Yield the variables of a single loop: its sequence, and their place in its rows, if any."""
+    nodes = [node for function in functions for node in ast.walk(function)]
+    names = [node for node in nodes if isinstance(node, ast.Name)]
+    stored = Counter(node.id for node in names if isinstance(node.ctx, ast.Store))
+    arguments = {node.arg for node in nodes if isinstance(node, ast.arg)}
+    for loop in nodes:
+        if isinstance(loop, ast.For):
+            rows = loop.target.elts if isinstance(loop.target, ast.Tuple) else [loop.target]
+            for at, target in enumerate(rows):
+                if isinstance(target, ast.Name) and stored[target.id] == 1 and target.id not in arguments:
+                    yield target.id, (loop.iter, at if isinstance(loop.target, ast.Tuple) else None)
+
+
+def _item(row: object, at: int) -> object:
+    if not isinstance(row, tuple | list) or at >= len(row):
+        raise UnknownError
+    return row[at]
+
+
+def _class(name: str) -> Any:
+    return getattr(amci3601, name)
+
+
+def _bound(function: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) -> Iterator[str]:
+    """Yield the names that a function assigns."""
+    for node in ast.walk(function):
+        if isinstance(node, ast.arg):
+            yield node.arg
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id

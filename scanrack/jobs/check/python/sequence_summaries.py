@@ -1,0 +1,301 @@
+"""What each sequence of a class does, in its order: commands to axes, and locks.
+
+A helper, `await self.stroke(self.feeder, 4000)`, is part of each sequence that calls it, with its arguments.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from inspect import signature
+from typing import Any
+
+from scanrack.io_images.amci3601 import BlendSegment
+from scanrack.ladder.python.axis3601 import Axis3601
+
+from ..facts import Command, Facts, FileLine
+from ..ranges import ANY, Range, exactly, joined
+from .locks import Locks
+from .numbers import Numbers
+from .reader import Function, field_of
+
+ENDING = ("move_to", "move_by", "home", "run_blend", "configure", "program_blend", "set_position")
+"""Commands that end by themselves; the next one must wait for it."""
+
+TAKING = (*ENDING, "run", "gear")
+"""Commands that take the axis from another one."""
+
+DEPTH = 8
+"""Helpers in helpers that are followed."""
+
+Method = tuple[str, Function]
+"""A method with its file."""
+
+
+@dataclass(slots=True)
+class _Place:
+    """Where a sequence is: its file, what it holds, and what its names mean."""
+
+    file: str
+    unit: str
+    axes: Mapping[str, str] = field(default_factory=dict)  # parameters that are axes
+    numbers: Mapping[str, tuple[Range, ...]] = field(default_factory=dict)  # parameters that are numbers
+    locks: tuple[str, ...] = ()
+    sure: bool = True
+    depth: int = DEPTH
+
+
+class SequenceSummaries:
+    """The sequences of a class.
+
+    Args:
+        methods: of the class, by name.
+        axes: by name.
+        locks: names of locks.
+    """
+
+    def __init__(
+        self,
+        methods: Mapping[str, Method],
+        axes: Mapping[str, Axis3601],
+        locks: Sequence[str],
+        numbers: Mapping[str, Numbers],
+        facts: Facts,
+    ) -> None:
+        self._methods, self._axes, self._locks = methods, axes, Locks(locks, facts)
+        self._numbers, self._facts = numbers, facts
+        self._owner = ""
+        self._order = 0
+        self._pending: dict[str, tuple[str, int]] = {}
+        self._followed: set[int] = set()
+        self.reached: dict[str, set[str]] = {}
+
+    def tell(self, sequence: str, owner: str) -> None:
+        """Note what a sequence does."""
+        self._owner, self._pending = owner, {}
+        self._call(sequence, _Place("", sequence), None)
+
+    def _call(self, name: str, place: _Place, call: ast.Call | None) -> None:
+        """Follow a method into its body."""
+        if name not in self._methods or place.depth == 0:
+            return
+        file, function = self._methods[name]
+        self.reached.setdefault(name, set()).add(self._owner)
+        inner = replace(place, file=file, unit=name, depth=place.depth - 1, axes={}, numbers={})
+        if call is not None:
+            inner.axes, inner.numbers = self._arguments(function, call, place)
+        self._body(function.body, inner)
+
+    def _arguments(
+        self, function: Function, call: ast.Call, place: _Place
+    ) -> tuple[dict[str, str], dict[str, tuple[Range, ...]]]:
+        names = [each.arg for each in function.args.args[1:]]
+        given = dict(zip(names, call.args, strict=False))
+        given |= {each.arg: each.value for each in call.keywords if each.arg is not None}
+        axes = {name: axis for name, node in given.items() if (axis := self._axis(node, place))}
+        self._followed |= {id(node) for name, node in given.items() if name in axes}
+        numbers = {
+            name: self._numbers[place.file].choices(node, place.numbers) for name, node in given.items()
+        }
+        return axes, {name: found for name, found in numbers.items() if joined(*found).is_known}
+
+    # --- statements
+
+    def _body(self, body: Sequence[ast.stmt], place: _Place) -> None:
+        for each in body:
+            self._statement(each, place)
+            if any(isinstance(inner, ast.Return) for inner in ast.walk(each)):
+                place = replace(place, sure=False)
+
+    def _statement(self, node: ast.stmt, place: _Place) -> None:
+        unsure = replace(place, sure=False)
+        match node:
+            case ast.If():
+                self._expression(node.test, place)
+                before = dict(self._pending)
+                self._body(node.body, unsure)
+                after, self._pending = self._pending, before
+                self._body(node.orelse, unsure)
+                self._pending = {name: each for name, each in self._pending.items() if name in after}
+            case ast.While():
+                self._expression(node.test, place)
+                self._body(node.body, place if isinstance(node.test, ast.Constant) else unsure)
+            case ast.For():
+                self._expression(node.iter, place)
+                for inner in self._passes(node, place):
+                    self._body(node.body, inner)
+            case ast.Try():
+                self._body(node.body, place)
+                for block in (*(each.body for each in node.handlers), node.orelse, node.finalbody):
+                    self._pending = {}
+                    self._body(block, unsure)
+            case ast.With() | ast.AsyncWith():
+                for item in node.items:
+                    self._expression(item.context_expr, place)
+                    place = self._with(item.context_expr, node, place)
+                self._body(node.body, place)
+            case ast.Match():
+                self._expression(node.subject, place)
+                for case in node.cases:
+                    self._pending = {}
+                    self._body(case.body, unsure)
+            case _:
+                self._expression(node, place)
+                self._named(node, place)
+
+    def _passes(self, loop: ast.For, place: _Place) -> Iterator[_Place]:
+        """Yield the place of each pass over axes, `for axis in (self.x, self.z)`; one for another loop."""
+        listed = loop.iter.elts if isinstance(loop.iter, ast.Tuple | ast.List) else []
+        axes = [self._axis(each, place) for each in listed]
+        if isinstance(loop.target, ast.Name) and axes and all(axes):
+            self._followed |= {id(each) for each in listed}
+            for axis in axes:
+                yield replace(place, axes={**place.axes, loop.target.id: axis})
+        else:
+            yield place
+
+    def _named(self, node: ast.AST, place: _Place) -> None:
+        """Follow a local name of an axis, `axis = self.x`."""
+        if isinstance(node, ast.Assign) and len(node.targets) == 1 and isinstance(node.targets[0], ast.Name):
+            axis = self._axis(node.value, place)
+            if axis:
+                self._followed.add(id(node.value))
+                place.axes = {**place.axes, node.targets[0].id: axis}
+
+    def escaped(self) -> set[str]:
+        """Return the axes that the text hands to something that is not followed."""
+        found = set()
+        for _, function in self._methods.values():
+            parents = {id(child): node for node in ast.walk(function) for child in ast.iter_child_nodes(node)}
+            for node in ast.walk(function):
+                name = field_of(node) if isinstance(node, ast.expr) else ""
+                is_used = isinstance(parents.get(id(node)), ast.Attribute) or id(node) in self._followed
+                if name in self._axes and not is_used:
+                    found.add(name)
+        return found
+
+    def _with(self, node: ast.expr, statement: ast.stmt, place: _Place) -> _Place:
+        """Note that a lock is taken."""
+        name = field_of(node)
+        if name not in self._locks.names:
+            return place
+        self._locks.take(self._owner, name, place.locks, FileLine(place.file, statement.lineno))
+        return replace(place, locks=(*place.locks, name))
+
+    # --- expressions
+
+    def _expression(self, node: ast.AST, place: _Place) -> None:
+        """Note the commands in an expression, in their order."""
+        awaited = {id(each) for top in ast.walk(node) if isinstance(top, ast.Await) for each in ast.walk(top)}
+        waits = [each for each in ast.walk(node) if isinstance(each, ast.Await)]
+        in_one: dict[str, str] = {}
+        for call in _calls(node):
+            axis = self._axis(call.func.value, place) if isinstance(call.func, ast.Attribute) else ""
+            if axis and isinstance(call.func, ast.Attribute):
+                self._command(axis, call.func.attr, call, place, awaited=id(call) in awaited, in_one=in_one)
+            else:
+                helper = field_of(call.func)
+                if helper in self._methods:
+                    self._call(helper, place, call)
+        if any(not _is_dwell(each) and not self._is_command(each.value, place) for each in waits):
+            self._pending = {}
+
+    def _is_command(self, node: ast.expr, place: _Place) -> bool:
+        return (
+            isinstance(node, ast.Call)
+            and isinstance(node.func, ast.Attribute)
+            and bool(self._axis(node.func.value, place))
+        )
+
+    def _command(
+        self, axis: str, kind: str, call: ast.Call, place: _Place, *, awaited: bool, in_one: dict[str, str]
+    ) -> None:
+        at = FileLine(place.file, call.lineno)
+        self._order += 1
+        values = self._values(axis, kind, call, place)
+        if (kind == "run" and "register" in values) or any(each.arg == "register" for each in call.keywords):
+            kind = "register"
+        self._facts.commands.append(
+            Command(
+                kind,
+                axis,
+                self._axes[axis].slot,
+                at,
+                f"{axis}.{call.func.attr if isinstance(call.func, ast.Attribute) else kind}",
+                {name: joined(*each) for name, each in values.items()},
+                values,
+                self._order,
+                place.unit,
+                self._owner,
+                place.sure,
+                frozenset(place.locks),
+                segments=self._segments(call, place) if kind == "program_blend" else None,
+            )
+        )
+        before = (
+            self._pending.pop(axis, None) if kind in (*TAKING, "register", "halt", "stop", "reset") else None
+        )
+        if before is not None and kind in (*TAKING, "register"):
+            text = f"{axis}.{kind} aborts {axis}.{before[0]} of line {before[1]}, which nothing waits for"
+            self._facts.remark("move-interrupted", at, text)
+        elif axis in in_one and kind in TAKING:
+            self._facts.remark(
+                "move-interrupted", at, f"{axis}.{kind} aborts {axis}.{in_one[axis]} in the same wait"
+            )
+        if kind in ENDING:
+            in_one[axis] = kind
+            if not awaited:
+                self._pending[axis] = kind, call.lineno
+
+    def _segments(self, call: ast.Call, place: _Place) -> tuple[tuple[Range, Range, Range], ...] | None:
+        """Return length, speed and rate of the segments of a blend, if the text determines them."""
+        listed = (
+            call.args[0]
+            if call.args
+            else next((each.value for each in call.keywords if each.arg == "segments"), None)
+        )
+        found = self._numbers[place.file].sequence(listed) if listed is not None else None
+        if found is None or not all(isinstance(each, BlendSegment) for each in found):
+            return None
+        return tuple((exactly(each.length), exactly(each.speed), exactly(each.rate)) for each in found)  # type: ignore[attr-defined]
+
+    def _values(self, axis: str, kind: str, call: ast.Call, place: _Place) -> dict[str, tuple[Range, ...]]:
+        method: Any = getattr(self._axes[axis], kind, None)
+        if not callable(method):
+            return {}
+        try:
+            named = {each.arg: each.value for each in call.keywords if each.arg is not None}
+            bound = signature(method).bind_partial(*call.args, **named).arguments
+        except TypeError:
+            return {}
+        numbers = self._numbers[place.file]
+        found = {
+            name: numbers.choices(node, place.numbers) for name, node in bound.items() if name != "segments"
+        }
+        path = numbers.sequence(bound["segments"]) if "segments" in bound else None
+        if path is not None:
+            found["segments"] = (exactly(len(path)),)
+        return {name: each for name, each in found.items() if joined(*each) != ANY}
+
+    def _axis(self, node: ast.expr, place: _Place) -> str:
+        """Return the axis that an expression is; "" if it is none."""
+        if isinstance(node, ast.Name):
+            return place.axes.get(node.id, "")
+        name = field_of(node)
+        return name if name in self._axes else ""
+
+
+def _calls(node: ast.AST) -> Iterator[ast.Call]:
+    """Yield the calls of an expression in order of execution; those in a lambda are executed elsewhere."""
+    if isinstance(node, ast.Lambda | ast.FunctionDef | ast.AsyncFunctionDef):
+        return
+    for child in ast.iter_child_nodes(node):
+        yield from _calls(child)
+    if isinstance(node, ast.Call):
+        yield node
+
+
+def _is_dwell(node: ast.Await) -> bool:
+    value = node.value
+    return isinstance(value, ast.Call) and ast.unparse(value.func).rpartition(".")[2] == "dwell"

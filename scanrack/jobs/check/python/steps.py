@@ -1,0 +1,302 @@
+"""The steps of a function of the scan: a text, a number or an enumeration says the step.
+
+if self.mode == "feed" and status.MOVE_COMPLETE:
+axis.outputs.load(Idle().to_image())        the command is taken back in step feed
+self.mode = "cut"                           from feed to cut
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+
+from scanrack.io_images.amci3601 import CommandMsw, StatusMsw
+
+from ..facts import FileLine, Step, StepAction, StepUse
+from ..logic import (
+    TRUE,
+    AllOf,
+    AnyOf,
+    Bit,
+    Compare,
+    Condition,
+    FixedTruth,
+    all_of,
+    base_of,
+    leaves,
+    negated,
+    steps_in,
+)
+from ..module_kinds import KINDS, MODE_CONFIG, MOVING, OFF_AT_END
+from .conditions import ConditionNames, condition, constant_of
+from .images import Images
+from .reader import Function, Reader, functions_in
+from .scans import KINDS as CLASSES
+
+TELLING = re.compile(r"now_ns|number|position|" + "|".join(each.name or "" for each in StatusMsw))
+"""In texts of values that may say that a motion has ended, or that time has passed."""
+
+BITS = {
+    "move_to": CommandMsw.ABSOLUTE_MOVE,
+    "move_by": CommandMsw.RELATIVE_MOVE,
+    "home": CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW,
+    "set_position": CommandMsw.PRESET_POSITION,
+    "run": CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW,
+    "run_blend": CommandMsw.RUN_BLEND_CW | CommandMsw.RUN_BLEND_CCW,
+}
+"""Bits of the command word by command."""
+
+START = "__init__"
+
+ALL = 0xFFFF
+DEPTH = 4
+"""Functions in functions that are followed."""
+
+
+class PythonSteps:
+    """The steps of a text."""
+
+    def __init__(self, reader: Reader, images: Images, slots: Sequence[int]) -> None:
+        self._reader, self._images, self._slots = reader, images, slots
+        self.names = ConditionNames()
+        self._functions = {function.name: function for function, _ in functions_in(reader.tree)}
+        self.function: Function  # the one that is read
+        self._depth = 0
+        self._assigning: set[int] = set()  # lines with an assignment of a step that `actions` has seen
+
+    def actions(self) -> Iterator[StepAction]:
+        """Yield what the program does in its steps."""
+        called = {callee_of(node) for node in ast.walk(self._reader.tree) if isinstance(node, ast.Call)}
+        for name, function in self._functions.items() if self._machines else ():
+            if name not in called and name != START:
+                self.function = function
+                yield from self._body(function.body, TRUE)
+
+    # --- statements
+
+    def _body(self, body: Sequence[ast.stmt], reached: Condition) -> Iterator[StepAction]:
+        for node in body:
+            yield from self._statement(node, reached)
+            if isinstance(node, ast.If) and not node.orelse and isinstance(node.body[-1], ast.Return):
+                reached = all_of(reached, negated(condition(node.test, self.names)))
+
+    def _statement(self, node: ast.stmt, reached: Condition) -> Iterator[StepAction]:
+        match node:
+            case ast.If(test=test, body=body, orelse=orelse):
+                own = condition(test, self.names)
+                yield from self._body(body, all_of(reached, own))
+                yield from self._body(orelse, all_of(reached, negated(own)))
+            case ast.Match(subject=subject, cases=cases):
+                for each in cases:
+                    yield from self._body(each.body, all_of(reached, self.chosen(subject, each)))
+            case ast.For(body=body) | ast.While(body=body) | ast.With(body=body) | ast.Try(body=body):
+                yield from self._body(body, reached)
+            case ast.Assign(targets=[target], value=value):
+                yield from self._assigned(node, target, value, reached)
+            case ast.Expr(value=ast.Call() as call):
+                yield from self._called(call, reached)
+
+    def chosen(self, subject: ast.expr, case: ast.match_case) -> Condition:
+        """Return the condition of a case."""
+        patterns = case.pattern.patterns if isinstance(case.pattern, ast.MatchOr) else [case.pattern]
+        parts: list[Condition] = [
+            condition(ast.Compare(subject, [ast.Eq()], [each.value]), self.names)
+            for each in patterns
+            if isinstance(each, ast.MatchValue)
+        ]
+        guard = TRUE if case.guard is None else condition(case.guard, self.names)
+        return AllOf((AnyOf(tuple(parts)), guard)) if len(parts) == len(patterns) else guard
+
+    def _assigned(
+        self, node: ast.Assign, target: ast.expr, value: ast.expr, reached: Condition
+    ) -> Iterator[StepAction]:
+        text = ast.unparse(target)
+        step = _step(value)
+        if text in self._machines and step is not None:
+            self._assigning.add(node.lineno)
+            yield self._action(node, text, reached, goes=step)
+
+    def _called(self, call: ast.Call, reached: Condition) -> Iterator[StepAction]:
+        inner = self._functions.get(callee_of(call))
+        if inner is not None and self._depth < DEPTH:
+            outer, self.function, self._depth = self.function, inner, self._depth + 1
+            yield from self._body(inner.body, reached)
+            self.function, self._depth = outer, self._depth - 1
+
+    def commanding(
+        self, node: ast.expr, reached: Condition, axis: str, sets: int, clears: int
+    ) -> Iterator[StepAction]:
+        """Yield a write of the command word, for each machine."""
+        bits = 0 if sets & MODE_CONFIG else sets
+        kind = next((kind for bit, kind in KINDS.items() if bits & bit), "")
+        cleared = clears | (ALL if sets & MODE_CONFIG else 0)
+        for machine in self._machines:
+            action = self._action(node, machine, reached)
+            text = f"the command {kind}"
+            yield replace(action, axis=axis, kind=kind, text=text, sets=bits, clears=cleared)
+
+    def _action(
+        self, node: ast.expr | ast.stmt, machine: str, reached: Condition, *, goes: Step | None = None
+    ) -> StepAction:
+        steps = self._machines[machine]
+        numbers = {self._number(step): step for step in steps}
+        there = steps_in(reached, machine, frozenset(numbers))
+        ends = any(map(self._says_end, leaves(reached)))
+        moves = any(
+            isinstance(each, Bit) and each.on and _last(each.name) in MOVING for each in leaves(reached)
+        )
+        found = None if there is None else frozenset(numbers[each] for each in there)
+        place = FileLine(self._reader.file, node.lineno)
+        return StepAction(machine, found, place, goes, ends, moves, when=reached)
+
+    def where(self, reached: Condition) -> dict[str, tuple[frozenset[Step] | None, bool]]:
+        """Return the steps in which a condition may hold, and whether it does in each scan of them."""
+        found: dict[str, tuple[frozenset[Step] | None, bool]] = {}
+        parts = [each for each in leaves(reached) if each != TRUE]
+        for machine, steps in self._machines.items():
+            numbers = {self._number(step): step for step in steps}
+            there = steps_in(reached, machine, frozenset(numbers))
+            sure = all(isinstance(each, Compare) and base_of(each.name) == machine for each in parts)
+            found[machine] = (None if there is None else frozenset(numbers[each] for each in there), sure)
+        return found
+
+    def _number(self, step: Step) -> float:
+        return float(self.names.number(step) or 0)
+
+    def use(self, machine: str, step: Step) -> StepUse | None:
+        """Return what the text does in a step; None if it may go on in a way that is not read here."""
+        name = machine.rpartition(".")[2]
+        others = (text for text in self.values if text != machine and text.endswith(f".{name}"))
+        if not self._stored[machine] <= self._assigning or next(others, None) is not None:
+            return None
+        bodies = [body for of, one, body in self._arms() if of == machine and one == step]
+        works = any(
+            isinstance(node, ast.If | ast.IfExp | ast.Match | ast.BinOp | ast.BoolOp | ast.Compare)
+            for body in bodies
+            for each in body
+            for node in ast.walk(each)
+        )
+        return StepUse(bool(bodies), works, chosen=True)
+
+    def first(self, machine: str) -> frozenset[Step]:
+        """Return the steps in which a machine may begin: what a class or the module declares."""
+        name = machine.rpartition(".")[2]
+        bodies = [self._reader.tree.body]
+        bodies += [node.body for node in self._reader.tree.body if isinstance(node, ast.ClassDef)]
+        bodies += [each.body for each in self._functions.values() if each.name == START]
+        found = {
+            _step(node.value)
+            for body in bodies
+            for node in body
+            if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None
+            for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+            if ast.unparse(target).rpartition(".")[2] == name
+        }
+        return frozenset(each for each in found if each is not None)
+
+    @cached_property
+    def _stored(self) -> dict[str, set[int]]:
+        """The lines that store each target, but those of a start."""
+        found: dict[str, set[int]] = {}
+        for function in self._functions.values():
+            for node in ast.walk(function) if function.name != START else ():
+                is_stored = isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store)
+                if is_stored and isinstance(node, ast.expr):
+                    found.setdefault(ast.unparse(node), set()).add(node.lineno)
+        return found
+
+    def _arms(self) -> Iterator[tuple[str, Step | None, Sequence[ast.stmt]]]:
+        """Yield what `if step == "feed":` and `case "feed":` execute: number or text, step and body."""
+        for node in ast.walk(self._reader.tree):
+            if isinstance(node, ast.If):
+                for each in ast.walk(node.test):
+                    if (
+                        isinstance(each, ast.Compare)
+                        and len(each.ops) == 1
+                        and isinstance(each.ops[0], ast.Eq)
+                    ):
+                        yield ast.unparse(each.left), _step(each.comparators[0]), node.body
+            elif isinstance(node, ast.Match):
+                for case in node.cases:
+                    for pattern in ast.walk(case.pattern):
+                        if isinstance(pattern, ast.MatchValue):
+                            yield ast.unparse(node.subject), _step(pattern.value), case.body
+
+    # --- what texts mean
+
+    @cached_property
+    def _machines(self) -> dict[str, frozenset[Step]]:
+        """The names that only get constants and that are compared with them: their steps."""
+        found = {
+            text: frozenset(step for step in map(_step, values) if step is not None)
+            for text, values in self.values.items()
+            if all(_step(each) is not None for each in values)
+        }
+        compared: dict[str, set[Step]] = {}
+        for node in ast.walk(self._reader.tree):
+            if isinstance(node, ast.Compare) and len(node.comparators) == 1:
+                step = _step(node.comparators[0])
+                compared.setdefault(ast.unparse(node.left), set()).update(() if step is None else (step,))
+        return {text: steps | compared.get(text, set()) for text, steps in found.items() if len(steps) > 1}
+
+    @cached_property
+    def values(self) -> Mapping[str, list[ast.expr]]:
+        """What the text assigns, by target."""
+        found: dict[str, list[ast.expr]] = {}
+        for node in ast.walk(self._reader.tree):
+            if isinstance(node, ast.Assign):
+                for target in node.targets:
+                    found.setdefault(ast.unparse(target), []).append(node.value)
+            elif isinstance(node, ast.AugAssign):
+                found.setdefault(ast.unparse(node.target), []).append(node)  # type: ignore[arg-type]  # no constant
+        return found
+
+    def kind(self, loaded: ast.expr) -> str:
+        """Return the command that an image is; "" for another one."""
+        text = ast.unparse(loaded)
+        name = text.partition(".")[0]
+        texts = [text, *(ast.unparse(each) for each in self.values.get(name, ()))]
+        for each in texts:
+            if each.startswith("Move("):
+                return "move_to" if "ABSOLUTE" in each else "move_by"
+            kind = CLASSES.get(each.partition("(")[0], "")
+            if kind:
+                return kind
+        return ""
+
+    def _says_end(self, part: Condition) -> bool:
+        """Whether a part of a condition may say that a motion has ended, or that time has passed."""
+        if isinstance(part, FixedTruth):
+            return False
+        if not isinstance(part, Bit):
+            return not (isinstance(part, Compare) and base_of(part.name) in self._machines)
+        name = _last(part.name)
+        if name in StatusMsw.__members__:
+            return name not in MOVING if part.on else name in OFF_AT_END
+        return part.on and any(map(self._tells, self.values.get(base_of(part.name), ())))
+
+    def _tells(self, value: ast.expr) -> bool:
+        """Whether a value may depend on time, or on the inputs of a 3601."""
+        local = self._images.locals_of(self.function)
+        parts = (self._images.what(each, local) for each in ast.walk(value) if isinstance(each, ast.expr))
+        reads = any(kind == "inputs" and (slot is None or slot in self._slots) for kind, slot in parts)
+        return reads or TELLING.search(ast.unparse(value)) is not None
+
+
+def callee_of(call: ast.Call) -> str:
+    """Return the name of what is called, without what it belongs to."""
+    return call.func.attr if isinstance(call.func, ast.Attribute) else ast.unparse(call.func)
+
+
+def _last(name: str) -> str:
+    return base_of(name).rpartition(".")[2]
+
+
+def _step(node: ast.AST) -> Step | None:
+    """Return the step that an expression is; None for another one."""
+    found = constant_of(node) if isinstance(node, ast.expr) else None
+    value = None if found is None else found.value
+    return value if isinstance(value, str | int | float) and not isinstance(value, bool) else None

@@ -1,0 +1,144 @@
+"""What a program for a 3601 must change to run on a networked drive: words of another meaning.
+
+Motion blocks and the methods of an axis are no uses: they write the words of the module in their slot.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from enum import IntFlag
+
+from scanrack.io_images.amci3601.bits import CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from scanrack.io_images.drives.differences import CONFIGURATION, Difference, differences
+from scanrack.io_images.drives.models import Model
+from scanrack.io_images.input_files import read_input_text
+from scanrack.io_images.text_limits import TextKind
+from scanrack.ladder import LadderLogic
+
+from .facts import Access, Facts, FileLine, Touch
+from .module_kinds import MODE_CONFIG
+from .python.images import Images
+from .python.reader import Reader
+from .subject import Subject, Violation
+
+RULE = "drive-differs"
+"""The rule of these findings."""
+
+_IMAGE = re.compile(r"(?:LOCAL:(\d+):([IO])\.DATA|([IO]):(\d+))$")
+_PLACE = re.compile(r"\[(\d+)\](?:\.(\d+))?$")
+_ENUMS: dict[str, tuple[str, int, type[IntFlag]]] = {
+    "CommandMsw": ("O", 0, CommandMsw),
+    "CommandLsw": ("O", 1, CommandLsw),
+    "StatusMsw": ("I", 0, StatusMsw),
+    "StatusLsw": ("I", 1, StatusLsw),
+}
+_COMMANDS = {
+    "ResetErrors": CommandMsw.RESET_ERRORS,
+    "PresetEncoder": CommandMsw.PRESET_ENCODER,
+    "RunBlend": CommandMsw.RUN_BLEND_CW | CommandMsw.RUN_BLEND_CCW,
+    "Move": CommandMsw.ABSOLUTE_MOVE,
+    "Manual": CommandMsw.MANUAL_CW,
+    "FindHome": CommandMsw.FIND_HOME_CW,
+    "Resume": CommandMsw.RESUME_MOVE,
+}
+"""Command classes, by the bits of command word 0 that they set."""
+
+Use = tuple[FileLine, str, int, int, str]
+"""Place, image ("I", "O" or "" for a configuration), word, bits, and how the program names them."""
+
+
+def replaced(subject: Subject, model: Model) -> Iterator[Violation]:
+    """Yield the uses of a 3601's words that mean something else on a drive, in the order of the lines."""
+    rows = list(differences(model))
+    found: dict[tuple[FileLine, str], Violation] = {}
+    for place, image, word, mask, text in sorted(_uses(subject), key=lambda use: (use[0], use[1:4])):
+        if not image:
+            found.setdefault((place, ""), Violation(place, _sentence(text, *CONFIGURATION, model)))
+        for row in rows:
+            if (row.image, row.word) == (image, word) and row.mask & mask:
+                found.setdefault((place, row.id), Violation(place, _of_row(row, mask, text, model)))
+    yield from found.values()
+
+
+def _of_row(row: Difference, mask: int, text: str, model: Model) -> str:
+    names = row.names(mask)
+    named = text if names in text else f"{text} ({names})"
+    return _sentence(named, row.on_3601, row.on_drive, row.write, f"{row.id}, {row.source}", model)
+
+
+def _sentence(text: str, there: str, here: str, write: str, source: str, model: Model) -> str:
+    return f"{text}: on a 3601 {there}; on the {model.title} {here}. Write instead: {write} [{source}]"
+
+
+def _uses(subject: Subject) -> Iterator[Use]:
+    slots = {slot.number for _, slot in subject.steppers}
+    facts = subject.facts
+    yield from _of_tags(facts, slots)
+    yield from _of_words(facts, slots)
+    for sent in facts.configurations:
+        if sent.slot is None or sent.slot in slots:
+            yield sent.place, "", 0, 0, "configuration"
+    for each in facts.commands:
+        if each.words and each.text in _COMMANDS:
+            yield each.place, "O", 0, _COMMANDS[each.text].value, each.text
+    if subject.job.program.suffix == ".py" and not isinstance(subject.job.logic, LadderLogic):
+        yield from _of_python(subject, slots)
+
+
+def _of_tags(facts: Facts, slots: set[int]) -> Iterator[Use]:
+    """Yield the uses of bits of images by their address, a named bit or an alias."""
+    for each in facts.accesses:
+        image, place = _IMAGE.match(each.variable), _PLACE.match(each.part)
+        if image is None or place is None:
+            continue
+        side, number = (image[2], image[1]) if image[1] else (image[3], image[4])
+        if int(number) in slots and place[2] is not None and _acts(each, side):
+            yield each.place, side, int(place[1]), 1 << int(place[2]), each.text or each.variable
+
+
+def _acts(access: Access, side: str) -> bool:
+    """Whether an access reads a status, or sets a command; clearing a bit changes no meaning."""
+    return side == "I" or access.use is not Touch.UNLATCH
+
+
+def _of_words(facts: Facts, slots: set[int]) -> Iterator[Use]:
+    """Yield the constants that are written into command words."""
+    configures = {each.place for each in facts.writes if each.word == 0 and each.sets & MODE_CONFIG}
+    for each in facts.writes:
+        options = each.value.options if each.value is not None else (each.sets,)
+        for option in options:
+            bits = option & 0xFFFF
+            if each.slot in slots and each.word < 2 and bits and each.place not in configures:
+                yield each.place, "O", each.word, bits, each.text or f"output word {each.word}"
+
+
+def _of_python(subject: Subject, slots: set[int]) -> Iterator[Use]:
+    """Yield the bits that a program names: `StatusMsw.STOPPED`, `axis.status.STOPPED`, `.bit(0, 3)`."""
+    file = str(subject.job.program)
+    tree = ast.parse(read_input_text(subject.job.program, TextKind.PYTHON))
+    images = Images(Reader(file, tree, {}), subject.job.spec, Facts())
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute):
+            owner = ast.unparse(node.value).rpartition(".")[2]
+            for name, (image, word, bits) in _ENUMS.items():
+                named = owner == name or (owner == "status" and image == "I")
+                if named and node.attr in bits.__members__:
+                    mask = bits[node.attr].value
+                    yield FileLine(file, node.lineno), image, word, mask, ast.unparse(node)
+    yield from _of_images(file, tree, images, slots)
+
+
+def _of_images(file: str, tree: ast.Module, images: Images, slots: set[int]) -> Iterator[Use]:
+    for function in (each for each in ast.walk(tree) if isinstance(each, ast.FunctionDef)):
+        local = images.locals_of(function)
+        for node in ast.walk(function):
+            match node:
+                case ast.Call(
+                    func=ast.Attribute(value=owner, attr="bit" | "set_bit"),
+                    args=[ast.Constant(value=int(word)), ast.Constant(value=int(bit)), *_],
+                ):
+                    kind, slot = images.what(owner, local)
+                    if kind in ("inputs", "outputs") and (slot is None or slot in slots):
+                        yield FileLine(file, node.lineno), kind[0].upper(), word, 1 << bit, ast.unparse(node)

@@ -1,0 +1,94 @@
+"""Outputs that exclude each other: two command bits of a 3601, two directions of a drive."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from itertools import combinations
+
+from scanrack.io_images.amci3601.rules import RULES
+
+from ..facts import OutputWrite
+from ..logic import INPUT, Bit, Condition, Term, alternatives, is_impossible
+from ..subject import Subject, Violation
+
+OPPOSITES = (
+    ("forward", "reverse"),
+    ("forward", "backward"),
+    ("fwd", "rev"),
+    ("up", "down"),
+    ("open", "close"),
+    ("left", "right"),
+    ("extend", "retract"),
+    ("raise", "lower"),
+    ("advance", "return"),
+    ("cw", "ccw"),
+    ("clamp", "unclamp"),
+    ("star", "delta"),
+    ("plus", "minus"),
+    ("lift", "sink"),
+    ("lock", "unlock"),
+)
+"""Words in the names of outputs that must not be on together."""
+
+
+def opposite_outputs(subject: Subject) -> Iterator[Violation]:
+    """Find outputs of opposite names that inputs can switch on together."""
+    own = [each for each in subject.facts.outputs if not each.commands]
+    for one, other in combinations(own, 2):
+        if _are_opposite(one.name, other.name) and _meet(one, other):
+            text = (
+                f"{other.name} is switched on here while {one.name} of line {one.place.line} may be on: "
+                "their inputs do not exclude each other"
+            )
+            yield Violation(other.place, text)
+
+
+def both_commands(subject: Subject) -> Iterator[Violation]:
+    """Find command bits of a 3601 that inputs can set together."""
+    row = RULES["CMD-02"]
+    for one, other in combinations([each for each in subject.facts.outputs if each.commands], 2):
+        if one.commands == other.commands and one.name != other.name and _meet(one, other):
+            text = (
+                f"{other.name} is set here while {one.name} of line {one.place.line} may be set: "
+                f"{row.text.rstrip('.')} [{row.section}]: let each exclude the other"
+            )
+            yield Violation(other.place, text)
+
+
+def _are_opposite(one: str, other: str) -> bool:
+    """Whether two names differ in opposite words only.
+
+    >>> _are_opposite("DoorOpen", "DoorClose"), _are_opposite("open_valve_1", "close_valve_2")
+    (True, False)
+    """
+    words, others = _words(one), _words(other)
+    if len(words) != len(others):
+        return False
+    differing = [pair for pair in zip(words, others, strict=True) if pair[0] != pair[1]]
+    return len(differing) == 1 and any(set(differing[0]) == set(pair) for pair in OPPOSITES)
+
+
+def _words(name: str) -> list[str]:
+    """Return the words of a name: `DoorOpen_1` has door, open and 1."""
+    found = re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+", name.rpartition(".")[2])
+    return [each.lower() for each in found]
+
+
+def _meet(one: OutputWrite, other: OutputWrite) -> bool:
+    """Whether inputs alone can bring about the conditions of both."""
+    ways, others = alternatives(one.free), alternatives(other.free)
+    both: Term = (Bit(one.key), Bit(other.key))
+    return any(
+        not is_impossible((*a, *b, *both)) and _is_free(set(a) - set(b)) and _is_free(set(b) - set(a))
+        for a in ways or ()
+        for b in others or ()
+    )
+
+
+def _is_free(parts: set[Condition]) -> bool:
+    """Whether parts of a condition are inputs, one of them on, and bits that are off from the start."""
+    bits = [each for each in parts if isinstance(each, Bit)]
+    inputs = [each for each in bits if each.name.startswith(INPUT)]
+    others = [each for each in bits if each not in inputs]
+    return len(bits) == len(parts) and any(each.on for each in inputs) and not any(each.on for each in others)

@@ -1,0 +1,323 @@
+"""Rules about commands to axes: what a 3601 refuses whatever its state, in any language.
+
+The limits are those of `io_images.amci3601`, the sentences those of its rule table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from scanrack.io_images.amci3601 import Configuration, InputBit, Limits
+from scanrack.io_images.amci3601.rules import RULES
+from scanrack.io_images.image import WORD_MAX
+from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
+from scanrack.runtime.kinematics import MILLI, PICO
+from scanrack.runtime.kinematics.shape import Shape, stopping_distance
+from scanrack.runtime.machine import MachineSpec
+from scanrack.runtime.machine.spec import input_name
+
+from ..facts import Command, Role, Touch
+from ..ranges import Range
+from ..subject import Subject, Violation
+
+FROM_STARTING_SPEED = ("home", "move_to", "move_by")
+"""Commands whose speed must reach the starting speed [3601 manual, chapter 6, Invalid Profile 1]."""
+
+MOTIONS = ("home", "move_to", "move_by", "run", "register", "run_blend", "gear")
+"""Commands that move an axis."""
+
+ENDING = ("home", "move_to", "move_by", "register", "run_blend")
+"""Motions that end by themselves."""
+
+AT_START = ("configure", "home", "set_position", "program_blend", "store_minimum", "gear", "captured")
+"""Commands that a program may give once and for all."""
+
+RUNNING = ("run", "register", "gear")
+"""Manual moves, registration moves and the follower: the sign of the speed is the direction."""
+
+
+def allowed(kind: str, limits: Limits) -> dict[str, tuple[int, int]]:
+    """Return the allowed values of a command's arguments [chapter 5, notes 4 to 8]."""
+    least = 0 if kind in RUNNING else 1
+    return {
+        "position": (PARAMETER_MIN, PARAMETER_MAX),
+        "distance": (0 if kind == "store_minimum" else PARAMETER_MIN, PARAMETER_MAX),
+        "register": (1, PARAMETER_MAX),
+        "speed": (-limits.speed if kind in RUNNING else 1, limits.speed),
+        "acceleration": (least, limits.rate),
+        "deceleration": (least, limits.rate),
+        "final_deceleration": (1, limits.rate),
+        "numerator": (-WORD_MAX, WORD_MAX),
+        "denominator": (1, WORD_MAX),
+    }
+
+
+def out_of_range(subject: Subject) -> Iterator[Violation]:
+    """Find arguments that no module accepts, and speeds below the starting speed."""
+    for each in subject.facts.commands:
+        limits = allowed(each.kind, subject.profile(each.slot).limits)
+        wrong = (
+            f"{name} is {found}: must be {limits[name][0]} to {limits[name][1]}"
+            for name in each.values
+            for found in _possible(each, name)
+            if name in limits and found.outside(*limits[name])
+        )
+        text = next(wrong, "") or _no_direction(each) or _too_slow(subject, each)
+        if text:
+            yield Violation(each.place, f"{each.text}: {text}")
+
+
+def _no_direction(command: Command) -> str:
+    """Return that a direction is neither 1 nor -1; "" if it is one, or unknown."""
+    way = command.value("direction")
+    if way.is_constant and abs(way.least) != 1:
+        return f"direction is {way}: must be 1, clockwise, or -1"
+    return ""
+
+
+def _possible(command: Command, name: str) -> list[Range]:
+    """Return the values that an argument gets; 0 among others is not meant for the command."""
+    several = [each for each in command.choices.get(name, ()) if each.least or each.most]
+    return several if len(several) > 1 else [command.value(name)]
+
+
+def _too_slow(subject: Subject, command: Command) -> str:
+    least = min((each.starting_speed for each in subject.configurations(command.slot)), default=0)
+    speeds = _possible(command, "speed") if command.kind in FROM_STARTING_SPEED else []
+    most = subject.profile(command.slot).limits.speed
+    for speed in speeds if all(each.most < most for each in speeds) else ():
+        if speed.most < least:
+            return f"speed {speed} is below the starting speed, {least}"
+    return ""
+
+
+def refused(subject: Subject) -> Iterator[Violation]:
+    """Find commands that the module refuses with every configuration of the program."""
+    for each in subject.facts.commands:
+        configurations = subject.configurations(each.slot)
+        rules = [_refusal(each, configuration) for configuration in configurations]
+        if rules and all(rules):
+            yield Violation(each.place, f"{each.text}: {RULES[rules[0]].text}")
+
+
+def _refusal(command: Command, configuration: Configuration) -> str:
+    """Return the rule of the manual that a command breaks; "" if it is none of these."""
+    if command.kind == "home":
+        way = command.value("direction")
+        limit = InputBit.CW_LIMIT if way.least > 0 else InputBit.CCW_LIMIT
+        if way.is_constant and not configuration.inputs_used & limit:
+            return "HOM-03"
+    if command.kind == "gear" and not configuration.quadrature_encoder:
+        return "CMD-29"
+    if command.kind == "register" and _stops_too_late(command, configuration.starting_speed):
+        return "PRF-13"
+    return ""
+
+
+def _stops_too_late(command: Command, starting_speed: int) -> bool:
+    """Whether the longest registration distance is shorter than the shortest stop."""
+    distance, speed, rate = (command.value(name) for name in ("register", "speed", "deceleration"))
+    if not (distance.is_known and speed.is_constant and rate.is_known and rate.most >= 1):
+        return False
+    stop = stopping_distance(MILLI * int(abs(speed.least)), starting_speed, int(rate.most), Shape.CONSTANT)
+    return distance.most * PICO < stop
+
+
+def without_configuration(subject: Subject) -> Iterator[Violation]:
+    """Find axes that move, and that nothing configures before."""
+    for commands in subject.by_axis():
+        motions = [each for each in commands if each.kind in MOTIONS]
+        if not motions or is_open(subject, motions[0]):
+            continue
+        first = motions[0]
+        if not any(each.kind == "configure" for each in commands) and not _is_sent(subject, first):
+            yield Violation(
+                first.place, f"{first.text}: nothing configures {first.axis}, and {RULES['CER-01'].text}"
+            )
+            continue
+        yield from _before_configuration(commands)
+
+
+def _before_configuration(commands: Sequence[Command]) -> Iterator[Violation]:
+    """Find a motion that comes before the configuration in the same sequence."""
+    configuring = [each for each in commands if each.kind == "configure" and each.order]
+    if not configuring or len({each.owner for each in configuring}) > 1:
+        return
+    first = min(configuring, key=lambda each: each.order)
+    for each in sorted(commands, key=lambda each: each.order):
+        if each.owner == first.owner and each.kind in MOTIONS and each.sure and 0 < each.order < first.order:
+            yield Violation(
+                each.place, f"{each.text} comes before the configuration in line {first.place.line}"
+            )
+            return
+
+
+def _is_sent(subject: Subject, command: Command) -> bool:
+    """Whether words configure the module of a command."""
+    sent = subject.facts.configurations
+    return command.words and any(each.slot == command.slot for each in sent)
+
+
+def is_open(subject: Subject, command: Command) -> bool:
+    """Whether commands that are not read here may reach the axis."""
+    facts = subject.facts
+    is_open = facts.reads_all or not command.axis or command.axis in facts.escaped
+    return is_open or (command.words and command.slot in facts.computed)
+
+
+def without_position(subject: Subject) -> Iterator[Violation]:
+    """Find absolute moves of axes that never home, and whose position nothing sets."""
+    for commands in subject.by_axis():
+        first = next((each for each in commands if each.kind == "move_to"), None)
+        knows = any(each.kind in ("home", "set_position") for each in commands)
+        if first is not None and not knows and not is_open(subject, first):
+            yield Violation(
+                first.place,
+                f"{first.text} needs a valid position, and nothing searches for home or sets the position",
+            )
+        elif first is not None and not is_open(subject, first):
+            yield from _before_position(commands)
+
+
+def _before_position(commands: Sequence[Command]) -> Iterator[Violation]:
+    """Find an absolute move that comes before the position in the same sequence."""
+    knowing = [each for each in commands if each.kind in ("home", "set_position")]
+    if not all(each.order for each in knowing) or len({each.owner for each in knowing}) > 1:
+        return
+    first = min(knowing, key=lambda each: each.order)
+    for each in sorted(commands, key=lambda each: each.order):
+        is_before = each.owner == first.owner and each.sure and 0 < each.order < first.order
+        if each.kind == "move_to" and is_before:
+            what = f"comes before {first.text} in line {first.place.line}: {_section('CMD-06')}"
+            yield Violation(
+                each.place, f"{each.text} needs a valid position, and {what}: {_section('CMD-06')}"
+            )
+            return
+
+
+def _section(rule: str) -> str:
+    return f"{RULES[rule].text.rstrip('.')} [{RULES[rule].section}]"
+
+
+def interrupted(subject: Subject) -> Iterator[Violation]:
+    """Find motions that begin before the one before them is complete."""
+    for commands in subject.by_axis():
+        motions = [each for each in commands if each.kind in MOTIONS and each.execute]
+        for at, each in enumerate(motions):
+            for other in motions[:at]:
+                if other.execute == each.execute != "1" or (each.starts and other.starts == each.starts):
+                    text = (
+                        f"{each.text} aborts {other.text} of line {other.place.line}: both start in one scan"
+                    )
+                    yield Violation(each.place, text)
+        for each in motions:
+            busy = _while_busy(subject, each, motions)
+            if busy is not None:
+                text = f"{each.text} aborts {busy.text} of line {busy.place.line}, which is under way then"
+                yield Violation(each.place, text)
+
+
+def _while_busy(subject: Subject, command: Command, motions: Sequence[Command]) -> Command | None:
+    """Return the motion whose Busy or Active starts another one."""
+    needed = {command.execute.upper()}
+    tag = command.execute.partition(".")[0].partition("[")[0]
+    for each in subject.by_key.get(tag, ()):
+        if each.use in (Touch.COIL, Touch.LATCH) and f"{each.variable}{each.part}" == command.execute:
+            needed |= {bit.name.partition("#")[0] for bit in each.needs if bit.on}
+    for other in motions:
+        name = other.text.partition(" ")[2].upper()
+        if other is not command and other.kind in ENDING and needed & {f"{name}.BUSY", f"{name}.ACTIVE"}:
+            return other
+    return None
+
+
+def beyond_limits(subject: Subject) -> Iterator[Violation]:
+    """Find absolute moves behind a limit switch, of an axis whose position comes from its home switch.
+
+    Position 0 is where the search ends: at an end of the range of the home switch.
+    """
+    for _, slot in subject.steppers:
+        homes = [each for each in slot.machine.switches if each.input == InputBit.HOME]
+        own = [each for each in subject.facts.commands if each.slot == slot.number]
+        knows = {each.kind for each in own if each.kind in ("home", "set_position")}
+        if len(homes) != 1 or knows != {"home"} or homes[0].first is None or homes[0].last is None:
+            continue
+        configurations = subject.configurations(slot.number)
+        if not configurations or any(each.marker_home for each in configurations):
+            continue
+        first, last = homes[0].first, homes[0].last
+        for each in own:
+            for position in _possible(each, "position") if each.kind == "move_to" else ():
+                low, high = position.least + first, position.most + last
+                limit = _limit_at(slot.machine, low, high) if position.is_constant else None
+                if limit is not None and all(each.inputs_used & limit for each in configurations):
+                    text = f"{each.text} to {position}: {input_name(limit)} is operated before"
+                    yield Violation(each.place, text)
+                    break
+
+
+def _limit_at(machine: MachineSpec, low: float, high: float) -> InputBit | None:
+    """Return the limit behind which all of a range of the shaft lies, None without one."""
+    for each in machine.switches:
+        if each.input == InputBit.CW_LIMIT and each.first is not None and low > each.first > 0:
+            return each.input
+        if each.input == InputBit.CCW_LIMIT and each.last is not None and high < each.last < 0:
+            return each.input
+    return None
+
+
+def two_movers(subject: Subject) -> Iterator[Violation]:
+    """Find axes that two sequences move without a lock."""
+    for commands in subject.by_axis():
+        moving = [each for each in commands if each.kind in MOTIONS and each.owner and each.axis]
+        for each in moving:
+            others = (other for other in moving if other.owner != each.owner and not other.locks & each.locks)
+            first = next(others, None)
+            if first is not None and first.order < each.order:
+                where = f"sequence {first.owner} moves in line {first.place.line}"
+                text = f"sequence {each.owner} moves {each.axis}, which {where}"
+                yield Violation(each.place, text)
+                break
+
+
+def execute_stays(subject: Subject) -> Iterator[Violation]:
+    """Find blocks whose Execute rises once and never falls."""
+    for each in subject.facts.commands:
+        if each.execute and each.kind not in AT_START and _never_falls(subject, each.execute):
+            yield Violation(
+                each.place, f"{each.text}: its Execute never falls, so the block starts once at most"
+            )
+
+
+def _never_falls(subject: Subject, execute: str, depth: int = 8) -> bool:
+    """Whether a bit rises once at most; Done of a block stays as long as its Execute."""
+    if execute == "1":
+        return True
+    name = next(
+        (
+            key
+            for key in subject.facts.variables
+            if execute == key or execute.startswith((f"{key}.", f"{key}["))
+        ),
+        "",
+    )
+    variable = subject.facts.variables.get(name)
+    if variable is not None and execute == f"{name}.DONE":
+        before = (each.execute for each in subject.facts.commands if each.text.upper().endswith(f" {name}"))
+        return depth > 0 and _never_falls(subject, next(before, ""), depth - 1)
+    if variable is None or variable.role is not Role.PLAIN or variable.shown:
+        return False
+    written = [each for each in subject.by_key.get(name, ()) if each.writes]
+    if not written:
+        return variable.set
+    return all(each.use is Touch.LATCH or (each.use is Touch.COIL and each.steady) for each in written)
+
+
+def torn(subject: Subject) -> Iterator[Violation]:
+    """Find commands whose parameters come with them, in a rack where an update may arrive in two parts."""
+    if subject.job.spec.controller != "compactlogix":
+        return
+    for place, text in subject.facts.at_once:
+        yield Violation(
+            place, f"{text}: a CompactLogix may send the words in two parts, and half a command starts"
+        )

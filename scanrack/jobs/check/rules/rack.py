@@ -1,0 +1,150 @@
+"""Rules about the machine and its wiring: a rack file beside its program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from scanrack.io_images.amci3601 import ALL_INPUTS, InputBit
+from scanrack.io_images.module_words import BitPlace
+from scanrack.runtime.config.rackspec import SlotSpec
+from scanrack.runtime.machine import MachineSpec
+from scanrack.runtime.machine.spec import Switch, input_name
+
+from ...record.tag_source import tags_of
+from ...run.hints import not_configured, wired_inputs
+from ..facts import FileLine
+from ..subject import Subject, Violation
+
+SIGN_BIT = 15
+
+
+def wired_but_not_configured(subject: Subject) -> Iterator[Violation]:
+    """Find inputs that are wired, and that no configuration uses."""
+    for index, slot in subject.steppers:
+        sent = subject.sent_to(slot.number, subject.facts.configurations)
+        used = 0
+        for each in sent:
+            used |= each.words[0] & ALL_INPUTS
+        for bit in InputBit if sent else ():
+            if bit.value & wired_inputs(slot.machine) & ~used:
+                yield Violation(_wiring(subject, index, slot, bit), not_configured(slot.number, bit))
+
+
+def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> FileLine:
+    """Return the line of the first part of the machine that acts on an input."""
+    machine = slot.machine
+    for key in ("switches", "stations", "timeline"):
+        for at, part in enumerate(getattr(machine, key)):
+            if part.input == bit:
+                return subject.place("slot", index, "machine", key, at)
+    return subject.place("slot", index, "machine")
+
+
+LEVELS = (InputBit.HOME, InputBit.ESTOP, InputBit.CW_LIMIT, InputBit.CCW_LIMIT)
+"""Inputs that are active at a place or in an emergency: at rest they must not be."""
+
+
+def active_at_rest(subject: Subject) -> Iterator[Violation]:
+    """Find inputs that are active at rest: the contact and the configured level contradict each other."""
+    for index, slot in subject.steppers:
+        configurations = subject.configurations(slot.number)
+        for bit in LEVELS if configurations else ():
+            level = _level_at_rest(slot.machine, bit)
+            is_wired = wired_inputs(slot.machine) & bit.value
+            if not is_wired and bit is InputBit.HOME:
+                continue  # see search_without_switch
+            if all(
+                each.inputs_used & bit.value and bool(each.active_high & bit.value) == level
+                for each in configurations
+            ):
+                contact = ("normally closed" if level else "normally open") if is_wired else "not wired"
+                configured = "high" if level else "low"
+                text = (
+                    f"slot {slot.number}: {input_name(bit)} is {contact}, and its configured level is active "
+                    f"{configured}: it is active wherever its switch is not operated"
+                )
+                yield Violation(_wiring(subject, index, slot, bit), text)
+
+
+def _level_at_rest(machine: MachineSpec, bit: InputBit) -> bool:
+    """Return whether an input is energized while nothing operates its contact."""
+    switches = [each.normally_closed for each in machine.switches if each.input == bit]
+    if switches:
+        return switches[0]  # an input has one kind
+    first = [each.energised for each in machine.timeline if each.input == bit and each.at_ns == 0]
+    return bool(first and first[-1])
+
+
+def search_without_switch(subject: Subject) -> Iterator[Violation]:
+    """Find home searches of a machine without a home switch."""
+    without = [
+        slot.number
+        for _, slot in subject.steppers
+        if not wired_inputs(slot.machine) & InputBit.HOME.value and slot.machine.encoder is None
+    ]
+    yield from _beyond_limit(subject)
+    numbers = [slot.number for _, slot in subject.steppers]
+    for search in subject.facts.searches:
+        if search.slot in without or (search.slot is None and without and without == numbers):
+            where = f"slot {search.slot}" if search.slot is not None else "the machine"
+            yield Violation(
+                search.place, f"a home search starts here, but {where} has neither home switch nor encoder"
+            )
+
+
+def _beyond_limit(subject: Subject) -> Iterator[Violation]:
+    """Find home switches that lie where a limit switch is operated: the limit ends the search before."""
+    for index, slot in subject.steppers:
+        searched = [each for each in subject.facts.searches if each.slot in (None, slot.number)]
+        switches = slot.machine.switches
+        limits = [each for each in switches if each.input in (InputBit.CW_LIMIT, InputBit.CCW_LIMIT)]
+        homes = [(at, each) for at, each in enumerate(switches) if each.input == InputBit.HOME]
+        for at, home in homes if searched else ():
+            limit = next((each for each in limits if _covers(each, home)), None)
+            if limit is not None and len(homes) == 1:
+                place = subject.place("slot", index, "machine", "switches", at)
+                text = f"slot {slot.number}: home lies where {input_name(limit.input)} is operated"
+                yield Violation(place, f"{text}: the limit ends the search before")
+
+
+def _covers(limit: Switch, home: Switch) -> bool:
+    """Whether a limit switch is operated wherever the home switch is."""
+    begins = limit.first is None or (home.first is not None and home.first >= limit.first)
+    return begins and (limit.last is None or (home.last is not None and home.last <= limit.last))
+
+
+def unused_terminals(subject: Subject) -> Iterator[Violation]:
+    """Find wired terminals that the program does not use."""
+    uses = subject.facts.uses_bit
+    for index, slot in enumerate(subject.job.spec.slot if uses is not None and not subject.alone else ()):
+        for group, verb, name, at in terminals(slot):
+            if uses is not None and not uses(slot.number, at.image, name, at.word, at.bit):
+                place = subject.place("slot", index, "options", f"{group}s", name)
+                yield Violation(place, f"slot {slot.number}: the program never {verb} {group} {name}")
+
+
+def terminals(slot: SlotSpec) -> Iterator[tuple[str, str, str, BitPlace]]:
+    """Yield the wired terminals of a card: group, use by a program, name and bit.
+
+    The bit of an analog channel is one of its word: using the word uses the bit.
+    """
+    words = slot.words
+    for group, verb, image, names in (
+        ("input", "reads", "I", words.inputs),
+        ("output", "writes", "O", words.outputs),
+    ):
+        for name, at in words.groups.get(group, {}).items():
+            yield group, verb, name, at
+        channels = [word for of, word in words.profile_words.values() if of == image]
+        for word in channels:
+            if names[word] != f"ch{word}_data":  # the rack file names it
+                yield group, verb, names[word], BitPlace(image, word, SIGN_BIT)
+
+
+def unknown_tags(subject: Subject) -> Iterator[Violation]:
+    """Find patterns of recorded tags that match none."""
+    for index, pattern in enumerate(subject.job.spec.tags):
+        try:
+            tags_of(subject.job.logic, [pattern], bytearray(subject.job.spec.layout.size))
+        except ValueError as error:
+            yield Violation(subject.place("tags", index), str(error))

@@ -1,0 +1,83 @@
+"""Rules about the output words of 3601s, in any language: what the module refuses of a whole image."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from scanrack.io_images.amci3601 import CommandMsw, Configuration, Firmware
+
+from ..facts import FileLine
+from ..module_kinds import MODE_CONFIG
+from ..module_refusals import RANGES, WAYS_ON, Breach, broken, wrong_configuration
+from ..subject import Subject, Violation
+from ..words import SentImage
+
+
+def refused_images(subject: Subject) -> Iterator[Violation]:
+    """Find images that the module refuses with every configuration of the program, ranges apart."""
+    yield from (Violation(place, text) for rule, place, text in _refusals(subject) if rule not in RANGES)
+
+
+def images_out_of_range(subject: Subject) -> Iterator[Violation]:
+    """Find images with numbers that the module refuses, and configurations."""
+    for image in subject.images:
+        if image.command & MODE_CONFIG:
+            for words, name in image.variants():
+                profile = subject.profile(image.slot)
+                for rule in wrong_configuration(words, Firmware.parse(subject.firmware(image.slot)), profile):
+                    row, given = profile.rules[rule], f" with {name}" if name else ""
+                    text = f"slot {image.slot}: the configuration{given} is invalid: {row.text.rstrip('.')}"
+                    yield Violation(image.place, f"{text} [{row.section}]")
+    yield from (Violation(place, text) for rule, place, text in _refusals(subject) if rule in RANGES)
+
+
+def _refusals(subject: Subject) -> Iterator[tuple[str, FileLine, str]]:
+    """Yield rule, place and text of what modules refuse, once per place and rule."""
+    seen: set[tuple[str, FileLine]] = set()
+    several: dict[tuple[int, int], tuple[str, FileLine, str]] = {}  # the last line of two bits
+    for image in subject.images:
+        if image.command & MODE_CONFIG:
+            continue
+        for words, name in image.variants():
+            for each in _broken(subject, image, words):
+                place = image.cells[each.word].place or image.place
+                place = image.place if each.word == 0 else place
+                if each.rule == "CMD-02":
+                    text = _text(image, words, name, each)
+                    key = image.slot, image.command
+                    before = several.get(key)
+                    if before is None or before[1] < place:
+                        several[key] = each.rule, place, text
+                elif (each.rule, place) not in seen:
+                    seen.add((each.rule, place))
+                    yield each.rule, place, _text(image, words, name, each)
+    yield from several.values()
+
+
+def _broken(subject: Subject, image: SentImage, words: tuple[int | None, ...]) -> list[Breach]:
+    """Return the rules that words break with every configuration that the program sends."""
+    firmware = Firmware.parse(subject.firmware(image.slot))
+    given: list[Configuration | None] = [*subject.configurations(image.slot)] or [None]
+    first, *others = [broken(words, each, firmware, subject.profile(image.slot)) for each in given]
+    return [each for each in first if all(each in other for other in others)]
+
+
+def _text(image: SentImage, words: tuple[int | None, ...], name: str, found: Breach) -> str:
+    listed = [str(bit.name) for bit in CommandMsw if bit.value & image.command]
+    with_words = f" with {name}" if name else ""
+    pairs = {3: (2, 3), 5: (4, 5)}.get(found.word, (found.word,))
+    given = " and ".join("?" if words[at] is None else str(words[at]) for at in pairs)
+    numbers = f": words {pairs[0]} and {pairs[1]} are {given}" if len(pairs) > 1 else ""
+    numbers = numbers or (f": word {found.word} is {given}" if found.word > 1 else "")
+    hint = WAYS_ON.get(found.rule, "")
+    hint = _hint(words, pairs) or hint
+    return f"slot {image.slot}, {' and '.join(listed)}{with_words}{numbers}. {found}" + (
+        f": {hint}" if hint else ""
+    )
+
+
+def _hint(words: tuple[int | None, ...], pairs: tuple[int, ...]) -> str:
+    """Return what to do about words of opposite signs."""
+    both = [words[at] or 0 for at in pairs]
+    is_mixed = len(both) > 1 and both[0] * both[1] < 0
+    return "split the absolute value, and give both words its sign" if is_mixed else ""

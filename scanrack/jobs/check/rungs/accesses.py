@@ -1,0 +1,178 @@
+"""Variables of a ladder program, and the instructions that read and write them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+from scanrack.io_images.input_files import read_input
+from scanrack.io_images.site import Site
+from scanrack.io_images.text_limits import LIMITS, TextKind
+from scanrack.ladder.debug.crossref import Mention, mentions_of
+from scanrack.ladder.model.operands import Constant, Place, first_leaf
+from scanrack.ladder.model.spec import Use
+from scanrack.ladder.model.tags import OWN, Leaf, Tag, program_of, tag_in
+from scanrack.ladder.model.types import Elementary
+from scanrack.ladder.state.lowered import ADD_ON, AddOnCall, LoweredProgram, LoweredStep
+
+from ...load.program import EXPORT_SUFFIXES
+from ..facts import Access, FileLine, Role, Touch, Variable
+from ..logic import TRUE, Bit, Condition, leaves, needed
+from .conditions import part_of
+from .number_ranges import BY_PEOPLE, written_value
+from .walk import Point
+
+FIRST_SCAN = "S:FS"
+
+OPEN = (".py", *EXPORT_SUFFIXES)
+"""Suffixes of programs whose tags others read and write."""
+
+COILS = ("OTE",)
+LATCHES = {"OTL": Touch.LATCH, "OTU": Touch.UNLATCH}
+ASSIGNMENTS = (":=", "[:=]")
+
+
+class Variables:
+    """The variables of a program.
+
+    Args:
+        is_recorded: whether the rack file records a tag.
+        written_outside: members of instances that the program itself writes, in capitals.
+    """
+
+    def __init__(
+        self,
+        lowered: LoweredProgram,
+        path: Path,
+        is_recorded: Callable[[str], bool],
+        written_outside: frozenset[str],
+    ) -> None:
+        self._written_outside = written_outside
+        self._lowered, self._path = lowered, path
+        self._is_recorded = is_recorded
+        self._lines = declaration_lines(path)
+        self.found: dict[str, Variable] = {
+            name: self._tag(tag) for name, tag in lowered.layout.tags().items()
+        }
+
+    def _tag(self, tag: Tag) -> Variable:
+        role = Role.PLAIN if isinstance(tag.type, Elementary) else Role.BLOCK
+        others = self._path.suffix in OPEN  # Python reads and writes tags, too, and so do panels
+        shown = others or self._is_recorded(tag.name) or BY_PEOPLE.search(tag.name) is not None
+        place = FileLine(str(self._path), self._lines(tag.name))
+        return Variable(tag.name, place, role, tag.type.name, tag.initial is not None, shown)
+
+    def key(self, mention: Mention) -> str:
+        """Return the key of an operand's variable; "" for a part of an add-on instruction."""
+        leaf = first_leaf(mention.where)
+        if leaf.frame:
+            return self._of_instance(leaf)
+        if leaf.slot is None:
+            return tag_in(leaf.path).upper()
+        key = leaf.path.upper()
+        if key not in self.found:
+            role = Role.OUTPUT if leaf.output else Role.INPUT
+            place = FileLine(str(self._path), 1)
+            self.found[key] = Variable(leaf.path, place, role, leaf.type.name, set=True)
+        return key
+
+    def _of_instance(self, leaf: Leaf) -> str:
+        """Return the key of a bit of an add-on instruction's instance; "" for what its caller may write."""
+        key = f"{leaf.frame}.{leaf.path}".upper()
+        if leaf.root != OWN or leaf.path.upper() in self._written_outside:
+            return ""
+        if key not in self.found:
+            place = FileLine(str(self._path), self._lines(leaf.path))
+            self.found[key] = Variable(leaf.path, place, Role.PLAIN, leaf.type.name, set=True, shown=True)
+        return key
+
+
+def declaration_lines(path: Path) -> Callable[[str], int]:
+    """Return a function that finds the first line of a file that names a tag, 1 if none does."""
+    lines: dict[str, int] = {}
+    text = read_input(path, LIMITS[TextKind.EXPORT].size).decode("utf-8", "replace")
+    for number, line in enumerate(text.splitlines(), 1):
+        for word in re.findall(r"\w+", line.partition("//")[0]):
+            lines.setdefault(word.upper(), number)
+    return lambda name: lines.get(name.rpartition(".")[2].upper(), 1)
+
+
+def accesses_of(
+    point: Point,
+    lowered: LoweredProgram,
+    variables: Variables,
+    place: FileLine,
+    owners: Mapping[str, str],
+) -> Iterator[Access]:
+    """Yield what an instruction does with variables.
+
+    Args:
+        owners: the task of each program, in capitals.
+    """
+    step = point.step
+    needs = needed(point.condition)
+    once = any(each.name.startswith(FIRST_SCAN) and each.on for each in needs)
+    steady = all(map(_is_steady, (*leaves(point.condition), *leaves(point.value))))
+    unit = point.routine.name
+    owner = owners.get(program_of(unit).upper(), "")
+    mentions = list(mentions_of(lowered.sites[step.site], step))
+    if step.name == ADD_ON:
+        mentions += list(_handed(lowered, step.operands[0], mentions[0].site))
+    for each in mentions:
+        key = variables.key(each)
+        if key:
+            use = _use(point, each)
+            default = not point.is_rung and use is Touch.COIL
+            takes = step.name == "SBR"
+            part = part_of(each.where, _start(key, each))
+            zero = each.writes and gives_zero(step)
+            yield Access(
+                key, part, use, place, unit, needs, owner, once, default, steady, takes, zero, each.text
+            )
+
+
+def gives_zero(step: LoweredStep) -> bool:
+    """Whether an instruction only writes 0."""
+    value = written_value(step)
+    return step.name == "RES" or (isinstance(value, Constant) and not value.value)
+
+
+def _start(key: str, mention: Mention) -> str:
+    leaf = first_leaf(mention.where)
+    return leaf.path if leaf.slot is not None or leaf.frame else key
+
+
+def _is_steady(part: Condition) -> bool:
+    """Whether a part of a condition holds in every scan but the first one."""
+    return part == TRUE or (isinstance(part, Bit) and not part.on and part.name.startswith(FIRST_SCAN))
+
+
+def _handed(lowered: LoweredProgram, call: AddOnCall, site: Site) -> Iterator[Mention]:
+    """Yield the arguments by reference, which an add-on instruction may read, and write if it does so."""
+    frame = lowered.frames.get(call.name)
+    for name, operand in call.handed.items():
+        writes = frame is None or name in frame.written
+        yield Mention(site, operand, operand.text, True, writes, stretch=True)
+
+
+def _use(point: Point, mention: Mention) -> Touch:
+    step = point.step
+    if not mention.writes:
+        return Touch.READ
+    if mention.reads:
+        return Touch.BOTH
+    if step.name in COILS:
+        return Touch.COIL
+    if step.name in LATCHES:
+        return LATCHES[step.name]
+    if step.name in ASSIGNMENTS and isinstance(mention.where, Place) and mention.where.type.is_bool:
+        value = step.operands[1]
+        if point.condition == TRUE:
+            return Touch.COIL
+        if isinstance(value, Constant):
+            return Touch.LATCH if value.value else Touch.UNLATCH
+    for use, operand in zip(step.uses, step.operands, strict=False):
+        if operand is mention.where and use is Use.COIL:
+            return Touch.COIL
+    return Touch.WRITE

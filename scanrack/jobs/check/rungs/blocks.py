@@ -1,0 +1,169 @@
+"""Commands of the motion blocks of `USE axis3601`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from typing import NamedTuple
+
+from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved, first_leaf
+from scanrack.ladder.model.tags import program_of
+from scanrack.ladder.state.lowered import ADD_ON, AddOnCall, LoweredStep, Node, steps_of
+
+from ..facts import Command, FileLine
+from ..ranges import Range, exactly
+from .conditions import key_of
+from .number_ranges import Values
+from .options import OperandOptions
+from .walk import Point
+
+OWNER = "AMCI3601"
+"""The block that writes the module's words, as the last rung of the scan."""
+
+RATES = {"ACCELERATION": "acceleration", "DECELERATION": "deceleration"}
+PROFILE = {"VELOCITY": "speed", **RATES}
+
+METHODS: Mapping[str, tuple[str, Mapping[str, str]]] = {
+    "CONFIGURE3601": ("configure", {}),
+    "MC_MOVEABSOLUTE": ("move_to", {"POSITION": "position", **PROFILE}),
+    "MC_MOVERELATIVE": ("move_by", {"DISTANCE": "distance", **PROFILE}),
+    "MC_MOVEVELOCITY": ("run", PROFILE),
+    "MC_HOME": ("home", {"DIRECTION": "direction", **PROFILE}),
+    "MC_HALT": ("halt", {}),
+    "MC_STOP": ("stop", {}),
+    "MC_RESET": ("reset", {}),
+    "MC_SETPOSITION": ("set_position", {"POSITION": "position"}),
+    "MC_GEARIN": ("gear", {"RATIONUMERATOR": "numerator", "RATIODENOMINATOR": "denominator", **RATES}),
+    "MC_TOUCHPROBE": ("captured", {}),
+    "MOVEREGISTRATION3601": ("register", {"DISTANCE": "register", **PROFILE}),
+    "STOREMINIMUM3601": ("store_minimum", {"DISTANCE": "distance"}),
+    "PROGRAMBLEND3601": (
+        "program_blend",
+        {"SEGMENTS": "segments", "FINALDECELERATION": "final_deceleration"},
+    ),
+    "RUNBLEND3601": ("run_blend", {"DIRECTION": "direction"}),
+}
+"""By block: the method of `Axis3601` that does the same, and its arguments by parameter."""
+
+
+class BlockCall(NamedTuple):
+    """A call of a motion block."""
+
+    point: Point
+    place: FileLine
+    call: AddOnCall
+    order: int
+
+    @property
+    def axis(self) -> str:
+        """The tag of its axis, in capitals; "" without one."""
+        axis = self.call.handed.get("AXIS")
+        return "" if axis is None else axis.text.upper()
+
+
+def block_calls(points: Iterable[tuple[Point, FileLine]]) -> Iterator[BlockCall]:
+    """Yield the calls of motion blocks in the user's routines, in order."""
+    for order, (point, place) in enumerate(points):
+        call = point.step.operands[0] if point.step.name == ADD_ON else None
+        if isinstance(call, AddOnCall) and (call.name in METHODS or call.name == OWNER):
+            yield BlockCall(point, place, call, order)
+
+
+def slots_of(calls: Iterable[BlockCall]) -> dict[str, int]:
+    """Return the slots of axes: Amci3601 joins the two."""
+    found = {}
+    for each in calls:
+        outputs = each.call.handed.get("OUTPUTS")
+        slot = None if outputs is None else first_leaf(outputs).slot
+        if each.call.name == OWNER and slot is not None:
+            found[each.axis] = slot
+    return found
+
+
+def commands_of(
+    calls: Iterable[BlockCall], slots: Mapping[str, int], values: Values, owners: Mapping[str, str]
+) -> Iterator[Command]:
+    """Yield the commands of motion blocks."""
+    for each in calls:
+        if each.call.name not in METHODS:
+            continue
+        kind, parameters = METHODS[each.call.name]
+        unit = each.point.routine.name
+        yield Command(
+            kind,
+            each.axis,
+            slots.get(each.axis),
+            each.place,
+            f"{each.call.name} {each.call.instance.text}",
+            dict(_arguments(each.call, parameters, values)),
+            {name: _choices(source, values) for name, source in _sources(each.call, parameters)},
+            each.order,
+            unit,
+            owners.get(program_of(unit).upper(), ""),
+            execute=_execute(each.call),
+            segments=_segments(each.call, values),
+        )
+
+
+def _choices(source: Resolved, values: Values) -> tuple[Range, ...]:
+    """Return the values that an argument gets: of a table each element."""
+    options = OperandOptions(values).of(source).options
+    return tuple(map(exactly, options)) if len(options) > 1 else values.choices(source)
+
+
+def _arguments(call: AddOnCall, parameters: Mapping[str, str], values: Values) -> Iterator[tuple[str, Range]]:
+    for name, source in _sources(call, parameters):
+        yield name, values.of(source)
+
+
+def _sources(call: AddOnCall, parameters: Mapping[str, str]) -> Iterator[tuple[str, Resolved]]:
+    for step in _copies(call):
+        target = step.operands[-1]
+        if step.name == "MOV" and isinstance(target, Place):
+            name = target.leaf.path.upper().rpartition(".")[2]
+            if name in parameters:
+                yield parameters[name], step.operands[0]
+
+
+def _execute(call: AddOnCall) -> str:
+    """Return the name of the bit that is the argument of Execute; "1" for a constant."""
+    for copies in call.inputs:
+        steps = steps_of(copies)
+        target = steps[-1].operands[0] if steps and steps[-1].name == "OTE" else None
+        if isinstance(target, Place) and target.leaf.path.upper().endswith(".EXECUTE"):
+            source: Resolved | None = steps[0].operands[0] if len(steps) == 2 else None
+            if isinstance(source, Constant):
+                return "1" if source.value else ""
+            return "" if source is None else _text(source)
+    return ""
+
+
+def _text(operand: Resolved) -> str:
+    """Return a text that is equal for equal expressions."""
+    if isinstance(operand, Place):
+        return key_of(operand)
+    if isinstance(operand, Calculation):
+        return f"{operand.name}({', '.join(map(_text, operand.operands))})"
+    return str(operand.value) if isinstance(operand, Constant) else repr(operand)
+
+
+def _segments(call: AddOnCall, values: Values) -> tuple[tuple[Range, Range, Range], ...] | None:
+    """Return length, speed and rate of the segments of a blend, as far as they are known."""
+    count = dict(_arguments(call, {"SEGMENTS": "segments"}, values)).get("segments")
+    if call.name != "PROGRAMBLEND3601" or count is None or not count.is_constant or not 0 < count.least <= 64:
+        return None
+    columns = [
+        _column(call.handed.get(name), int(count.least), values)
+        for name in ("LENGTHS", "VELOCITIES", "RATES")
+    ]
+    return tuple(zip(*columns, strict=True)) if all(columns) else None
+
+
+def _column(operand: Place | Group | None, count: int, values: Values) -> list[Range]:
+    """Return the values of an array, which nothing writes; none if they are not known."""
+    return values.elements(operand, count) if operand is not None else []
+
+
+def _copies(call: AddOnCall) -> Iterator[LoweredStep]:
+    nodes: tuple[Node, ...]
+    for nodes in call.inputs:
+        yield from steps_of(nodes)

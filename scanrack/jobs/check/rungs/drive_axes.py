@@ -1,0 +1,66 @@
+"""Motion blocks whose axis is a networked drive: configurations that it refuses, and blocks that it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+
+from scanrack.io_images.amci3601 import Limits
+from scanrack.io_images.drives.bits import CommandBit, Modifier
+from scanrack.io_images.drives.configuration import broken_rules
+from scanrack.io_images.drives.models import WORDS, Model
+
+from ..facts import LocalFinding
+from .blocks import BlockCall
+
+
+def fastest(limits: Limits, models: Iterable[Model]) -> Limits:
+    """Return the largest limits of a rack's modules: those given, and those of its drives."""
+    own = [each.limits for each in models]
+    speeds, rates = (each.speed for each in own), (each.rate for each in own)
+    return Limits(max([limits.speed, *speeds]), max([limits.rate, *rates]))
+
+
+WordsOf = Callable[[object, int], Sequence[int | None] | None]
+"""Returns constant words at an operand, so many; None if the array is shorter or no constant."""
+
+
+def note_drives(
+    calls: Sequence[BlockCall], axes: Mapping[str, int], models: Mapping[int, Model], words_of: WordsOf
+) -> Iterator[LocalFinding]:
+    """Yield the calls that can't work on the drive of their axis.
+
+    Args:
+        axes: slots of axes.
+        models: drives by slot.
+    """
+    for each in calls:
+        model = models.get(axes.get(each.axis, 0))
+        if model is not None:
+            yield from (LocalFinding(each.place, text) for text in _wrong(each, model, words_of))
+
+
+def _wrong(call: BlockCall, model: Model, words_of: WordsOf) -> Iterator[str]:
+    name = call.call.name
+    if name == "CONFIGURE3601":
+        yield from _wrong_configuration(call.call.handed["CONFIGURATION"], model, words_of)
+    if _lacks(name, model):
+        yield f"{name}: an {model.title} has no such command: the block ends with ErrorID 4096"
+
+
+def _wrong_configuration(operand: object, model: Model, words_of: WordsOf) -> Iterator[str]:
+    words = words_of(operand, WORDS)
+    if words is None and words_of(operand, 8) is not None:
+        yield f"the configuration of an {model.title} has {WORDS} words: the array is shorter"
+    elif words is not None and None not in words:
+        given = [word & 0xFFFF for word in words if word is not None]
+        for rule in broken_rules(given, model):
+            yield f"the configuration is invalid: {rule.text.rstrip('.')} [{rule.id}, {rule.section}]"
+
+
+def _lacks(block: str, model: Model) -> bool:
+    if block == "MC_GEARIN":
+        return True
+    if block in ("MOVEREGISTRATION3601", "STOREMINIMUM3601"):
+        return not model.modifiers & Modifier.REGISTRATION_MOVE
+    is_blend = block in ("PROGRAMBLEND3601", "RUNBLEND3601")
+    return is_blend and bool(model.missing_commands & CommandBit.RUN_ASSEMBLED_MOVE)

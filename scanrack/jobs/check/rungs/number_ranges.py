@@ -1,0 +1,297 @@
+"""Ranges of the numbers of a ladder program.
+
+A tag's range is that of all that the program writes to it, and of its initial value; where one of these
+depends on the tag itself, or is not known, it is the range of the tag's type.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from scanrack.ladder.debug.crossref import TARGETS, Mention
+from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved
+from scanrack.ladder.model.predefined.slc_types import SLC_COUNTER, SLC_TIMER
+from scanrack.ladder.model.tags import Tag, tag_in
+from scanrack.ladder.model.types import COUNTER, FBD_COUNTER, FBD_TIMER, TIMER, Elementary
+from scanrack.ladder.state.lowered import LoweredStep
+
+from ..ranges import ANY, OPERATIONS, Range, exactly, joined
+
+RESULTS = {"ADD": "+", "SUB": "-", "MUL": "*", "DIV": "/", "MOD": "MOD", "NEG": "NEG", "ABS": "ABS"}
+"""Instructions that write the result of an operator to their last operand."""
+
+COPIES = ("MOV", "TRN")
+"""Instructions that write their first operand to the second one."""
+
+ASSIGNMENTS = (":=", "[:=]", "CPT")
+"""Instructions that write their second operand to the first one."""
+
+BY_PEOPLE = re.compile(r"HMI|SCADA|PANEL|OPERATOR|RECIPE|SETPOINT", re.IGNORECASE)
+"""In names of tags that people read and write from outside of the program."""
+
+DEPTH = 8
+"""Levels of tags behind a tag."""
+
+
+def type_range(kind: Elementary) -> Range:
+    """Return the range of a type."""
+    if kind.is_bool:
+        return Range(0, 1)
+    if not kind.is_integer:
+        return ANY
+    return Range(kind.lowest, kind.highest)
+
+
+def written_value(step: LoweredStep) -> Resolved | None:
+    """Return the expression that an instruction writes to its one target; None for another instruction."""
+    operands: Sequence[Any] = step.operands
+    if step.name in RESULTS:
+        return Calculation(RESULTS[step.name], tuple(operands[:-1]))
+    if step.name == "TRN":
+        return Calculation("TRN", (operands[0],))
+    found: Resolved | None = None
+    if step.name in (*COPIES, *ASSIGNMENTS):
+        found = operands[step.name in ASSIGNMENTS]
+    return Constant(0, step.operands[0].type) if step.name == "CLR" else found
+
+
+def target_of(step: LoweredStep) -> Place | None:
+    """Return the one number that an instruction writes; None for another instruction."""
+    if step.name in RESULTS or step.name in COPIES:
+        found = step.operands[-1]
+    elif step.name in ASSIGNMENTS or step.name == "CLR":
+        found = step.operands[0]
+    else:
+        return None
+    return found if isinstance(found, Place) else None
+
+
+class Values:
+    """The ranges of a program.
+
+    Args:
+        steps: all instructions of the program.
+        mentions: all operands of the program.
+        tags: by name in capitals.
+        presets: values of PRE and ACC in rungs, by path in capitals and index.
+        counted: what FOR counts: path, range in its body, and the instructions that count.
+    """
+
+    def __init__(
+        self,
+        steps: Iterable[LoweredStep],
+        mentions: Iterable[Mention],
+        tags: Mapping[str, Tag],
+        presets: Mapping[tuple[str, int], int | float],
+        counted: Iterable[tuple[str, Range, frozenset[int]]] = (),
+    ) -> None:
+        self._tags = tags
+        self._presets = {(path.upper(), index): value for (path, index), value in presets.items()}
+        self._written: dict[str, list[Resolved | None]] = {}  # by path, and by fixed element
+        self._elements: dict[str, set[str]] = {}  # the elements of a path that are written
+        known: dict[str, int] = {}
+        every = list(steps)
+        for step in every:
+            target = target_of(step)
+            if target is not None and target.bit is None and not target.frame:
+                element = _element(target)
+                self._written.setdefault(element, []).append(written_value(step))
+                self._elements.setdefault(target.leaf.path.upper(), set()).add(element)
+                known[element] = known.get(element, 0) + 1
+        self._others: set[str] = set()
+        for each in mentions:
+            if each.writes:
+                path, element = _path(each.where), _element(each.where)
+                if known.get(element, 0) > 0 and isinstance(each.where, Place) and each.where.bit is None:
+                    known[element] -= 1
+                elif each.stretch:
+                    self._others.add(path)
+                elif not _is_counting(each.where):
+                    self._others.add(element)
+                    self._elements.setdefault(path, set()).add(element)
+                else:  # the preset stays
+                    self._others.update(f"{path}.{name}" for name in _COUNTED)
+        self._known: dict[str, Range] = dict(self._counted(every, list(counted)))
+
+    def _counted(
+        self, steps: Iterable[LoweredStep], loops: Sequence[tuple[str, Range, frozenset[int]]]
+    ) -> Iterator[tuple[str, Range]]:
+        """Yield the ranges of numbers that only FOR writes."""
+        sites = frozenset().union(*(each for _, _, each in loops))
+        paths = {path for path, _, _ in loops}
+        for step in steps:
+            for use, operand in zip(step.uses, step.operands, strict=False):
+                if use in TARGETS and step.site not in sites:
+                    paths.discard(_path(operand) if isinstance(operand, Place | Group) else "")
+        for path in sorted(paths):
+            yield path, joined(*(found for each, found, _ in loops if each == path))
+
+    def of(self, operand: Resolved, depth: int = DEPTH) -> Range:
+        """Return the range of an operand."""
+        if isinstance(operand, Constant):
+            return exactly(operand.value)
+        if isinstance(operand, Place):
+            return self._of_place(operand, depth)
+        if isinstance(operand, Calculation) and operand.name in OPERATIONS:
+            found = OPERATIONS[operand.name](*(self.of(each, depth) for each in operand.operands))
+            whole = operand.name == "/" and all(is_whole(each) for each in operand.operands)
+            return _cut(found) if whole else found
+        return ANY
+
+    def choices(self, operand: Resolved) -> tuple[Range, ...]:
+        """Return the constants that a tag gets, with its initial value; one range for another operand."""
+        if isinstance(operand, Place) and operand.bit is None and operand.leaf.slot is None:
+            written = self.written(operand)
+            if written and all(each.is_constant for each in written):
+                return (*written, *filter(None, [self.initial(operand)]))
+            return (self.of(operand), *(each for each in written if each.is_constant))
+        return (self.of(operand),)
+
+    def written(self, place: Place) -> list[Range]:
+        """Return the ranges of what is written to a number; none if other instructions write it, too."""
+        if self._is_other(place):
+            return []
+        return [ANY if each is None else self.of(each, DEPTH - 1) for each in self._writes(place)]
+
+    def sources(self, place: Place) -> Sequence[Resolved | None]:
+        """Return what is written to a number, None for no value; a None if anything else writes it."""
+        if self._is_other(place) or BY_PEOPLE.search(place.leaf.path):
+            return (None,)
+        return self._writes(place)
+
+    def _is_other(self, place: Place) -> bool:
+        """Whether something else than a known value may be written to a number."""
+        path = place.leaf.path.upper()
+        return self._is_in_group(path) or any(each in self._others for each in (path, *self._same(place)))
+
+    def _writes(self, place: Place) -> list[Resolved | None]:
+        """Return what is written to a number: to its element, and to elements that are computed."""
+        keys = dict.fromkeys((place.leaf.path.upper(), *self._same(place)))
+        return [each for key in keys for each in self._written.get(key, ())]
+
+    def _same(self, place: Place) -> Iterable[str]:
+        """Return the elements that a number may be: its own, or all if it is computed."""
+        path, element = place.leaf.path.upper(), _element(place)
+        return (element,) if element != path else sorted(self._elements.get(path, ()))
+
+    def constants(self, path: str) -> Sequence[float] | None:
+        """Return the initial values of a tag that nothing writes; None without any, or if it is written."""
+        tag = self._tags.get(path.upper())
+        if tag is None or tag.initial is None or self.is_written(path) or BY_PEOPLE.search(path):
+            return None
+        return _numbers(tag.initial)
+
+    def elements(self, operand: Place | Group, count: int) -> list[Range]:
+        """Return the first elements of an array that nothing writes; none if they are not known."""
+        path = _path(operand)
+        tag = self._tags.get(path)
+        start = operand.fixed_index if isinstance(operand, Place) else 0
+        if tag is None or self.is_written(path) or start is None:
+            return []
+        listed = tag.initial if isinstance(tag.initial, list) else []
+        numbers = [each for each in listed if isinstance(each, int | float)][start : start + count]
+        missing = count - len(numbers) if isinstance(tag.initial, list) else 0
+        return [exactly(each) for each in numbers] + [exactly(0)] * missing
+
+    def is_written(self, path: str) -> bool:
+        """Whether an instruction writes a path."""
+        path = path.upper()
+        return path in self._elements or path in self._others or self._is_in_group(path)
+
+    def initial(self, place: Place) -> Range | None:
+        """Return the range of the initial values of a number's leaf; None if it is not a tag's."""
+        path = place.leaf.path.upper()
+        tag = self._tags.get(tag_in(path))
+        if tag is None or place.leaf.frame:
+            return None
+        presets = [value for (at, _), value in self._presets.items() if at == path]
+        found = [*_numbers(_member(tag.initial, path[len(tag.name) + 1 :])), *presets]
+        return joined(*map(exactly, found)) if found else exactly(0)
+
+    def _of_place(self, place: Place, depth: int) -> Range:
+        limits = type_range(place.type)
+        path = place.leaf.path.upper()
+        if depth == 0 or place.bit is not None or place.leaf.slot is not None or place.leaf.frame:
+            return limits
+        if path in self._known:
+            return self._known[path]  # only FOR counts it
+        element = _element(place)
+        if element not in self._known:
+            self._known[element] = limits  # what depends on itself
+            self._known[element] = self._from_writes(place, path, limits, depth)
+        return self._known[element]
+
+    def _from_writes(self, place: Place, path: str, limits: Range, depth: int) -> Range:
+        initial = self.initial(place)
+        if initial is None or self._is_other(place) or BY_PEOPLE.search(path):
+            return limits
+        found = [limits if each is None else self.of(each, depth - 1) for each in self._writes(place)]
+        if place.type.is_integer:
+            found = [_rounded(each) for each in found]
+        every = joined(initial, *found)
+        return every if every.within(limits.least, limits.most) else limits
+
+    def _is_in_group(self, path: str) -> bool:
+        """Whether an instruction writes what contains the path."""
+        start = path.find(".")
+        while start >= 0:
+            if path[:start] in self._others:
+                return True
+            start = path.find(".", start + 1)
+        return False
+
+
+COUNTING = (TIMER, COUNTER, FBD_TIMER, FBD_COUNTER, SLC_TIMER, SLC_COUNTER)
+"""Types of timers and counters."""
+
+_COUNTED = ("ACC", "DN", "TT", "EN", "CU", "CD", "OV", "UN", "UA")
+"""Members that a timer or a counter writes itself."""
+
+
+def _is_counting(where: Place | Group) -> bool:
+    """Whether this is a timer or a counter."""
+    return isinstance(where, Group) and where.type in COUNTING
+
+
+def _path(where: Place | Group) -> str:
+    return (where.leaf.path if isinstance(where, Place) else where.path).upper()
+
+
+def _element(where: Place | Group) -> str:
+    """Return the path of a value, with its subscripts if all are constants; without any computed ones."""
+    if not isinstance(where, Place) or not where.indices or where.fixed_index is None:
+        return _path(where)
+    return f"{_path(where)}[{where.fixed_index}]"
+
+
+def _member(initial: object, path: str) -> object:
+    """Return the initial value at a path of members, of all elements of arrays."""
+    for name in path.split(".") if path else ():
+        rows = initial if isinstance(initial, list) else [initial]
+        initial = [value for row in rows if isinstance(row, dict) for key, value in row.items()
+                   if str(key).upper() == name]  # fmt: skip
+    return initial
+
+
+def _numbers(initial: object) -> list[float]:
+    if isinstance(initial, list):
+        return [number for each in initial for number in _numbers(each)]
+    return [initial] if isinstance(initial, int | float) else []
+
+
+def is_whole(operand: Resolved) -> bool:
+    """Whether an expression has integers only."""
+    if isinstance(operand, Constant | Place):
+        return operand.type.is_integer
+    return isinstance(operand, Calculation) and all(map(is_whole, operand.operands))
+
+
+def _cut(found: Range) -> Range:
+    return Range(math.trunc(found.least), math.trunc(found.most)) if found.is_known else found
+
+
+def _rounded(found: Range) -> Range:
+    return Range(round(found.least), round(found.most)) if found.is_known else found

@@ -1,0 +1,174 @@
+"""Commands that a ladder program sends as words: kinds, speeds, and what a 3601 refuses of them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from types import MappingProxyType
+
+from scanrack.io_images.amci3601 import Firmware, Limits, Parameters
+from scanrack.io_images.amci3601.configuration import check
+from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands
+from scanrack.ladder.state.lowered import AddOnCall, LoweredLine, steps_of
+from scanrack.runtime.config.rackspec import SlotSpec, profile_in
+
+from ..facts import Command, FileLine, LocalFinding, SentCommand
+from ..module_kinds import MODE_CONFIG, MOVES, SEARCHES, kinds_of
+from ..ranges import Range, exactly
+from .output_writes import Write, WriteReader, output_word
+
+BLEND = 0x0100
+"""The bit of output word 1 that programs a blend."""
+
+NONE: Mapping[str, Range] = MappingProxyType({})
+
+_NEUTRAL = (0, 0, 0, 0, 1, 0, 1, 1)
+"""Legal parameters, in place of unknown words."""
+
+
+class SentWords:
+    """The commands in the writes and copies of a program.
+
+    Args:
+        slots: the slots with 3601s.
+        axes: slots of the axes of blocks.
+        drives: slots with networked drives.
+    """
+
+    def __init__(
+        self,
+        reader: WriteReader,
+        lines: Sequence[tuple[LoweredLine, FileLine]],
+        writes: Sequence[Write],
+        slots: Mapping[int, SlotSpec],
+        axes: Mapping[str, int],
+        drives: Collection[int],
+    ) -> None:
+        self._reader, self._lines, self._writes, self._slots = reader, lines, writes, slots
+        self._axes, self._drives = axes, drives
+        self._copies = [each for line, place in lines for each in self._copied(line, place)]
+
+    def configurations(self) -> Iterator[SentCommand]:
+        """Yield the configurations."""
+        yield from (each for each in self._copies if each.words[0] & MODE_CONFIG)
+        for each in self._writes:
+            if each.word == 0 and each.known and each.sets & MODE_CONFIG:
+                yield SentCommand(each.place, each.slot, (each.sets,))
+
+    def searches(self) -> Iterator[SentCommand]:
+        """Yield the starts of home searches."""
+        for each in self._writes:
+            if each.word == 0 and each.sets & SEARCHES and not each.sets & MODE_CONFIG:
+                yield SentCommand(each.place, each.slot)
+
+    def commands(self) -> Iterator[Command]:
+        """Yield the commands."""
+        for copy in self._copies:
+            is_move = copy.words[0] & (MOVES | SEARCHES) and copy.speed is not None
+            values = {"speed": exactly(copy.speed or 0)} if is_move else {}
+            for kind in kinds_of(copy.words[0]):
+                yield _command(kind, copy, f"the words of {kind}", values)
+            if len(copy.words) > 1 and copy.words[1] & BLEND:
+                yield _command("program_blend", copy, "the words of a blend")
+        copied = {(each.place, each.slot) for each in self._copies}
+        for write in self._writes:
+            if write.word == 0 and write.known and (write.place, write.slot) not in copied:
+                for kind in kinds_of(write.sets):
+                    yield _command(kind, write, f"output word 0, {kind}")
+            if write.word == 1 and (write.sets & BLEND or not write.known):
+                yield _command("program_blend", write, "output word 1")
+        yield from self._slow_words()
+
+    def _slow_words(self) -> Iterator[Command]:
+        """Yield the speeds that the program writes word by word."""
+        for slot in self._slots:
+            own = [each for each in self._writes if each.slot == slot]
+            moves = any(each.word == 0 and each.sets & (MOVES | SEARCHES) for each in own)
+            thousands = [each for each in own if each.word == 4]
+            units = [each for each in own if each.word == 5]
+            if not moves or not units or not all(each.known for each in (*thousands, *units)):
+                continue
+            high = max((each.sets for each in thousands), default=0)
+            for each in units:
+                if each.sets or high:
+                    speed = {"speed": exactly(1000 * high + each.sets)}
+                    yield _command("move_by", each, "output words 4 and 5", speed)
+
+    def at_once(self) -> Iterator[LocalFinding]:
+        """Yield the copies of a command with its parameters that an update may interrupt: CPS is not."""
+        for line, place in self._lines:
+            written = set()
+            for step in steps_of(line.nodes):
+                operand = step.operands[-2 if step.name == "COP" else -1] if step.operands else None
+                target = self._reader.target(operand)
+                if target is None or target[0] not in self._slots or output_word(operand) is None:
+                    continue
+                if step.name == "COP":
+                    yield LocalFinding(
+                        place, f"COP writes command and parameters of slot {target[0]} at once"
+                    )
+                elif step.name in ("MOV", "OTE", "OTL", ":="):
+                    written.add(target)
+            for slot in {slot for slot, word in written if word == 0}:
+                if any(other == slot and word > 1 for other, word in written):
+                    yield LocalFinding(
+                        place, f"the rung writes command and parameters of slot {slot} at once"
+                    )
+
+    def out_of_range(self) -> Iterator[LocalFinding]:
+        """Yield the constants that are copied to a 3601, and that it refuses."""
+        for each in self._copies:
+            profile = profile_in(self._slots.values(), each.slot)
+            if each.words[0] & MODE_CONFIG:
+                slot = None if each.slot is None else self._slots.get(each.slot)
+                version = "4.1" if slot is None else slot.firmware
+                for rule in check(each.words, Firmware.parse(version), profile.limits):
+                    yield LocalFinding(
+                        each.place, f"the configuration is invalid: {profile.rules[rule].clause}"
+                    )
+            elif each.words[0] & MOVES:
+                illegal = _illegal(Parameters.read(each.words), profile.limits)
+                yield from (LocalFinding(each.place, text) for text in illegal)
+
+    def _copied(self, line: LoweredLine, place: FileLine) -> Iterator[SentCommand]:
+        """Yield constants that are copied to all words of a 3601, or passed to a block as configuration."""
+        for step in steps_of(line.nodes):
+            target = self._reader.target(step.operands[1]) if step.name in ("COP", "CPS") else None
+            if target is not None and target[0] in self._slots and target[1] == 0:
+                words = self._reader.words_of(step.operands[0])
+                if words is not None and words[0] is not None:
+                    yield SentCommand(place, target[0], _filled(words), _speed(words))
+            for call in step.operands:
+                if isinstance(call, AddOnCall) and call.name == "CONFIGURE3601":
+                    words = self._reader.words_of(call.handed["CONFIGURATION"])
+                    slot = self._axes.get(call.handed["AXIS"].text.upper())
+                    if words is not None and words[0] is not None and slot not in self._drives:
+                        yield SentCommand(place, slot, _filled(words))
+
+
+def _command(kind: str, sent: SentCommand | Write, text: str, values: Mapping[str, Range] = NONE) -> Command:
+    return Command(kind, f"slot {sent.slot}", sent.slot, sent.place, text, values, words=True)
+
+
+def _speed(words: Sequence[int | None]) -> int | None:
+    """Return the speed in words; None if the program writes it elsewhere, or if the words are none."""
+    high, low = words[4:6]
+    return None if high is None or low is None or abs(low) > 999 else join_thousands(high, low)
+
+
+def _filled(words: Sequence[int | None]) -> tuple[int, ...]:
+    """Replace unknown words, and the other half of their number, by legal values."""
+    filled = [neutral if word is None else word for word, neutral in zip(words, _NEUTRAL, strict=True)]
+    for msw in (2, 4):
+        if words[msw] is None or words[msw + 1] is None:
+            filled[msw : msw + 2] = 0, 1
+    return tuple(filled)
+
+
+def _illegal(parameters: Parameters, limits: Limits) -> Iterator[str]:
+    if not parameters.target_in_range:
+        yield f"the move's target is {parameters.target}: must be {PARAMETER_MIN} to {PARAMETER_MAX}"
+    if not limits.takes_speed(parameters.speed):
+        yield f"the move's speed is {parameters.speed}: must be 1 to {limits.speed}"
+    if not parameters.rates_in_range(limits):
+        rates = f"{parameters.acceleration} and {parameters.deceleration}"
+        yield f"the move's acceleration and deceleration are {rates}: must be 1 to {limits.rate}"

@@ -1,0 +1,198 @@
+"""Each instruction of a ladder program with the condition under which it acts.
+
+XIC(A)[XIC(B)OTL(C),XIO(B)]OTE(D);    OTL(C): A and B;   OTE(D): A and (B or not B)
+IF A THEN C := 1; END_IF;             C := 1: A
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from scanrack.ladder.model.operands import Calculation, Constant, Place
+from scanrack.ladder.model.spec import InstructionKind
+from scanrack.ladder.state.lowered import (
+    Act,
+    AddOnCall,
+    Arms,
+    Body,
+    Loop,
+    LoweredLine,
+    LoweredRoutine,
+    LoweredStep,
+    Node,
+    Parallel,
+    Selection,
+)
+
+from ..logic import TRUE, UNKNOWN, AnyOf, Condition, all_of, negated, never, of_any_number
+from .conditions import Conditions
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """An instruction, and when it acts.
+
+    Attributes:
+        condition: what holds whenever it acts; of an instruction that decides, before it.
+        own: what it decides itself; TRUE for an output.
+        value: the condition that it assigns to a bit; TRUE for another instruction.
+        argument: whether it copies an argument of an add-on instruction.
+        guards: whether it is in an ELSE that only the present values of a number exclude.
+    """
+
+    routine: LoweredRoutine
+    line: LoweredLine
+    step: LoweredStep
+    condition: Condition
+    own: Condition
+    argument: bool = False
+    value: Condition = TRUE
+    guards: bool = False
+
+    @property
+    def is_rung(self) -> bool:
+        """Whether it is in a rung, not in structured text."""
+        return self.routine.body is None
+
+
+class Walker:
+    """Walks over routines.
+
+    Args:
+        conditions: of the program.
+    """
+
+    def __init__(self, conditions: Conditions) -> None:
+        self._conditions = conditions
+        self._routine: LoweredRoutine
+        self._points: list[Point] = []
+        self._guards = False
+
+    def points(self, routine: LoweredRoutine) -> list[Point]:
+        """Return the points of a routine in order of execution."""
+        self._routine, self._points = routine, []
+        if routine.body is None:
+            for line in routine.lines:
+                self._conditions.begin()
+                self._series(line, line.nodes, TRUE)
+        else:
+            self._conditions.begin()
+            self._body(routine.body, TRUE if routine.chart is None else UNKNOWN)
+        return self._points
+
+    # --- rungs
+
+    def _series(self, line: LoweredLine, nodes: Sequence[Node], before: Condition) -> Condition:
+        """Walk over a series; return what it decides."""
+        decided: Condition = TRUE
+        for node in nodes:
+            reached = all_of(before, decided)
+            if isinstance(node, Parallel):
+                own: Condition = AnyOf(tuple([self._series(line, leg, reached) for leg in node.legs]))
+            else:
+                own = self._step(line, node, reached)
+            decided = all_of(decided, own)
+        return decided
+
+    def _step(self, line: LoweredLine, step: LoweredStep, reached: Condition) -> Condition:
+        own = self._conditions.decided(step) if step.kind is InstructionKind.INPUT else TRUE
+        for call in step.operands:
+            if isinstance(call, AddOnCall):
+                for copies in (*call.inputs, *call.outputs):
+                    self._copies(line, copies, reached)
+                own = UNKNOWN  # EnableOut
+        is_bit = step.name in (":=", "[:=]") and isinstance(step.operands[1], Calculation | Place)
+        target = step.operands[0] if is_bit else None
+        value: Condition = TRUE
+        if isinstance(target, Place) and target.type.is_bool:
+            value = self._conditions.condition(step.operands[1])
+        self._points.append(Point(self._routine, line, step, reached, own, value=value, guards=self._guards))
+        self._conditions.names.note(step)
+        return own
+
+    def _copies(self, line: LoweredLine, nodes: Sequence[Node], reached: Condition) -> None:
+        """Note the copies of arguments, which happen on a false rung, too."""
+        given: Condition = TRUE
+        for node in nodes:
+            if isinstance(node, LoweredStep):
+                point = Point(self._routine, line, node, UNKNOWN, TRUE, argument=True)
+                self._points.append(replace(point, value=given) if node.name == "OTE" else point)
+                given = self._conditions.decided(node)
+
+    # --- structured text
+
+    def _body(self, body: Body, reached: Condition) -> None:
+        for each in body:
+            match each:
+                case Act(line):
+                    self._act(line, reached)
+                case Arms():
+                    self._arms(each, reached)
+                case Selection():
+                    self._selection(each, reached)
+                case Loop():
+                    self._loop(each, reached)
+
+    def _act(self, line: LoweredLine, reached: Condition) -> Condition:
+        return self._series(line, line.nodes, reached)
+
+    def _arms(self, arms: Arms, reached: Condition) -> None:
+        names = self._conditions.names
+        for line, body in arms.arms:
+            decided = self._act(line, reached)
+            here = names.state()
+            self._body(body, all_of(reached, decided))
+            names.go_back(here)  # the next arm is reached without this one
+            reached = all_of(reached, negated(decided))
+        self._otherwise(arms.otherwise, reached)
+        if any(body for _, body in arms.arms) or arms.otherwise:
+            names.forget()
+
+    def _selection(self, selection: Selection, reached: Condition) -> None:
+        self._act(selection.line, reached)
+        (step,) = selection.line.nodes
+        assert isinstance(step, LoweredStep)
+        selector, rest = step.operands[0], reached
+        choices = []
+        for labels, body in selection.choices:
+            chosen = AnyOf(
+                tuple(
+                    all_of(
+                        self._conditions.compared(selector, ">=", low),
+                        self._conditions.compared(selector, "<=", high),
+                    )
+                    for low, high in labels
+                )
+            )
+            choices.append((all_of(rest, chosen), body))
+            rest = all_of(rest, negated(chosen))
+        for condition, body in choices:
+            self._body(body, condition)
+        self._otherwise(selection.otherwise, rest)
+
+    def _otherwise(self, body: Body, reached: Condition) -> None:
+        """Walk over an ELSE; one that only the present values of a number exclude guards against others."""
+        outer = self._guards
+        self._guards = outer or (never(reached) and not never(of_any_number(reached)))
+        self._body(body, reached)
+        self._guards = outer
+
+    def _loop(self, loop: Loop, reached: Condition) -> None:
+        if loop.start is not None:
+            self._act(loop.start, reached)
+        self._conditions.names.forget()  # another pass has written what its body writes
+        first = self._first_pass(loop)
+        decided = self._act(loop.test, all_of(reached, first)) if loop.test is not None else TRUE
+        self._body(loop.body, all_of(reached, decided) if loop.start is None else reached)
+        for line in (loop.advance, loop.until):
+            if line is not None:
+                self._act(line, reached)
+        self._conditions.names.forget()
+
+    def _first_pass(self, loop: Loop) -> Condition:
+        """Return what holds in the first pass of FOR: the count has its first value."""
+        (start,) = loop.start.nodes if loop.start is not None else (None,)
+        if not isinstance(start, LoweredStep) or not isinstance(start.operands[1], Constant):
+            return TRUE
+        return self._conditions.compared(start.operands[0], "=", start.operands[1])

@@ -1,0 +1,54 @@
+"""What is wrong with writes to the output words of 3601s: commands never taken back, words out of range."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from scanrack.io_images.amci3601 import CommandMsw, Limits
+from scanrack.runtime.config.rackspec import SlotSpec, profile_in
+
+from ..facts import LocalFinding
+from ..module_kinds import MODE_CONFIG
+from .output_writes import Write
+
+_COMMANDS = [bit for bit in CommandMsw if bit not in (CommandMsw.MODE_CONFIG, CommandMsw.RESERVED_14)]
+
+
+def held(writes: Sequence[Write]) -> Iterator[LocalFinding]:
+    """Yield the first instruction that sets a command bit which is never cleared."""
+    for slot in dict.fromkeys(each.slot for each in writes):
+        own = [each for each in writes if each.slot == slot and each.word == 0]
+        for bit in _COMMANDS:
+            setting = [e for e in own if e.known and e.sets & bit.value and not e.sets & MODE_CONFIG]
+            if setting and not any(each.takes_back(bit.value) for each in own):
+                text = f"slot {slot}: {bit.name} is set here, and nothing takes it back after the command"
+                yield LocalFinding(setting[0].place, text)
+
+
+def computed(writes: Sequence[Write]) -> Iterator[str]:
+    """Yield, for each slot, the first instruction with computed words."""
+    slots = set()
+    for each in writes:
+        if not each.known and each.slot not in slots:
+            slots.add(each.slot)
+            where = f"{each.place.file}:{each.place.line}"
+            yield f"slot {each.slot}: output words that the program computes or a block writes, as in {where}"
+
+
+def word_ranges(limits: Limits) -> Mapping[int, tuple[int, int]]:
+    """Return the values of words 2 to 7 that any command allows, 0 included [chapter 5, notes 4 to 8]."""
+    high, rate = (0, limits.speed // 1000), (0, limits.rate)
+    return {2: (-8388, 8388), 3: (-999, 999), 4: high, 5: (0, 999), 6: rate, 7: rate}
+
+
+def words_out_of_range(writes: Sequence[Write], slots: Mapping[int, SlotSpec]) -> Iterator[LocalFinding]:
+    """Yield constants that are illegal in every output word from 2 to 7."""
+    for each in writes:
+        ranges = word_ranges(profile_in(slots.values(), each.slot).limits)
+        if not each.known or each.word not in ranges:
+            continue
+        value = each.sets - (1 << 16) * (each.sets >> 15)
+        least, most = ranges[each.word]
+        if not least <= value <= most:
+            text = f"slot {each.slot}: output word {each.word} is {value}: must be {least} to {most}"
+            yield LocalFinding(each.place, text)

@@ -1,0 +1,80 @@
+"""Facts of a list of steps: each one writes known words, and says what it waits for.
+
+ABSOLUTE_MOVE target 4000 speed 5000 acceleration 10 deceleration 10    until MOVE_COMPLETE
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from scanrack.io_images.amci3601 import CommandLsw
+from scanrack.io_images.image import WORDS, WORDS_MAX, Image
+from scanrack.ladder.files.steps import Step, Steps
+
+from .facts import Command, Facts, FileLine, SentCommand, StepAction
+from .module_kinds import KINDS, MODE_CONFIG, MOVING, OFF_AT_END, SEARCHES, kinds_of
+from .written import WordValue, WordWrite
+
+MACHINE = "step"
+"""The one number that says the step."""
+
+BLEND_PROGRAM = CommandLsw.BLEND_PROGRAM.value
+
+_WORD = 0xFFFF
+
+
+def step_facts(path: Path, program: Steps) -> Facts:
+    """Read the facts of a list of steps."""
+    facts = Facts()
+    image = Image(size=WORDS_MAX)  # of any module
+    following = [*(each.line for each in program.steps[1:]), 0]
+    for step, goes in zip(program.steps, following, strict=True):
+        step.write(image)
+        words = image.words.tolist()[:WORDS]
+        place = FileLine(str(path), step.line)
+        _written(facts, program.slot, place, words)
+        facts.actions += _actions(program.slot, place, step, goes, words)
+    return facts
+
+
+def _written(facts: Facts, slot: int, place: FileLine, words: Sequence[int]) -> None:
+    first = words[0] & _WORD
+    if first & MODE_CONFIG:
+        facts.configurations.append(SentCommand(place, slot, tuple(words)))
+    elif first & SEARCHES:
+        facts.searches.append(SentCommand(place, slot))
+    programs = ["program_blend"] if words[1] & BLEND_PROGRAM else []
+    for kind in ["configure"] if first & MODE_CONFIG else [*kinds_of(first), *programs]:
+        facts.commands.append(
+            Command(
+                *(kind, f"slot {slot}", slot, place, f"the command {kind}"),
+                order=place.line,
+                owner=MACHINE,
+                sure=True,
+                words=True,
+            )
+        )
+    where = {MACHINE: (frozenset((float(place.line),)), True)}
+    for word in range(WORDS):
+        bits = first if word == 0 else 0
+        value = WordValue((words[word],))
+        facts.writes.append(WordWrite(place, slot, word, value, bits, ~bits & _WORD, steps=where))
+
+
+def _actions(slot: int, place: FileLine, step: Step, goes: int, words: Sequence[int]) -> Iterator[StepAction]:
+    first = words[0] & _WORD
+    bits = 0 if first & MODE_CONFIG else first
+    kind = next((kind for bit, kind in KINDS.items() if bits & bit), "")
+    here = frozenset((float(step.line),))
+    yield StepAction(
+        *(MACHINE, here, place),
+        axis=f"slot {slot}",
+        kind=kind,
+        text=f"the command {kind}",
+        sets=bits,
+        clears=~bits & _WORD,
+    )
+    ends = bool(step.rise - MOVING or step.fall & OFF_AT_END or step.for_ns is not None)
+    if goes and (step.rise or step.fall or step.for_ns is not None):
+        yield StepAction(MACHINE, here, place, float(goes), ends)

@@ -1,0 +1,113 @@
+"""What the rules read: a rack, the facts of its program, and places in the rack file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+from scanrack.io_images.amci3601 import Configuration, Limits
+from scanrack.io_images.amci3601.words import Profile, is_stepper
+from scanrack.io_images.image import Image
+from scanrack.runtime.config.rackspec import SlotSpec, profile_in
+from scanrack.runtime.config.tomllines import KeyLines, KeyPath
+
+from ..load.loading import LoadedRack
+from .facts import Access, Command, Facts, FileLine, SentCommand, Variable
+from .words import SentImage, sent_images
+
+NEWEST = "4.1"
+"""The firmware of a module of which nothing is said."""
+
+
+class Violation(NamedTuple):
+    """A finding without its rule."""
+
+    place: FileLine
+    text: str
+
+
+@dataclass(frozen=True)
+class Subject:
+    """A rack with the facts of its program."""
+
+    job: LoadedRack
+    facts: Facts
+    lines: KeyLines | None  # of the rack file; None for a rack in Python, and without one
+    alone: bool = False  # whether there is no rack, and so no machine
+
+    def place(self, *path: str | int) -> FileLine:
+        """Return file and line of a key of the rack file; line 1 for a rack in Python."""
+        key: KeyPath = path
+        return FileLine(str(self.job.rack_file), 1 if self.lines is None else self.lines.line(key))
+
+    @property
+    def steppers(self) -> Iterator[tuple[int, SlotSpec]]:
+        """The slots with the words of a 3601 and a simulated machine, by index in the rack file."""
+        for index, slot in enumerate(() if self.alone else self.job.spec.slot):
+            if is_stepper(slot.words) and not slot.is_live:
+                yield index, slot
+
+    def firmware(self, slot: int) -> str:
+        """Return the firmware of the module in a slot, as the rack file has it."""
+        return next((each.firmware for each in self.job.spec.slot if each.number == slot), NEWEST)
+
+    def profile(self, slot: int | None) -> Profile:
+        """Return the profile of the module in a slot, see `profile_in`."""
+        return profile_in(self.job.spec.slot, slot)
+
+    def sent_to(self, slot: int | None, sent: Sequence[SentCommand]) -> list[SentCommand]:
+        """Return the words sent to a slot; without any, those of an unknown slot."""
+        own = [each for each in sent if each.slot == slot]
+        return own or [each for each in sent if each.slot is None]
+
+    def configurations(self, slot: int | None) -> list[Configuration]:
+        """Return the sound configurations that a slot may get."""
+        if slot not in self._read:
+            sent = self.sent_to(slot, self.facts.configurations)
+            if slot is None and not sent:
+                sent = self.facts.configurations
+            limits = self.profile(slot).limits
+            found = dict.fromkeys(_configuration(each, limits) for each in sent)
+            self._read[slot] = [each for each in found if each is not None]
+        return self._read[slot]
+
+    @cached_property
+    def _read(self) -> dict[int | None, list[Configuration]]:
+        return {}
+
+    @cached_property
+    def images(self) -> list[SentImage]:
+        """The words with which the program gives commands."""
+        return list(sent_images(self.facts.writes, self.facts.actions))
+
+    @cached_property
+    def by_variable(self) -> list[tuple[Variable, list[Access]]]:
+        """Each variable with its accesses."""
+        return list(self.facts.by_variable())
+
+    @cached_property
+    def by_key(self) -> dict[str, list[Access]]:
+        """The accesses of each variable, by its key."""
+        found: dict[str, list[Access]] = {}
+        for each in self.facts.accesses:
+            found.setdefault(each.variable, []).append(each)
+        return found
+
+    def by_axis(self) -> Iterator[list[Command]]:
+        """Yield the commands of each axis."""
+        found: dict[str, list[Command]] = {}
+        for each in self.facts.commands:
+            found.setdefault(each.axis, []).append(each)
+        yield from found.values()
+
+
+def _configuration(sent: SentCommand, limits: Limits) -> Configuration | None:
+    if len(sent.words) < 8:
+        return None
+    signed = [each - 0x10000 if each > 0x7FFF else each for each in sent.words]
+    try:
+        return Configuration.from_image(Image(signed), limits=limits)
+    except ValueError:
+        return None

@@ -1,0 +1,80 @@
+"""Findings that a comment suppresses.
+
+    self.count / 0  # scanrack: ignore[division-by-zero]     Python: this line
+    # scanrack: ignore[never-read, latch-never-cleared]      Python: the next line
+    // check: ignore repeated-coil                           rungs: the comment of the rung
+    (* check: ignore preset-zero *)                          structured text: this line, or the next one
+    // check: ignore unused-tag                              a declaration: this line, or the next one
+
+The rule `all` stands for every rule.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from scanrack.io_images.input_files import read_input
+from scanrack.io_images.text_limits import LIMITS, TextKind
+from scanrack.ladder import LadderLogic
+
+from ..load.loading import LoadedRack
+from .facts import FileLine
+
+_PYTHON = re.compile(r"#\s*scanrack:\s*ignore\[([\w\s,-]+)\]", re.IGNORECASE)
+_RUNGS = re.compile(r"check:\s*ignore\s+([\w-]+(?:\s*,\s*[\w-]+)*+)", re.IGNORECASE)
+_MARKS = ("//", "(*", "/*", "#")
+_ALL = "all"
+
+
+class Suppressions:
+    """The suppressions in the files of a program."""
+
+    def __init__(self, job: LoadedRack) -> None:
+        self._comments = dict(_comments(job))
+        self._files: dict[str, dict[int, frozenset[str]]] = {}
+
+    def ignores(self, rule: str, place: FileLine) -> bool:
+        """Whether a comment suppresses a rule at a place."""
+        if place.file not in self._files:
+            self._files[place.file] = _in_file(place.file)
+        named = {*self._files[place.file].get(place.line, ()), *self._comments.get(place, ())}
+        return rule in named or _ALL in named
+
+
+def _comments(job: LoadedRack) -> Iterator[tuple[FileLine, frozenset[str]]]:
+    """Yield the rules that the comments of rungs name, which in an export are not in its lines."""
+    if not isinstance(job.logic, LadderLogic):
+        return
+    for routine in job.logic.routines:
+        for rung in routine.rungs:
+            found = _names(_RUNGS, rung.comment)
+            if found:
+                yield FileLine(rung.origin.file or str(job.program), rung.origin.line or 1), found
+
+
+def _in_file(file: str) -> dict[int, frozenset[str]]:
+    """Return the suppressed rules by line of a file."""
+    try:
+        lines = read_input(Path(file), LIMITS[TextKind.EXPORT].size).decode("utf-8", "replace").splitlines()
+    except OSError:
+        return {}
+    found: dict[int, frozenset[str]] = {}
+    waiting: frozenset[str] = frozenset()
+    for number, line in enumerate(lines, 1):
+        text = line.strip()
+        named = _names(_PYTHON if file.endswith(".py") else _RUNGS, line) if _has_mark(line) else frozenset()
+        found[number] = waiting | named
+        is_comment = text.startswith(_MARKS)
+        waiting = (waiting | named) if is_comment else frozenset()
+    return {number: names for number, names in found.items() if names}
+
+
+def _has_mark(line: str) -> bool:
+    return any(mark in line for mark in _MARKS)
+
+
+def _names(pattern: re.Pattern[str], text: str) -> frozenset[str]:
+    listed = (each.strip().lower() for found in pattern.findall(text) for each in found.split(","))
+    return frozenset(filter(None, listed))

@@ -1,0 +1,170 @@
+"""The check of files as an editor has them, unsaved: what is wrong in each, with its line.
+
+    line.rung, line.st    read and built, and checked with the rack file beside it that names it, else alone
+    test_line.rung, .st   with the head of test routines: built with the program of their rack
+    line.steps            read
+    line.toml             read, and checked with its program
+    line.py               compiled; checked with its rack if it may be run
+
+A check of Python runs its module, as a run does. Without leave nothing in Python runs: not the file, nor the
+program of a rack file, nor a stub, nor what a rack beside it names.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from scanrack.io_images.input_files import read_input_text, unsaved
+from scanrack.io_images.site import SiteError
+from scanrack.io_images.text_limits import TextKind
+from scanrack.ladder.files.suffixes import STEPS_SUFFIX, STRUCTURED_SUFFIX, SUFFIX
+from scanrack.ladder.files.testfile import read_test_file
+from scanrack.ladder.model.errors import BuildError
+from scanrack.runtime.config.rackfile import RackFileError, load_rack_file, parse_toml
+from scanrack.runtime.config.rackspec import RackSpec
+
+from ..load.program import is_python, load_program, split_address
+from ..load.tested import load_test
+from .alone import load_any
+from .check import check_rack
+
+READ = "read"
+"""The rule of what can't be read or built."""
+
+RACK, PYTHON = ".toml", ".py"
+CHECKED = (RACK, PYTHON, SUFFIX, STRUCTURED_SUFFIX, STEPS_SUFFIX)
+"""Suffixes of the files that are checked."""
+
+
+@dataclass(frozen=True, slots=True)
+class LineRemark:
+    """What is wrong at a line."""
+
+    file: str
+    line: int  # from 1
+    column: int | None  # from 1; None = the whole line
+    level: str  # "error", "warning" or "note", as of a rule
+    rule: str
+    text: str
+
+
+def check_texts(file: Path, texts: Mapping[Path, str], *, run_python: bool) -> list[LineRemark]:
+    """Check a file; return what is wrong in it and in the files that belong to it.
+
+    Args:
+        file: one of a suffix of `CHECKED`.
+        texts: of the files that differ from what is saved.
+        run_python: whether modules in Python may be run.
+    """
+    with unsaved(texts):
+        try:
+            return list(_checked(file, run_python=run_python))
+        except (ValueError, SyntaxError, OSError, RecursionError) as error:
+            return list(_mistakes(error, file))
+
+
+def rack_of(program: Path) -> Path | None:
+    """Return the first rack file beside a program that names it; None if there is none."""
+    for each in sorted(program.parent.glob(f"*{RACK}")):
+        named = _tables(each).get("program")
+        if isinstance(named, str) and each.parent / split_address(named)[0] == program:
+            return each
+    return None
+
+
+def _tables(path: Path) -> Mapping[str, object]:
+    """Return the tables of a file; nothing if it is not TOML."""
+    try:
+        return parse_toml(read_input_text(path, TextKind.TOML), path)
+    except (ValueError, OSError):
+        return {}
+
+
+def runs_python(spec: RackSpec) -> bool:
+    """Whether loading a rack runs modules in Python: its program, a stub, or those of a rack beside it."""
+    if not isinstance(spec.program, str) or is_python(f"{split_address(spec.program)[0]}:any"):
+        return True
+    if spec.modules:
+        return True
+    for given in spec.stubs.values():
+        if isinstance(given, str) and is_python(given):
+            return True
+        if not isinstance(given, str) and given.rack:
+            return True  # not followed: it may name this one again
+    return False
+
+
+def _checked(file: Path, *, run_python: bool) -> Iterator[LineRemark]:
+    if file.suffix == RACK:
+        tables = _tables(file)
+        if tables and not {"program", "slot"} & tables.keys():
+            return  # another tool's
+        spec = load_rack_file(file).spec
+        if run_python or not runs_python(spec):
+            yield from _findings(str(file))
+        return
+    tests = read_test_file(file) if file.suffix in (SUFFIX, STRUCTURED_SUFFIX) else None
+    if tests is not None:
+        if run_python or not runs_python(load_rack_file(tests.rack).spec):
+            load_test(tests, next(iter(tests.routines)))
+        return
+    rack = _rack_to_check(file, run_python=run_python)
+    if file.suffix == PYTHON:
+        compile(read_input_text(file, TextKind.PYTHON), str(file), "exec", dont_inherit=True)
+    if rack is not None:
+        yield from _findings(str(rack))
+    elif file.suffix in (SUFFIX, STRUCTURED_SUFFIX):
+        yield from _findings(str(file))
+    elif file.suffix == STEPS_SUFFIX:
+        load_program(str(file))
+
+
+def _rack_to_check(program: Path, *, run_python: bool) -> Path | None:
+    """Return the rack file with which a program is checked; None to check it alone."""
+    rack = rack_of(program)
+    try:
+        spec = None if rack is None else load_rack_file(rack).spec
+    except RackFileError:
+        return None  # it has its own remarks
+    return rack if spec is not None and (run_python or not runs_python(spec)) else None
+
+
+def _findings(name: str) -> Iterator[LineRemark]:
+    job, alone = load_any(name)
+    for each in check_rack(job, alone=alone).findings:
+        text = f"{each.text}; {each.row.remedy}"
+        yield LineRemark(each.place.file, max(each.place.line, 1), None, each.row.level, each.rule, text)
+
+
+def _mistakes(error: BaseException, file: Path) -> Iterator[LineRemark]:
+    """Yield the mistakes that an error carries: those of its innermost cause that has a place."""
+    for each in reversed(list(_causes(error))):
+        found = list(_of_one(each, file))
+        if found:
+            yield from found
+            return
+    yield LineRemark(str(file), 1, None, "error", READ, str(error))
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    while error is not None:
+        yield error
+        error = error.__cause__
+
+
+def _of_one(error: BaseException, file: Path) -> Iterator[LineRemark]:
+    if isinstance(error, SyntaxError):
+        yield LineRemark(str(file), error.lineno or 1, error.offset, "error", READ, error.msg)
+    elif isinstance(error, BuildError):
+        for each in error.problems:
+            yield LineRemark(
+                *(each.site.file or str(file), each.site.line or 1, each.site.column),
+                *("error", each.rule or READ, f"{each.text}; {each.remedy}"),
+            )
+    elif isinstance(error, SiteError):
+        reasons = getattr(error, "reasons", ()) or [error.reason] * len(error.sites)
+        for site, reason in zip(error.sites, reasons, strict=False):
+            if site.line is not None:
+                yield LineRemark(site.file or str(file), site.line, site.column, "error", READ, reason)

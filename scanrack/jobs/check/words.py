@@ -1,0 +1,204 @@
+"""The eight output words of a 3601 as a program writes them, in any language: values, and their flow.
+
+A collector notes each write of a word, with the condition under which it happens. Here they become the
+images with which commands are given: what each word is then, as far as the text determines it.
+
+    EQU(Step,10)MOV(4,O.Data[2])MOV(500,O.Data[3])    step 10: word 2 is 4, word 3 is 500
+    EQU(Step,20)OTL(O.Data[0].0)                      step 20: the words of step 10, and ABSOLUTE_MOVE
+
+A word that only some scans of a step write is unknown behind it; so is one that has different values on two
+ways to a step. A bit of the command word is on behind a write that sets it until anything may clear it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from scanrack.io_images.image import WORDS
+
+from .facts import StepAction
+from .logic import TRUE, AllOf, Condition, never
+from .written import UNKNOWN_WORD, FileLine, Step, WordValue, WordWrite
+
+_WORD = 0xFFFF
+PASSES = 4
+"""Visits of a step until its words are those of all ways to it."""
+
+
+class Cell(NamedTuple):
+    """A word, and where it was written."""
+
+    value: WordValue = UNKNOWN_WORD
+    place: FileLine | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SentImage:
+    """The output words with which a command is given.
+
+    Attributes:
+        place: where its bit is set.
+        command: bits of word 0 that are on; those of `fresh` are set here.
+    """
+
+    place: FileLine
+    slot: int
+    command: int
+    fresh: int
+    cells: tuple[Cell, ...]
+    text: str = ""
+
+    def variants(self) -> Iterator[tuple[tuple[int | None, ...], str]]:
+        """Yield the words for each option of each source, None for an unknown one; and what the source is."""
+        sources = dict.fromkeys(each.value.source for each in self.cells if len(each.value.options) > 1)
+        yield self._words("", 0), ""
+        for source in sources:
+            values = [each.value for each in self.cells if each.value.source == source]
+            for at in range(min(len(each.options) for each in values)):
+                name = values[0].names[at] if at < len(values[0].names) else ""
+                yield self._words(source, at), name
+
+    def _words(self, source: str, at: int) -> tuple[int | None, ...]:
+        command = self.command - 0x10000 if self.command & 0x8000 else self.command
+        rest = (_option(each.value, source, at) for each in self.cells[1:])
+        return (command, *rest)
+
+
+def _option(value: WordValue, source: str, at: int) -> int | None:
+    if len(value.options) == 1:
+        return value.options[0]
+    return value.options[at] if value.options and value.source == source else None
+
+
+class _Words(NamedTuple):
+    """The words at a place: bits of word 0 that are on, and all eight."""
+
+    on: int = 0
+    cells: tuple[Cell, ...] = (Cell(),) * WORDS
+
+
+def sent_images(writes: Sequence[WordWrite], actions: Sequence[StepAction]) -> Iterator[SentImage]:
+    """Yield the images with which a program gives commands."""
+    for slot in dict.fromkeys(each.slot for each in writes):
+        own = [each for each in writes if each.slot == slot]
+        machines = dict.fromkeys(name for each in own for name, at in each.steps.items() if at[0] is not None)
+        for machine in machines or ("",):
+            yield from _Flow(own, machine, [each for each in actions if each.machine == machine]).images()
+
+
+class _Flow:
+    """The words of a slot in each step of a machine."""
+
+    def __init__(self, writes: Sequence[WordWrite], machine: str, actions: Sequence[StepAction]) -> None:
+        self._writes, self._machine = writes, machine
+        self._goes = [each for each in actions if each.goes is not None and each.steps is not None]
+        reached = {
+            each.goes
+            for each in self._goes
+            if each.goes not in (each.steps or ()) or len(each.steps or ()) > 1
+        }
+        every = {step for each in actions for step in (*(each.steps or ()), each.goes) if step is not None}
+        every |= {step for each in writes for step in each.steps.get(machine, (None, False))[0] or ()}
+        self._steps: list[Step] = sorted(every, key=str) if machine else [""]
+        # what goes to a step from anywhere, such as the first scan, leaves no word known
+        entries = {each.goes for each in actions if each.goes is not None and each.steps is None}
+        self._before: dict[Step, _Words] = {
+            step: _Words() for step in self._steps if step in entries or step not in reached
+        }
+
+    def images(self) -> Iterator[SentImage]:
+        """Yield the images of all commands."""
+        todo = [*self._before]
+        visits: dict[Step, int] = {}
+        while todo:
+            step = todo.pop(0)
+            visits[step] = visits.get(step, 0) + 1
+            for goes, words in self._onward(step):
+                before = self._before.get(goes)
+                joined = words if before is None else _joined(before, words)
+                if joined != before and visits.get(goes, 0) < PASSES * len(self._steps):
+                    self._before[goes] = joined
+                    todo.append(goes)
+        for step in self._steps:
+            yield from self._given_in(step)
+
+    def _onward(self, step: Step) -> Iterator[tuple[Step, _Words]]:
+        for each in self._goes:
+            if each.goes is not None and each.happens_in(step) and each.goes != step:
+                yield each.goes, self._after(step, each.when)
+
+    def _after(self, step: Step, when: Condition) -> _Words:
+        """Return the words behind a scan of a step in which a condition holds."""
+        before = self._before.get(step, _Words())
+        return self._written(before, step, when, self._in(step))
+
+    def _in(self, step: Step) -> list[WordWrite]:
+        """Return the writes that may act in a step."""
+        return [each for each in self._writes if each.acts_in(self._machine, step)[0]]
+
+    def _written(self, before: _Words, step: Step, when: Condition, writes: Sequence[WordWrite]) -> _Words:
+        on, cells = before
+        kept = list(cells)
+        for each in writes:
+            _, sure = each.acts_in(self._machine, step)
+            acts = sure or implies(when, each.when)
+            if each.word == 0:
+                on &= ~each.clears
+                on |= each.sets if acts else 0
+            if each.value is not None:
+                kept[each.word] = Cell(each.value if acts else UNKNOWN_WORD, each.place)
+            elif each.word:
+                kept[each.word] = _with_bits(kept[each.word], each, acts=acts)
+        return _Words(on & _WORD, tuple(kept))
+
+    def _with(self, step: Step, command: WordWrite) -> _Words:
+        """Return the words of the scan of a step in which a command is given."""
+        here = self._in(step)
+        images = {each.place for each in here if each.word == 0}  # what needs more gives another image
+        others = [
+            each
+            for each in here
+            if never(AllOf((command.when, each.when)))
+            or (each.place in images and each.when != command.when and implies(each.when, command.when))
+        ]
+        on, cells = self._before.get(step, _Words())
+        for each in others:  # they may have acted in an earlier scan
+            on &= ~each.clears if each.word == 0 else _WORD
+        return self._written(_Words(on, cells), step, command.when, [e for e in here if e not in others])
+
+    def _given_in(self, step: Step) -> Iterator[SentImage]:
+        """Yield the images of the commands of a step."""
+        for each in self._writes:
+            may, _ = each.acts_in(self._machine, step)
+            if may and each.word < 2 and each.sets:
+                on, cells = self._with(step, each)
+                fresh = each.sets if each.word == 0 else 0
+                if on & fresh == fresh:
+                    yield SentImage(each.place, each.slot, on, fresh, cells, each.text)
+
+
+def implies(one: Condition, other: Condition) -> bool:
+    """Whether the parts of a condition have all those of another one."""
+    return one == other or _parts(other) <= _parts(one)
+
+
+def _parts(condition: Condition) -> set[Condition]:
+    if isinstance(condition, AllOf):
+        return {part for each in condition.parts for part in _parts(each)}
+    return set() if condition == TRUE else {condition}
+
+
+def _with_bits(cell: Cell, write: WordWrite, *, acts: bool) -> Cell:
+    """Return a word of which bits are written."""
+    if not acts or len(cell.value.options) != 1:
+        return Cell(UNKNOWN_WORD, write.place)
+    word = (cell.value.options[0] & ~write.clears | write.sets) & _WORD
+    return Cell(WordValue((word - 0x10000 if word & 0x8000 else word,)), write.place)
+
+
+def _joined(one: _Words, other: _Words) -> _Words:
+    """Return the words of a step to which two ways lead."""
+    pairs = zip(one.cells, other.cells, strict=True)
+    return _Words(one.on & other.on, tuple(a if a == b else Cell() for a, b in pairs))

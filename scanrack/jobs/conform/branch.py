@@ -1,0 +1,247 @@
+"""A hypothesis: a run of the model under one choice of instants."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from typing import Any
+
+from scanrack.io_images.amci3601 import COMPLETION_BITS, ERROR_BITS, Configuration, InputBit, StatusMsw
+from scanrack.io_images.image import Image
+from scanrack.runtime.kinematics import PICO, Motion
+from scanrack.runtime.modules.amci3601.module import Amci3601
+from scanrack.runtime.modules.amci3601.operation import Operation
+
+from .moments import ImageWords, KnownState, SeenImage, Timing, Transmission
+
+GRID_NS = 500_000
+"""From one instant that is tried to the next."""
+
+SAMPLE_NS = 250_000
+"""From one image of the model to the next: the module's own scan."""
+
+CALM_SAMPLE_NS = 1_000_000
+"""The same while nothing but the position changes."""
+
+MODE_CONFIG = StatusMsw.MODE_CONFIG.value
+KEPT = (COMPLETION_BITS | ERROR_BITS).value & 0x1FFF
+"""Status bits that may outlive a configuration, by reading A-102."""
+
+FINER = 1_000_000
+"""Parts of a step to which travels are equal; plans round them far more finely."""
+
+_OWNERS = ("host", "axis", "state", "started_ns")
+"""What an operation knows and does not own, and the instant of its begin."""
+
+_PAIRS = (2, 4, 6)
+
+
+class Branch:
+    """A run of the model under one choice of instants.
+
+    Attributes:
+        instants: at which the moments that were sent act, in order, ns.
+        fired: rules that have fired.
+        play: steps by which the position may be wrong, since words acted between two instants that are tried.
+    """
+
+    __slots__ = ("_model", "_outputs", "_samples", "fired", "instants", "now_ns", "play")
+
+    def __init__(self, model: Amci3601, start_ns: int) -> None:
+        self._model = model
+        self._outputs = Image()
+        self._samples: list[tuple[int, ImageWords]] = []
+        self.now_ns = start_ns
+        self.instants: tuple[int, ...] = ()
+        self.fired: set[str] = set()
+        self.play = 0
+
+    def resume(self, state: KnownState) -> Branch:
+        """Take the state that an image shows."""
+        configuration = None
+        if any(state.configuration):
+            configuration = Configuration.from_image(Image(state.configuration), self._model.firmware)
+        for bit in InputBit:
+            self._model.operate(bit, bool(state.inputs & bit))
+        self._outputs.load(Image(state.sent))
+        unsigned = [word & 0xFFFF for word in state.words]
+        self._model.take_state(self.now_ns, self._outputs, unsigned, configuration)
+        self._sample(self.now_ns)
+        return self
+
+    def child(self, keep_from_ns: int) -> Branch:
+        """Return a copy; it keeps the images from an instant on."""
+        twin = Branch.__new__(Branch)
+        model = self._model
+        never_change = (model.options, model.axis.motion, model.axis.segment, model.machine.spec)
+        shared = {id(each): each for each in (*never_change, model.layer.state.configuration)}
+        twin._model, twin._outputs = copy.deepcopy((model, self._outputs), shared)
+        twin._samples = [each for each in self._samples if each[0] >= keep_from_ns]
+        twin.now_ns, twin.fired = self.now_ns, set(self.fired)
+        twin.instants, twin.play = self.instants, self.play
+        return twin
+
+    @property
+    def rests(self) -> bool:
+        """Whether the axis stands still."""
+        return self._model.under_way is None
+
+    def act(self, sent: Transmission) -> Branch:
+        """Let a moment act now."""
+        self.instants = (*self.instants, self.now_ns)
+        self.play += _steps_between(self._model, self.now_ns)
+        self._act(sent)
+        return self
+
+    def _act(self, sent: Transmission) -> None:
+        if sent.words is None:
+            for bit in InputBit:
+                self._model.operate(bit, bool(sent.inputs & bit))
+        else:
+            for number, word in enumerate(sent.words):
+                self._outputs[number] = word
+
+    def advance(self, to_ns: int) -> None:
+        """Let the model run to an instant, and keep its images."""
+        model = self._model
+        while self.now_ns < to_ns:
+            calm_ns = model.calm_until_ns(self._outputs) - self.now_ns
+            if calm_ns > CALM_SAMPLE_NS:  # nothing but the position changes
+                step_ns = calm_ns - 1 if model.under_way is None else CALM_SAMPLE_NS
+            else:
+                step_ns = SAMPLE_NS
+            self._sample(min(self.now_ns + step_ns, to_ns))
+
+    def _sample(self, at_ns: int) -> None:
+        self.now_ns = at_ns
+        self._samples.append((at_ns, tuple(self._model.update(at_ns, self._outputs))))
+        events = self._model.events
+        if events:
+            self.fired.update(event.name for event in events if event.kind == "rule")
+            events.clear()
+
+    def shown(self, low_ns: int, high_ns: int) -> list[ImageWords]:
+        """Return the images of a window, with one before and one after it."""
+        samples = self._samples
+        last = len(samples)
+        while last and samples[last - 1][0] > high_ns:
+            last -= 1
+        first = last
+        while first and samples[first - 1][0] >= low_ns:
+            first -= 1
+        return [words for _, words in samples[max(0, first - 1) : last + 1]]
+
+    def forget(self, before_ns: int) -> None:
+        """Drop images before an instant, all but the last of them."""
+        samples, first = self._samples, 0
+        while first + 1 < len(samples) and samples[first + 1][0] < before_ns:
+            first += 1
+        if first > 64:
+            del samples[:first]
+
+    def explains(self, seen: SeenImage, timing: Timing) -> bool:
+        """Whether the model shows a read in its window."""
+        since = self.instants[-1] if self.instants else self.now_ns
+        drift = abs(seen.window.high_ns - since) * timing.drift_ppm // 1_000_000
+        low, high = (
+            seen.window.low_ns - timing.lag_ns - drift - GRID_NS,
+            seen.window.high_ns + drift + GRID_NS,
+        )
+        self.advance(high + SAMPLE_NS)
+        shown = self.shown(low, high)
+        if not explained(shown, seen.words, self.play):
+            return False
+        in_command_mode = not (seen.words[0] | shown[0][0]) & MODE_CONFIG
+        rests = self.rests and all(words == shown[0] for words in shown)
+        if self.play and in_command_mode and rests:
+            self._settle(seen.words)
+        return True
+
+    def _settle(self, words: ImageWords) -> None:
+        """Take over the position of an image at rest: it is known again."""
+        self.play = 0
+        model = self._model
+        model.layer.state.captured = words[6] * 1000 + words[7]
+        if words[2] * 1000 + words[3] != model.axis.position:
+            model.axis.preset_position(words[2] * 1000 + words[3])
+        model.look_again()
+        self._sample(self.now_ns + 1)
+
+    def adopt(self, words: ImageWords) -> None:
+        """Take over the encoder's count and the captured value of an image."""
+        model = self._model
+        if not model.options.clear_status_after_config:  # then they may be of an earlier scene
+            model.layer.state.latches.bits |= words[0] & KEPT
+        model.layer.state.captured = words[6] * 1000 + words[7]
+        if model.axis.counting:
+            model.axis.preset_encoder(words[4] * 1000 + words[5])
+        model.look_again()
+        self._sample(self.now_ns + 1)
+
+    def state(self, since_ns: int) -> Any:
+        """Return what branches have in common that continue alike.
+
+        Args:
+            since_ns: with the same status words from here on.
+        """
+        model = self._model
+        state, axis = model.layer.state, model.axis
+        return (
+            frozenset(words[:2] for at_ns, words in self._samples if at_ns >= since_ns),
+            tuple(self._outputs),
+            (state.latches.bits, state.configuration, state.mirror, state.command.words),
+            (state.held, state.held_by_external, state.error_since_start, state.active, state.captured),
+            (state.blend, repr(state.blending), state.minimum_registration),
+            axis.position if axis.motion is None else _course(axis.motion, self.now_ns),
+            self._samples[-1][1][2:] if self._samples else None,
+            _traits(model.layer.operation, self.now_ns),
+        )
+
+
+def _course(motion: Motion, now_ns: int) -> Any:
+    """Return what motions have in common that continue alike; at constant speed no ramp before counts."""
+    segment = motion.segment_at(max(now_ns, motion.start_ns))
+    if motion.end_ns is not None or segment is not motion.segments[-1]:
+        return id(motion)  # children share a motion
+    travel = segment.exact_travel_at(now_ns)
+    return motion.direction, motion.origin, segment.speed_at(now_ns), round(travel * FINER / PICO)
+
+
+def _traits(operation: Operation | None, now_ns: int) -> tuple[Any, ...] | None:
+    """Return what an operation remembers; of its begin, whether that is now."""
+    if operation is None:
+        return None
+    known = vars(operation).items()
+    remembered = ((name, getattr(each, "__name__", each)) for name, each in known if name not in _OWNERS)
+    return operation.started_ns >= now_ns, *remembered
+
+
+def _steps_between(model: Amci3601, now_ns: int) -> int:
+    """Return the steps from one instant that is tried to the next, and one more; 0 at rest."""
+    motion = model.axis.motion
+    return 0 if motion is None else 2 + motion.speed_at(max(now_ns, motion.start_ns)) * GRID_NS // 10**12
+
+
+def explained(shown: Sequence[ImageWords], read: ImageWords, play: int = 0) -> bool:
+    """Whether images explain a read: its status words by one of them, each value by their range.
+
+    Args:
+        play: steps by which a value may lie outside.
+
+    >>> explained([(0, 0, 0, 10, 0, 0, 0, 0), (0, 0, 0, 14, 0, 0, 0, 0)], (0, 0, 0, 12, 0, 0, 0, 0))
+    True
+    """
+    if not any(words[0] == read[0] and words[1] == read[1] for words in shown):
+        return False
+    return all(_pair_explained(shown, read, pair, play) for pair in _PAIRS)
+
+
+def _pair_explained(shown: Sequence[ImageWords], read: ImageWords, pair: int, play: int) -> bool:
+    high, low = read[pair], read[pair + 1]
+    values = []
+    for words in shown:
+        if words[pair] == high and words[pair + 1] == low:
+            return True
+        if not words[0] & MODE_CONFIG:
+            values.append(words[pair] * 1000 + words[pair + 1])
+    return bool(values) and min(values) - play <= high * 1000 + low <= max(values) + play

@@ -1,0 +1,260 @@
+"""Which instants explain what was read: each is a hypothesis, a run of the model.
+
+    write   acts at an instant of its window or within the lag after it: a hypothesis per `GRID_NS` of that
+    read    shows, pair of words by pair of words, what the model shows at an instant of its window, or within
+            the lag before it; a controller tears no pair
+
+Words that act while the axis moves leave its position uncertain by the steps between two instants that are
+tried, until it is read at rest.
+
+A hypothesis that does not explain a read is contradicted and goes. Those in one state continue as one. A
+read that none of them explains is a difference. More than `most` of them at a time, and nothing is said.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import takewhile
+from typing import Any
+
+from scanrack.runtime.modules.amci3601.module import Amci3601
+
+from .branch import GRID_NS, MODE_CONFIG, SAMPLE_NS, Branch
+from .moments import ImageWords, KnownState, Moment, SeenImage, Timing, Transmission, Window
+
+MOST = 4000
+"""Hypotheses at a time, before a scene is given up."""
+
+MERGE_READS = 10
+"""Branches are compared after so many reads."""
+
+NEVER = 1 << 62
+
+ModelFactory = Callable[[], Amci3601]
+
+_BROKEN = (ArithmeticError, AssertionError, ValueError)
+"""Errors of a model that does what it never should."""
+
+
+@dataclass(slots=True)
+class Search:
+    """What a search over instants found.
+
+    Attributes:
+        left: hypotheses that explain all reads.
+        reads: how many reads were judged.
+        most: largest number of hypotheses at a time.
+        runs: hypotheses that were tried.
+        unexplained: the first read that none explains, or None.
+        shown: images of the hypothesis that went furthest, around that read.
+        after: what was sent last, before it or before there were too many.
+        many: how many hypotheses there would have been, if they were too many; else 0.
+        overlapping: no choice of instants has the words in the order in which they were sent.
+        moving: what was sent since the axis was last at rest, as far as it was not given up before.
+        instants: those of the hypothesis that went furthest, or of one that is left.
+        fired_anywhere: rules that fired in the hypothesis that went furthest, or in any that is left.
+    """
+
+    left: list[Branch] = field(default_factory=list)
+    reads: int = 0
+    most: int = 1
+    runs: int = 0
+    unexplained: SeenImage | None = None
+    shown: list[ImageWords] = field(default_factory=list)
+    after: Transmission | None = None
+    many: int = 0
+    overlapping: bool = False
+    moving: int = 0
+    instants: tuple[int, ...] = ()
+    fired_anywhere: set[str] = field(default_factory=set)
+
+    @property
+    def explains_all(self) -> bool:
+        """Whether some hypothesis explains every read."""
+        return self.unexplained is None and not self.many and not self.overlapping
+
+    @property
+    def fired(self) -> set[str]:
+        """Rules that fire in all hypotheses that are left."""
+        return set.intersection(*(each.fired for each in self.left)) if self.left else set()
+
+
+def search(
+    moments: Sequence[Moment],
+    model: ModelFactory,
+    timing: Timing,
+    most: int = MOST,
+    given: Sequence[int] | None = None,
+) -> Search:
+    """Look for the instants that explain a scene.
+
+    The module's state before its first configuration is unknown: reads count from its arrival. What no
+    configuration resets, the captured value and the encoder's count, is taken from the first read after it. A
+    scene that begins with a known state has it from there on.
+
+    Args:
+        model: makes the model, powered up.
+        most: give up beyond that many hypotheses at a time.
+        given: instants at which what was sent acts; None looks for them.
+    """
+    found = Search()
+    turns = _turns(moments)
+    known = moments[0] if moments and isinstance(moments[0], KnownState) else None
+    begin = 0 if known else _configured_at(turns)
+    if begin == len(turns):
+        return found
+    if known:
+        live = [Branch(model(), known.window.high_ns).resume(known)]
+        known_ns = known.window.high_ns
+    else:
+        live = [Branch(model(), turns[0][0].window.low_ns)]
+        known_ns = turns[begin][0].window.high_ns + 2 * timing.lag_ns
+    waiting: list[SeenImage] = []
+    adopted = known is not None
+    for place, (sent, seen) in enumerate(turns):
+        instants = (
+            _instants(sent, timing, single=place <= begin) if given is None else given[place : place + 1]
+        )
+        live = _spread(live, sent, instants, _earliest(waiting, sent, timing), found, most)
+        found.after = sent
+        found.moving += 1
+        if not live:
+            return found
+        if place >= begin:
+            waiting += [each for each in seen if each.window.low_ns >= known_ns]
+        if not adopted and waiting and place > begin:
+            adopted = _adopt(live, waiting)
+        limit = turns[place + 1][0].window.low_ns if place + 1 < len(turns) else None
+        live, waiting = _sift(live, waiting, limit, sent, timing, found)
+        if not live:
+            return found
+        if all(each.rests for each in live):
+            found.moving = 0
+        since_ns = min((each.window.low_ns for each in waiting), default=limit or NEVER)
+        live = _merged(live, since_ns - timing.lag_ns - 4 * GRID_NS, limit)
+    found.left, found.instants = live, live[0].instants
+    found.fired_anywhere = set().union(*(each.fired for each in live))
+    return found
+
+
+def _configured_at(turns: Sequence[tuple[Transmission, list[SeenImage]]]) -> int:
+    """Return the number of the first turn that configures; how many there are if none does."""
+    return next((n for n, (sent, _) in enumerate(turns) if sent.words and sent.words[0] < 0), len(turns))
+
+
+def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage]]]:
+    """Return each moment that was sent with the reads up to the next one."""
+    turns: list[tuple[Transmission, list[SeenImage]]] = []
+    for each in moments:
+        if isinstance(each, KnownState):
+            now = Window(each.window.high_ns, each.window.high_ns)
+            turns.append((Transmission(now, each.sent), []))
+        elif isinstance(each, Transmission):
+            turns.append((each, []))
+        elif turns:
+            turns[-1][1].append(each)
+    while turns and not turns[-1][1]:
+        turns.pop()
+    return turns
+
+
+def _adopt(live: list[Branch], waiting: list[SeenImage]) -> bool:
+    """Let all branches have the count and the captured value of the first read in command mode."""
+    first = next((each for each in waiting if each.words[0] & MODE_CONFIG == 0), None)
+    if first is None:
+        return False
+    for branch in live:
+        branch.adopt(first.words)
+    return True
+
+
+def _instants(sent: Transmission, timing: Timing, *, single: bool) -> Sequence[int]:
+    """Return the instants at which a moment may act; a single one if what was before is unknown anyway."""
+    high = sent.window.high_ns + timing.lag_ns
+    return (high,) if single else range(sent.window.low_ns, high + 1, GRID_NS)
+
+
+def _earliest(waiting: Sequence[SeenImage], sent: Transmission, timing: Timing) -> int:
+    """Return the instant from which on images may still be asked for."""
+    return min([sent.window.low_ns, *(each.window.low_ns for each in waiting)]) - timing.lag_ns - 4 * GRID_NS
+
+
+def _spread(
+    live: list[Branch], sent: Transmission, instants: Sequence[int], keep_from: int, found: Search, most: int
+) -> list[Branch]:
+    """Return a branch for each instant at which a moment may act; none if they are too many."""
+    if len(live) * len(instants) > most:
+        found.many = len(live) * len(instants)
+        return []
+    children: list[Branch] = []
+    for branch in live:
+        branch.forget(keep_from)
+        mine = [instant for instant in instants if instant >= branch.now_ns]
+        try:
+            for instant in mine:
+                branch.advance(instant)
+                children.append((branch if instant == mine[-1] else branch.child(keep_from)).act(sent))
+        except _BROKEN:
+            continue
+    found.overlapping = not children
+    found.most = max(found.most, len(children))
+    found.runs += len(children)
+    return children
+
+
+def _sift(
+    live: list[Branch],
+    waiting: list[SeenImage],
+    limit: int | None,
+    sent: Transmission,
+    timing: Timing,
+    found: Search,
+) -> tuple[list[Branch], list[SeenImage]]:
+    """Judge the reads that the next moment can't have changed; return branches and reads that are left."""
+    due = list(takewhile(lambda each: limit is None or _end(each, sent, timing) <= limit, waiting))
+    for seen in due:
+        kept = [each for each in live if _explains(each, seen, timing)]
+        if not kept:
+            found.unexplained = seen
+            found.fired_anywhere = set().union(*(each.fired for each in live))
+            found.instants = live[0].instants
+            found.shown = live[0].shown(seen.window.low_ns - timing.lag_ns, seen.window.high_ns)
+            return [], []
+        live = kept
+        found.reads += 1
+        if len(live) > 1 and found.reads % MERGE_READS == 0:
+            live = _merged(live, seen.window.low_ns - timing.lag_ns - 4 * GRID_NS, limit)
+    return live, waiting[len(due) :]
+
+
+def _end(seen: SeenImage, sent: Transmission, timing: Timing) -> int:
+    """Return the instant up to which the model has to run to judge a read."""
+    drift = (seen.window.high_ns - sent.window.low_ns) * timing.drift_ppm // 1_000_000
+    return seen.window.high_ns + drift + 2 * (GRID_NS + SAMPLE_NS)
+
+
+def _explains(branch: Branch, seen: SeenImage, timing: Timing) -> bool:
+    try:
+        return branch.explains(seen, timing)
+    except _BROKEN:
+        return False
+
+
+def _merged(live: list[Branch], since_ns: int, limit: int | None) -> list[Branch]:
+    """Return one branch for each state, with the rules that fired in all.
+
+    Args:
+        since_ns: images from here on may still be asked for.
+        limit: what is sent next may act from here on, so that none may have gone further.
+    """
+    states: dict[Any, Branch] = {}
+    now_ns = max(branch.now_ns for branch in live)
+    if limit is not None and now_ns > limit:
+        return live
+    for branch in live:
+        branch.advance(now_ns)
+        kept = states.setdefault(branch.state(since_ns), branch)
+        kept.fired &= branch.fired
+        kept.play = max(kept.play, branch.play)
+    return list(states.values())

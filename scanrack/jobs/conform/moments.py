@@ -1,0 +1,165 @@
+"""What happened in a scene: words sent, images seen, each in the window of time that is known of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, TypeAlias
+
+from scanrack.io_images.amci3601 import ALL_INPUTS
+from scanrack.io_images.image import WORD_MAX, WORD_MIN, WORDS
+
+ImageWords: TypeAlias = tuple[int, ...]
+"""Eight signed words."""
+
+MOMENTS_MAX = 2_000_000
+"""Most moments of a file."""
+
+
+def words_text(words: ImageWords) -> str:
+    """Return words as the manual writes them: status and commands in hexadecimal.
+
+    >>> words_text((-31684, 60, 0, 500, 0, 0, 0, 0))
+    '843Ch 003Ch 0 500 0 0 0 0'
+    """
+    return " ".join([f"{word & 0xFFFF:04X}h" for word in words[:2]] + [str(word) for word in words[2:]])
+
+
+class Window(NamedTuple):
+    """Earliest and latest instant at which something happened, in ns of the clock of the recording."""
+
+    low_ns: int
+    high_ns: int
+
+
+class Transmission(NamedTuple):
+    """Output words, or levels of wired inputs, that were sent: they act at an instant of the window or later.
+
+    Attributes:
+        words: the eight output words; None if inputs were operated.
+        inputs: mask of `InputBit`, the energized inputs.
+    """
+
+    window: Window
+    words: ImageWords | None
+    inputs: int = 0
+
+
+class SeenImage(NamedTuple):
+    """An input image as it was read."""
+
+    window: Window
+    words: ImageWords
+
+
+class KnownState(NamedTuple):
+    """An image at rest in command mode, which shows the module's state: a scene may begin with it.
+
+    Attributes:
+        words: the input words.
+        sent: the output words in effect, without a command bit.
+        configuration: the words of the accepted configuration; zero words if there is none.
+        inputs: mask of `InputBit`, the energized inputs.
+    """
+
+    window: Window
+    words: ImageWords
+    sent: ImageWords
+    configuration: ImageWords
+    inputs: int
+
+
+Moment: TypeAlias = Transmission | SeenImage | KnownState
+
+
+@dataclass(frozen=True, slots=True)
+class Timing:
+    """What is known of the way of words to the module and back.
+
+    Attributes:
+        rpi_ns: the module's RPI [3601 manual, chapter 1: 2 ms].
+        scan_ns: the longest time from scan to scan of the controller, if its program hands words on.
+        module_ns: the module's own scan.
+        drift_ppm: largest difference of the rates of two clocks.
+    """
+
+    rpi_ns: int = 2_000_000
+    scan_ns: int = 2_000_000
+    module_ns: int = 250_000
+    drift_ppm: int = 100
+
+    @property
+    def lag_ns(self) -> int:
+        """Longest time from a word in the controller to its effect, and from an image to the controller."""
+        return self.rpi_ns + self.scan_ns + self.module_ns
+
+
+@dataclass(slots=True)
+class PlayedScene:
+    """A scene as it was played.
+
+    Attributes:
+        name: of the scene in the plan.
+        moments: in the order in which they were sent.
+        note: why it ended early; "" if it did not.
+    """
+
+    name: str
+    moments: list[Moment] = field(default_factory=list)
+    note: str = ""
+
+    @property
+    def reads(self) -> int:
+        """How many images were read."""
+        return sum(1 for each in self.moments if isinstance(each, SeenImage))
+
+
+def to_rows(moments: Iterable[Moment]) -> list[list[Any]]:
+    """Return moments as rows of a JSON file: kind, window, words."""
+    return [_row(each) for each in moments]
+
+
+def _row(moment: Moment) -> list[Any]:
+    if isinstance(moment, SeenImage):
+        return ["read", *moment.window, *moment.words]
+    if isinstance(moment, KnownState):
+        given = (*moment.words, *moment.sent, *moment.configuration)
+        return ["state", *moment.window, *given, moment.inputs]
+    if moment.words is None:
+        return ["inputs", *moment.window, moment.inputs]
+    return ["write", *moment.window, *moment.words]
+
+
+def from_rows(rows: Sequence[Any]) -> list[Moment]:
+    """Return the moments of rows.
+
+    Raises:
+        ValueError: one is none; the message has its number.
+    """
+    if len(rows) > MOMENTS_MAX:
+        raise ValueError(f"{len(rows):,} moments are given: must be at most {MOMENTS_MAX:,}")
+    return [_moment(number, row) for number, row in enumerate(rows)]
+
+
+def _moment(number: int, row: Any) -> Moment:
+    sizes = {"read": 3 + WORDS, "write": 3 + WORDS, "inputs": 4, "state": 4 + 3 * WORDS}
+    kind = row[0] if isinstance(row, list) and row and isinstance(row[0], str) else ""
+    if kind not in sizes or sizes[kind] != len(row) or not all(type(each) is int for each in row[1:]):
+        raise ValueError(
+            f"moment {number}: {str(row)[:60]} is none: read or write with two times and 8 words"
+        )
+    window = Window(row[1], row[2])
+    if window.low_ns > window.high_ns or not all(WORD_MIN <= each <= WORD_MAX for each in row[3:]):
+        raise ValueError(
+            f"moment {number}: a window goes from early to late, words from {WORD_MIN} to {WORD_MAX}"
+        )
+    if kind == "read":
+        return SeenImage(window, tuple(row[3:]))
+    if kind == "state":
+        shown, sent, configuration = (tuple(row[at : at + WORDS]) for at in range(3, len(row) - 1, WORDS))
+        return KnownState(window, shown, sent, configuration, row[-1] & ALL_INPUTS)
+    return (
+        Transmission(window, None, row[3] & ALL_INPUTS)
+        if kind == "inputs"
+        else Transmission(window, tuple(row[3:]))
+    )

@@ -1,0 +1,231 @@
+"""Scenes out of a trace: what a capture of a real controller has.
+
+    moves, rest, moves, an input changes, rest, moves, configuration, moves
+           | a scene from this rest |     | a scene  | a scene from its configuration
+
+A trace that begins in operation is judged as it is replayed: from a rest that shows the module's state up to
+where it is lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from scanrack.io_images.amci3601 import ALL_INPUTS, StatusMsw
+from scanrack.io_images.image import WORDS, Image, signed_word
+from scanrack.runtime.modules.amci3601.module import Amci3601
+from scanrack.traces.read.reader import open_trace
+from scanrack.traces.replay import PackedTrace
+
+from ...captures.words import CAPTURED_AT, SAMPLED, is_sampled
+from ...replay.replaying import forced_rows, score_of
+from ...replay.resumed import ResumedModule, configuration_in, words_of
+from ...replay.resumed_operation import ResumedOperation
+from ..moments import ImageWords, KnownState, PlayedScene, SeenImage, Timing, Transmission, Window
+
+MODE_CONFIG, CONFIG_ERROR = StatusMsw.MODE_CONFIG.value, StatusMsw.CONFIG_ERROR.value
+ZERO: ImageWords = (0,) * WORDS
+
+
+class CapturedScenes(NamedTuple):
+    """What a trace has of a 3601."""
+
+    firmware: str
+    scenes: list[PlayedScene]
+    notes: list[str]  # the defects of the trace, and what was assumed
+    captured_at: str  # date and time of the capture, as it is known
+
+
+def scenes_of(path: Path, slot: int, timing: Timing, given: Sequence[int] | None = None) -> CapturedScenes:
+    """Return the firmware that a trace names, its scenes, its defects and what is assumed.
+
+    A scan is a read of input words; output words that changed were sent between it and the next one.
+
+    Args:
+        timing: of the path.
+        given: configuration words in effect at the beginning; None = those that the trace shows first.
+
+    Raises:
+        ValueError: it is no trace, has no words of a 3601 in the slot, or nothing tells the module's state.
+    """
+    with open_trace(path) as trace:
+        info = next((each for each in trace.head.slots if each.number == slot), None)
+        if info is None or info.module != "amci3601":
+            raise ValueError(
+                f"{path}: slot {slot} has no words of a 3601; scanrack import --as amci3601 makes them"
+            )
+        found = scenes_in(PackedTrace.of(trace), trace.head.metadata, slot, timing, given)
+        found.notes[:0] = trace.notes
+        return found
+
+
+def scenes_in(
+    recording: PackedTrace,
+    facts: Mapping[str, str],
+    slot: int,
+    timing: Timing,
+    given: Sequence[int] | None = None,
+) -> CapturedScenes:
+    """Return the scenes of a recording, see `scenes_of`.
+
+    Args:
+        facts: what the trace says of itself.
+    """
+    firmware = next(each.firmware for each in recording.slots if each.number == slot) or "4.1"
+    captured, sampled = facts.get("source") == "capture", is_sampled(facts)
+    rows = forced_rows(score_of(recording))
+    resumed = ResumedOperation(recording, {slot: firmware}, rows, given, captured=captured, sampled=sampled)
+    module = resumed.around(slot, Amci3601(firmware), exact_inputs=False)
+    follows = module if isinstance(module, ResumedModule) else None
+    since_last = sampled
+    until_next = captured and facts.get("words") != SAMPLED
+    scenes = list(_Scenes(recording, slot, follows, since_last, until_next, timing.lag_ns).found())
+    notes = resumed.notes([] if scenes else [slot]) if follows else []
+    if not scenes:
+        scenes = [PlayedScene("all", note="the module is never configured, so nothing is known of its state")]
+    return CapturedScenes(firmware, scenes, notes, facts.get(CAPTURED_AT, ""))
+
+
+class _Scenes:
+    """The scenes of a slot, in order.
+
+    Args:
+        module: follows the recording and tells where the state is known; None = it was just powered up.
+        since_last: output words that a scan shows first were sent since the one before: a client reads both.
+        until_next: they were sent before the next one, as a PLC does, or in their own packet.
+        lag_ns: how old an image may be when it is read.
+    """
+
+    def __init__(
+        self,
+        recording: PackedTrace,
+        slot: int,
+        module: ResumedModule | None,
+        since_last: bool,
+        until_next: bool,
+        lag_ns: int,
+    ) -> None:
+        self._times, self._module = recording.times, module
+        self._since_last, self._until_next, self._lag_ns = since_last, until_next, lag_ns
+        self._inputs, self._outputs = recording.images((slot, "in")), recording.images((slot, "out"))
+        self._configuration = ZERO
+        self._in_effect = True  # the configuration; images of the one before it tell no levels
+        self._levels = 0
+        self._place: ImageWords | None = None  # of the first rest of a scene, as words
+
+    def found(self) -> Iterator[PlayedScene]:
+        """Yield the scenes."""
+        scene: PlayedScene | None = None
+        sent, known = ZERO, False
+        for row, at_ns in enumerate(self._times):
+            words = _words(self._outputs[row])
+            seen = SeenImage(Window(self._times[row - 1] if row else 0, at_ns), _words(self._inputs[row]))
+            now_known, rests = self._follow(at_ns, sent)
+            if scene is not None and known and not now_known:
+                yield scene
+                scene = None
+            inputs = self._changed(seen)
+            written = [Transmission(self._window(row), words)] if words != sent else []
+            if words[0] < 0 <= sent[0] and not self._is_refused(row):
+                if scene is not None:
+                    yield scene
+                scene = self._configured(row, seen)
+                scene.moments += written
+            elif scene is not None:
+                scene.moments += [*inputs, *written, seen] if self._since_last else [*inputs, seen, *written]
+            if rests and not written:
+                if scene is not None and self._place not in (None, seen.words[2:4]):
+                    yield scene
+                    scene = None
+                if scene is None:
+                    scene = self._resumed(seen, sent)
+                self._place = seen.words[2:4]
+            sent, known = words, now_known
+        if scene is not None:
+            yield scene
+
+    def _window(self, row: int) -> Window:
+        """Return when words were sent that a scan shows first."""
+        times, last = self._times, len(self._times) - 1
+        return Window(times[max(row - self._since_last, 0)], times[min(row + self._until_next, last)])
+
+    def _follow(self, at_ns: int, sent: ImageWords) -> tuple[bool, bool]:
+        """Return whether the state is known at a scan, and whether the scan shows all of it."""
+        if self._module is None:
+            return True, False
+        self._module.update(at_ns, Image(sent))
+        if self._module.rests:
+            words = self._module.configuration
+            self._configuration = ZERO if words is None else _signed(words)
+            self._in_effect = True
+        return not self._module.why, self._module.rests
+
+    def _resumed(self, seen: SeenImage, sent: ImageWords) -> PlayedScene:
+        """Return a scene that begins with the state that an image shows."""
+        configuration = ZERO if seen.words[0] & CONFIG_ERROR else self._configuration
+        state = KnownState(seen.window, seen.words, sent, configuration, self._levels)
+        return PlayedScene(f"rest at {seen.window.high_ns / 1e9:.3f} s", [state])
+
+    def _configured(self, row: int, seen: SeenImage) -> PlayedScene:
+        """Return a scene that begins with the configuration after a scan; inputs are as they show later."""
+        now = Window(seen.window.high_ns, seen.window.high_ns)
+        self._place = None
+        self._in_effect = entered = False
+        scene = PlayedScene(f"configuration at {now.low_ns / 1e9:.3f} s", [Transmission(now, ZERO), seen])
+        for image in self._inputs[row:]:
+            shown = words_of(image)
+            entered = entered or bool(shown[0] & MODE_CONFIG)
+            accepted = configuration_in(shown)
+            if accepted is not None:
+                self._configuration = _signed(accepted)
+            elif entered and not shown[0] & MODE_CONFIG:
+                self._levels = levels_in(_words(image), self._configuration)
+                if self._levels:
+                    scene.moments.append(Transmission(now, None, self._levels))
+                break
+        return scene
+
+    def _is_refused(self, row: int) -> bool:
+        """Return whether the module refuses words and its images still show the configuration before."""
+        entered = False
+        for shown in map(words_of, self._inputs[row:] if any(self._configuration) else ()):
+            if configuration_in(shown) is not None:
+                return False
+            if entered and not shown[0] & MODE_CONFIG:
+                return True
+            entered = entered or bool(shown[0] & MODE_CONFIG)
+        return False
+
+    def _changed(self, seen: SeenImage) -> list[Transmission]:
+        """Return the change of inputs that an image shows."""
+        shows_mode = bool(seen.words[0] & MODE_CONFIG)
+        self._in_effect = self._in_effect or shows_mode
+        has_levels = self._in_effect and any(self._configuration) and not seen.words[0] & CONFIG_ERROR
+        if shows_mode or not has_levels:
+            return []
+        levels = levels_in(seen.words, self._configuration)
+        if levels == self._levels:
+            return []
+        self._levels = levels
+        window = Window(seen.window.low_ns - self._lag_ns, seen.window.high_ns)
+        return [Transmission(window, None, levels)]
+
+
+def levels_in(shown: ImageWords, configuration: ImageWords) -> int:
+    """Return the energized inputs that an image of command mode shows; an unused one shows none.
+
+    >>> levels_in((0, 0b000010, 0, 0, 0, 0, 0, 0), (-31681, 0b000011, 0, 500, 0, 0, 0, 0))
+    62
+    """
+    used, active_high = configuration[0] & ALL_INPUTS, configuration[1] & ALL_INPUTS
+    return ~(shown[1] ^ active_high) & used
+
+
+def _words(image: bytes) -> ImageWords:
+    return _signed(words_of(image))
+
+
+def _signed(words: Sequence[int]) -> ImageWords:
+    return tuple(map(signed_word, words))

@@ -1,0 +1,215 @@
+"""A CompactLogix, or another rack's tag server, as the path to its 3601: pycomm3, extra `conform`."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, Protocol
+
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.image import WORDS
+from scanrack.io_images.installing import how_to_install
+from scanrack.io_images.times import exact_ns
+
+from ..moments import ImageWords, SeenImage, Window
+
+PATH = re.compile(r"(?P<host>[^,\s/]+?)(:(?P<port>\d{1,5}))?(,(?P<slot>\d{1,2}))?")
+COUNTER_BITS = 32
+NOT_REAL = "scanrack"
+"""In the product name of a server that moves nothing."""
+
+
+class TagClient(Protocol):
+    """What is used of `pycomm3.LogixDriver`."""
+
+    info: Mapping[str, Any]
+
+    def read(self, *tags: str) -> Any:
+        """Return a tag's answer, or a list of them: `value`, `error`."""
+
+    def write(self, *values: Any) -> Any:
+        """Write pairs of tag and value; return their answers."""
+
+    def close(self) -> Any:
+        """End the connection."""
+
+
+@dataclass(frozen=True, slots=True)
+class ModuleTags:
+    """Where the owner's controller has the module.
+
+    Attributes:
+        slot: of the module: `Local:SLOT:I` and `Local:SLOT:O`.
+        counter: tag that counts scans; "" without one.
+        period_ns: time from count to count.
+        wiring: input to the BOOL tag that energizes it, for inputs that are wired to outputs.
+    """
+
+    slot: int = 1
+    counter: str = ""
+    period_ns: int = 0
+    wiring: Mapping[InputBit, str] | None = None
+
+
+def connect(path: str) -> TagClient:
+    """Return a connection to `HOST[:PORT][,SLOT]`.
+
+    Raises:
+        ValueError: the path is none, pycomm3 is missing, or nothing answers there.
+    """
+    match = PATH.fullmatch(path)
+    if match is None:
+        raise ValueError(f"--path {path!r} is not allowed: HOST[:PORT][,SLOT]")
+    try:
+        library: Any = import_module("pycomm3")
+    except ImportError:
+        raise ValueError(f"pycomm3 is missing: {how_to_install('conform')}") from None
+    host = match["host"] + (f":{match['port']}" if match["port"] else "")
+    client = library.LogixDriver(f"{host}/{match['slot'] or 0}", init_tags=False)
+    try:
+        client.open()
+        client.get_tag_list()
+    except (library.PycommError, OSError) as error:
+        raise ValueError(f"{path}: no Logix controller answers: {error}") from None
+    found: TagClient = client
+    return found
+
+
+def is_real(client: TagClient) -> bool:
+    """Whether a controller may move a real axis: its product name is not scanrack's."""
+    return NOT_REAL not in str(client.info.get("product_name", "")).lower()
+
+
+def product_of(client: TagClient) -> str:
+    """Return product name and revision of a controller, which name no owner."""
+    revision = client.info.get("revision") or {}
+    parts = [str(revision[each]) for each in ("major", "minor") if each in revision]
+    return " ".join([str(client.info.get("product_name", "")), ".".join(parts)]).strip()
+
+
+class LogixPath:
+    """A module behind a controller, see `playing.ModulePath`.
+
+    Raises:
+        ValueError: the controller has no such module or counter.
+    """
+
+    def __init__(self, client: TagClient, tags: ModuleTags) -> None:
+        self._client, self._tags = client, tags
+        self._inputs = f"Local:{tags.slot}:I.Data{{{WORDS}}}"
+        self._outputs = f"Local:{tags.slot}:O.Data{{{WORDS}}}"
+        self._origin: int | None = None
+        self._last = 0
+        probe = client.read(self._inputs)
+        if probe.error:  # the manufacturer's profile has its own words
+            self._parts: tuple[str, ...] = tuple(f"Local:{tags.slot}:I.Data{word}" for word in range(WORDS))
+            answers = client.read(*self._parts)
+            if any(each.error for each in answers):
+                raise ValueError(f"slot {tags.slot}: no Local:{tags.slot}:I of a 3601: {probe.error}")
+        else:
+            self._parts = (self._inputs,)
+        if tags.counter:
+            self._count()
+
+    def now_ns(self) -> int:
+        """Return this machine's clock, or the counter's time as it was last read."""
+        return self._last if self._tags.counter else time.monotonic_ns()
+
+    def write(self, words: ImageWords) -> Window:
+        """Set the output words; see `playing.ModulePath`.
+
+        Raises:
+            OSError: the controller refuses them, or is lost.
+        """
+        return self._timed((self._outputs, list(words)))
+
+    def operate(self, inputs: int) -> Window:
+        """Set the tags that energize the wired inputs.
+
+        Raises:
+            OSError: see `write`.
+        """
+        wiring = self._tags.wiring or {}
+        return self._timed(*((tag, bool(inputs & bit)) for bit, tag in wiring.items()))
+
+    def _timed(self, *values: tuple[str, Any]) -> Window:
+        low = self._count() if self._tags.counter else time.monotonic_ns()
+        answers = self._client.write(*values)
+        for each in answers if isinstance(answers, list) else [answers]:
+            _checked(each)
+        high = self._count() + self._tags.period_ns if self._tags.counter else time.monotonic_ns()
+        return Window(low, high)
+
+    def read(self) -> SeenImage:
+        """Read the input words, with the counter in one packet.
+
+        Raises:
+            OSError: the controller is lost.
+        """
+        names = [*self._parts, self._tags.counter] if self._tags.counter else list(self._parts)
+        low = time.monotonic_ns()
+        answers = self._client.read(*names)
+        high = time.monotonic_ns()
+        answers = answers if isinstance(answers, list) else [answers]
+        values = [_checked(each) for each in answers]
+        if self._tags.counter:
+            low = self._at(values.pop())
+            high = low + self._tags.period_ns
+        return SeenImage(Window(low, high), tuple(values[0] if len(self._parts) == 1 else values))
+
+    def _count(self) -> int:
+        return self._at(_checked(self._client.read(self._tags.counter)))
+
+    def _at(self, count: int) -> int:
+        """Return the time of a count; a counter that restarts continues."""
+        if self._origin is None:
+            self._origin = count
+        reached = self._last // self._tags.period_ns
+        ahead = (count - self._origin - reached) % (1 << COUNTER_BITS)
+        self._last = (reached + ahead) * self._tags.period_ns
+        return self._last
+
+    def close(self) -> None:
+        """End the connection."""
+        with suppress(Exception):
+            self._client.close()
+
+
+def _checked(answer: Any) -> Any:
+    if answer.error:
+        raise OSError(f"{answer.tag}: {answer.error}")
+    return answer.value
+
+
+def wiring_of(pairs: list[str]) -> dict[InputBit, str]:
+    """Return what operates inputs, of pairs such as `ESTOP=Local:2:O.Data.0`.
+
+    Raises:
+        ValueError: a pair is none.
+    """
+    names = {str(bit.name): bit for bit in InputBit}
+    found: dict[InputBit, str] = {}
+    for pair in pairs:
+        name, equals, tag = pair.partition("=")
+        if not equals or not tag or name.upper() not in names:
+            raise ValueError(f"--wire {pair!r} is not allowed: INPUT=TAG, the input of {', '.join(names)}")
+        found[names[name.upper()]] = tag
+    return found
+
+
+def counter_of(text: str | None) -> tuple[str, int]:
+    """Return tag and period of `TAG:MS`; no tag of None.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if text is None:
+        return "", 0
+    tag, colon, period = text.rpartition(":")
+    if not colon or not tag or not re.fullmatch(r"\d+(\.\d+)?", period) or not 0 < float(period) <= 1000:
+        raise ValueError(f"--counter {text!r} is not allowed: TAG:MS, such as ConformScan:2")
+    return tag, exact_ns(float(period), "ms", f"--counter {text}: a period")

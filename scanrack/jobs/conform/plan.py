@@ -1,0 +1,228 @@
+"""Plans: scenes of words and waits, as a TOML file.
+
+    name = "an hour"
+    rpi_ms = 2
+    begin = '''
+    zero                                                                 for 100 ms
+    words 843Ch 3Ch 0 500                                                for 150 ms
+    zero                                                                 for 100 ms
+    '''
+
+    [[scene]]
+    name = "relative move"
+    why = "the profile of a move, Move Complete at its end"
+    settles = ["A-35"]
+    steps = '''
+    RELATIVE_MOVE target 3000 speed 2500 acceleration 5 deceleration 5   until MOVE_COMPLETE
+    idle                                                                 for 100 ms
+    '''
+
+Each scene has the steps of `begin` first, unless it has a `begin` of its own. The lines are those of a
+`.steps` file; `inputs ESTOP HOME for 100 ms` operates inputs that are wired.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections import Counter
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.doors import toml_tables
+from scanrack.io_images.image import Image
+from scanrack.io_images.input_files import read_input_text
+from scanrack.io_images.text_limits import TextKind, TextLimitError
+from scanrack.io_images.times import exact_ns
+from scanrack.ladder.files.steps import Step, StepsError, parse_steps
+
+from .moments import Timing
+
+BUILT_IN = ("hour", "quick")
+"""Plans that come with scanrack."""
+
+NEEDS = ("inputs", "encoder")
+"""What a scene may need beside the module: inputs that are wired to outputs, an encoder."""
+
+_MS = 1_000_000
+_INPUTS = {str(bit.name): bit.value for bit in InputBit}
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class _SceneTable(_Table):
+    name: Annotated[str, Field(min_length=1, max_length=80)]
+    steps: Annotated[str, Field(max_length=100_000)]
+    begin: str | None = None
+    why: str = ""
+    settles: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+
+
+class _PlanTable(_Table):
+    name: str = "plan"
+    rpi_ms: Annotated[float, Field(gt=0, le=1000)] = 2
+    scan_ms: Annotated[float, Field(gt=0, le=1000)] = 10
+    drift_ppm: Annotated[int, Field(ge=0, le=10_000)] = 100
+    begin: str = ""
+    limit_s: Annotated[float, Field(gt=0, le=600)] = 30
+    firmware: str = "4.1"
+    scene: tuple[_SceneTable, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class SceneStep:
+    """Words or inputs, and how long they stay.
+
+    Attributes:
+        step: the step of the words; None of inputs.
+        inputs: mask of the energized inputs.
+        for_ns: how long the inputs stay.
+    """
+
+    step: Step | None
+    inputs: int = 0
+    for_ns: int = 0
+
+    def over(self, image: Image, lasted_ns: int) -> bool:
+        """Whether the step ends, with an image that was read so long after its begin."""
+        return lasted_ns >= self.for_ns if self.step is None else self.step.over(image, lasted_ns)
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedScene:
+    """A scene of a plan.
+
+    Attributes:
+        why: what it shows.
+        settles: readings that it settles, such as "A-35".
+        needs: of `NEEDS`.
+    """
+
+    name: str
+    steps: tuple[SceneStep, ...]
+    why: str = ""
+    settles: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ScenePlan:
+    """A plan.
+
+    Attributes:
+        limit_ns: longest time of a step that waits for bits.
+        firmware: of the module.
+    """
+
+    name: str
+    scenes: tuple[PlannedScene, ...]
+    timing: Timing
+    limit_ns: int
+    firmware: str
+
+
+def load_plan(name: str) -> ScenePlan:
+    """Read a plan: one of `BUILT_IN`, or a file.
+
+    Raises:
+        ValueError: the file can't be read, or a key or a step can't be used.
+    """
+    if name in BUILT_IN:
+        text = (files(__package__) / f"{name}.toml").read_text("utf-8")
+    else:
+        try:
+            text = read_input_text(Path(name), TextKind.PLAN)
+        except OSError as error:
+            raise ValueError(
+                f"{name}: {error.strerror}; built in for a 3601 are {', '.join(BUILT_IN)}"
+            ) from error
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{name}: it is not text in UTF-8: {error.reason}") from None
+    return parse_plan(text, name)
+
+
+def parse_plan(text: str, name: str) -> ScenePlan:
+    """Return the plan of a TOML text.
+
+    Raises:
+        ValueError: see `load_plan`.
+    """
+    try:
+        table = _PlanTable.model_validate(toml_tables(text, TextKind.PLAN))
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        raise ValueError(f"{name}: {'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+    except TextLimitError as error:
+        raise ValueError(f"{name}:{error.line}: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{name}: {error}") from None
+    scenes = tuple(_scene(each, table.begin, name) for each in table.scene)
+    for each, count in Counter(each.name for each in scenes).items():
+        if count > 1:
+            raise ValueError(f"{name}: scene {each!r} is there twice")
+    try:
+        rpi_ns, scan_ns = exact_ns(table.rpi_ms, "ms", "rpi_ms"), exact_ns(table.scan_ms, "ms", "scan_ms")
+        limit_ns = exact_ns(table.limit_s, "s", "limit_s")
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
+    timing = Timing(rpi_ns, scan_ns, drift_ppm=table.drift_ppm)
+    return ScenePlan(table.name, scenes, timing, limit_ns, table.firmware)
+
+
+def _scene(table: _SceneTable, begin: str, file: str) -> PlannedScene:
+    where = f"{file}: scene {table.name!r}"
+    for need in table.needs:
+        if need not in NEEDS:
+            raise ValueError(f"{where} needs {need!r}; choose from {', '.join(NEEDS)}")
+    steps = tuple(_steps(begin if table.begin is None else table.begin, where) + _steps(table.steps, where))
+    if not _is_configured(steps):
+        raise ValueError(f"{where}: its first words are not zero, then a configuration")
+    return PlannedScene(table.name, steps, table.why, table.settles, table.needs)
+
+
+def _steps(text: str, where: str) -> list[SceneStep]:
+    found = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        words = line.partition("#")[0].split()
+        if not words:
+            continue
+        try:
+            found.append(_step(words))
+        except StepsError as error:
+            raise ValueError(f"{where}, line {number}: {error.reason}") from None
+        except ValueError as error:
+            raise ValueError(f"{where}, line {number}: {error}") from None
+    return found
+
+
+def _step(words: list[str]) -> SceneStep:
+    if words[0] != "inputs":
+        step = parse_steps(" ".join(words)).steps[0]
+        if step.for_ns is None and not step.rise and not step.fall:
+            raise ValueError(f"{' '.join(words)!r} has no end; for N ms, or until bits")
+        return SceneStep(step)
+    step = parse_steps(
+        " ".join(["same", *words[words.index("for") :]] if "for" in words else ["same"])
+    ).steps[0]
+    names = words[1 : words.index("for")] if "for" in words else words[1:]
+    unknown = [each for each in names if each not in _INPUTS]
+    if unknown or step.for_ns is None:
+        raise ValueError(f"{' '.join(words)!r} is not allowed; inputs {' '.join(_INPUTS)} for N ms")
+    return SceneStep(None, sum(_INPUTS[each] for each in set(names)), step.for_ns)
+
+
+def _is_configured(steps: tuple[SceneStep, ...]) -> bool:
+    """Whether the first words are zero, and the second configure."""
+    written = []
+    for each in steps[:2]:
+        image = Image([1] * 8)
+        if each.step is not None:
+            each.step.write(image)
+        written.append(tuple(image))
+    return len(written) == 2 and not any(written[0]) and written[1][0] < 0

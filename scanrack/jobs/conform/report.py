@@ -1,0 +1,215 @@
+"""The result: a JSON file to send, and text to read; what was sent and read, and no name of the owner's."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.amci3601 import RULES, status_names
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.input_files import read_input_text
+from scanrack.io_images.text_limits import TextKind
+
+from .findings import UNDECIDED, ConformResult, ConformVerdict, Difference
+from .moments import ImageWords, PlayedScene, Timing, from_rows, to_rows, words_text
+from .plan import BUILT_IN, ScenePlan, load_plan
+from .rules_apart.scales import FittedScale, either
+
+FORMAT = "scanrack conform 1"
+
+MOST_SCENES = 40
+"""More scenes than these are listed as far as they are not as the manual."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlayedPlan:
+    """What scenes are of, without a name of the owner's.
+
+    Attributes:
+        slot: of the module.
+        controller: product and revision of the controller; "" if they are not known.
+        date: by the clock of the recording; "" if it has none.
+        plan: name of the plan; "" for a trace.
+    """
+
+    firmware: str
+    timing: Timing
+    scenes: Sequence[PlayedScene]
+    slot: int = 1
+    controller: str = ""
+    date: str = ""
+    plan: str = ""
+
+    @property
+    def reads(self) -> int:
+        """How many images were read."""
+        return sum(each.reads for each in self.scenes)
+
+
+def as_object(recorded: PlayedPlan, result: ConformResult) -> dict[str, Any]:
+    """Return the result as an object of a JSON file."""
+    return {
+        "format": FORMAT,
+        **{name: getattr(recorded, name) for name in ("plan", "firmware", "slot", "controller", "date")},
+        "timing": asdict(recorded.timing),
+        "scenes": [asdict(each) for each in result.scenes],
+        "rules": {rule: asdict(each) for rule, each in result.rules.items()},
+        "readings": {number: asdict(each) for number, each in result.readings.items()},
+        "moments": [
+            {"scene": each.name, "note": each.note, "rows": to_rows(each.moments)} for each in recorded.scenes
+        ],
+    }
+
+
+def load_played(path: Path) -> PlayedPlan:
+    """Read what a result is of.
+
+    Raises:
+        ValueError: it is no result, or damaged.
+    """
+    try:
+        whole = json_value(read_input_text(path, TextKind.RESULT), TextKind.RESULT)
+        if not isinstance(whole, dict) or whole.get("format") != FORMAT:
+            raise ValueError(f"not a result of conform: its format must be {FORMAT!r}")
+        timing = Timing(**{name: _whole(value) for name, value in whole["timing"].items()})
+        scenes = [
+            PlayedScene(str(each["scene"]), from_rows(each["rows"]), str(each["note"]))
+            for each in whole["moments"]
+        ]
+        texts = {name: str(whole.get(name, "")) for name in ("controller", "date", "plan")}
+        return PlayedPlan(str(whole["firmware"]), timing, scenes, _whole(whole.get("slot", 1)), **texts)
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror}") from error
+    except (KeyError, TypeError, AttributeError) as error:
+        raise ValueError(f"{path}: damaged: {type(error).__name__} {error}") from None
+    except ValueError as error:
+        raise ValueError(f"{path}: {error}") from None
+
+
+def _whole(value: Any) -> int:
+    if not isinstance(value, int) or not 0 <= value <= 10**12:
+        raise ValueError(f"timing has {value!r}: a whole number of ns is allowed")
+    return value
+
+
+def lines(result: ConformResult, reads: int) -> Iterator[str]:
+    """Return the result as text."""
+    shown = result.scenes
+    if len(shown) > MOST_SCENES:
+        shown = [each for each in shown if each.verdict is not ConformVerdict.AS_MANUAL]
+        yield f"{len(result.scenes) - len(shown):,} scenes are as the manual"
+    for scene in shown:
+        yield f"{scene.name}: {scene.verdict}" + (
+            f", {scene.why}" if scene.why else f", {scene.reads:,} reads"
+        )
+        if scene.difference is not None:
+            yield from (f"    {each}" for each in difference_lines(scene.difference))
+        for number in scene.readings:
+            yield f"    explained by another interpretation: {number}: {result.readings[number].why}"
+        if scene.rules:
+            yield f"    explained without {', '.join(scene.rules)}"
+        if scene.scales:
+            yield f"    explained by another scale: {either(scene.scales)}"
+    yield ""
+    yield from _counts("rules", {rule: each.verdict for rule, each in result.rules.items()})
+    for rule, found in result.rules.items():
+        if found.verdict is ConformVerdict.DIFFERS:
+            yield f"    {rule} differs [{found.scene}]: {found.why} The manual: {RULES[rule].text}"
+    yield from _counts("interpretations", {number: each.verdict for number, each in result.readings.items()})
+    for number, found in result.readings.items():
+        if found.verdict not in UNDECIDED:
+            yield f"    {number} {found.verdict} [{found.scene}]: {found.why}"
+    yield f"{reads:,} images were read"
+
+
+def _counts(what: str, verdicts: dict[str, ConformVerdict]) -> Iterator[str]:
+    counts = counted(verdicts.values())
+    yield f"{what}: " + ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+
+
+def counted(verdicts: Iterable[ConformVerdict]) -> dict[ConformVerdict, int]:
+    """Return how many there are of each verdict."""
+    found = Counter(verdicts)
+    return {verdict: found[verdict] for verdict in ConformVerdict}
+
+
+def difference_lines(found: Difference) -> Iterator[str]:
+    """Return the first read that differs, and what the model shows."""
+    yield f"{found.at_ns / 1e6:.1f} ms after the words {words_text(found.sent)}"
+    yield f"read   {_image(found.read)}"
+    yield f"model  {_image(found.shown[0])}"
+    if found.shown[1] != found.shown[0]:
+        yield f"to     {_image(found.shown[1])}"
+
+
+def _image(words: ImageWords) -> str:
+    names = " ".join(status_names(words[0] & 0xFFFF, words[1] & 0xFFFF))
+    return f"{words_text(words)}  {names}"
+
+
+def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[str]:
+    """Yield what to try next, a sentence each.
+
+    Args:
+        name: of the file of the result; "" if none is written.
+    """
+    for scene in result.scenes:
+        if scene.verdict is ConformVerdict.DIFFERS and not (scene.readings or scene.rules or scene.scales):
+            again = f"Play it again with --scene '{scene.name}'. " if recorded.plan else ""
+            yield (
+                f"{scene.name}: nothing known explains it. {again}Does a program write the words, too, is an "
+                f"input wired, is the firmware {recorded.firmware}?"
+            )
+    widest = max((each.high - each.low for each in fitted_scales(result)), default=0)
+    if widest > WIDE_FACTOR:
+        yield "A long move at constant rates, such as the scene 'a longer move' of hour, narrows the factor."
+    if any(scene.verdict is ConformVerdict.OPEN for scene in result.scenes) and recorded.timing.scan_ns:
+        yield "Scenes are open: a counter of scans in the program decides more, see --print-counter."
+    if recorded.plan == "quick":
+        yield "Play the plan hour: it settles rules that are not in quick."
+    if recorded.plan in BUILT_IN:
+        yield from _unplayed(load_plan(recorded.plan), {each.name for each in recorded.scenes})
+    if result.differs:
+        what = f"Send {name}: it" if name else "--out FILE writes a result to send: it"
+        yield f"{what} has every word and image, and none of your names."
+
+
+WIDE_FACTOR = 0.02
+"""Uncertainty of a factor from low to high, beyond which a longer move is suggested."""
+
+_HOW = {"inputs": "wire inputs and give --wire", "encoder": "give --encoder with one that stands still"}
+
+
+def _unplayed(plan: ScenePlan, played: set[str]) -> Iterator[str]:
+    for need, how in _HOW.items():
+        names = [each.name for each in plan.scenes if need in each.needs and each.name not in played]
+        if names:
+            yield f"To play {', '.join(names)}: {how}."
+
+
+def fitted_scales(result: ConformResult) -> list[FittedScale]:
+    """Return the factors that the scenes leave; scenes that contradict each other keep their own."""
+    found: list[FittedScale] = []
+    for scale in (each for scene in result.scenes for each in scene.scales):
+        for place, other in enumerate(found):
+            both = other.within(scale)
+            if both is not None:
+                found[place] = both
+                break
+        else:
+            found.append(scale)
+    return found
+
+
+def factor_sentences(result: ConformResult) -> list[str]:
+    """Return what the factors say, once each; those that a scene leaves beside each other are joined."""
+    found = fitted_scales(result)
+    said = (
+        either([next(each for each in found if each.within(scale)) for scale in scene.scales])
+        for scene in result.scenes
+        if scene.scales
+    )
+    return list(dict.fromkeys(said))

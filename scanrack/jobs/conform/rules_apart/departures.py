@@ -1,0 +1,121 @@
+"""Ways in which a 3601 may depart from the model: words taken, commands refused, bits shown otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from scanrack.io_images.amci3601 import CommandMsw
+from scanrack.runtime.modules.amci3601.altered import Alteration, AlteredLayer, ImageWords
+from scanrack.runtime.modules.amci3601.command_words import CommandWords
+from scanrack.runtime.modules.amci3601.latches import (
+    CLEARED_BY_A_MOVE,
+    POSITION_INVALID,
+    RESETTABLE,
+    STOPPED,
+)
+from scanrack.runtime.modules.amci3601.operation import Host
+from scanrack.runtime.modules.amci3601.refusals import RefusalRule
+
+ABSOLUTE, RELATIVE = CommandMsw.ABSOLUTE_MOVE.value, CommandMsw.RELATIVE_MOVE.value
+HOLD, RESUME = CommandMsw.HOLD_MOVE.value, CommandMsw.RESUME_MOVE.value
+STOP, RESET = CommandMsw.IMMEDIATE_STOP.value, CommandMsw.RESET_ERRORS.value
+MANUAL = (CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW).value
+PRESET, PRESET_ENCODER = CommandMsw.PRESET_POSITION.value, CommandMsw.PRESET_ENCODER.value
+BLEND = (CommandMsw.RUN_BLEND_CW | CommandMsw.RUN_BLEND_CCW).value
+
+Hearing = Callable[[ImageWords], ImageWords]
+Question = Callable[[Host, CommandWords], bool]
+
+
+def hide(sentence: str, bits: int, during: str = "") -> Alteration:
+    """Return a module that never shows some bits, or not in and after one kind of motion."""
+    return Alteration(sentence, hidden=bits, during=during)
+
+
+def hear(sentence: str, commands: int, hearing: Hearing) -> Alteration:
+    """Return a module that takes the words of some commands otherwise; 0 for all words."""
+
+    def taken(words: ImageWords) -> ImageWords:
+        return words if words[0] < 0 or (commands and not words[0] & commands) else hearing(words)
+
+    return Alteration(sentence, hears=taken)
+
+
+def as_command(instead: int) -> Hearing:
+    """Return what takes a command for another one."""
+    return lambda words: (instead, *words[1:])
+
+
+def with_words(change: Callable[[list[int]], Any]) -> Hearing:
+    """Return what takes words after a change of their list."""
+
+    def hearing(words: ImageWords) -> ImageWords:
+        changed = list(words)
+        change(changed)
+        return tuple(changed)
+
+    return hearing
+
+
+def refuse(sentence: str, rule: str, commands: int, asked: Question, *, alone: bool = False) -> Alteration:
+    """Return a module that refuses some commands for one more reason, with the bits of a rule."""
+
+    def broken(host: Host, command: CommandWords) -> bool:
+        return not command.configures and bool(command.msw & commands) and asked(host, command)
+
+    return Alteration(sentence, also=(RefusalRule(rule, broken, alone),))
+
+
+def silent(sentence: str, *rules: str) -> Alteration:
+    """Return a module in which rules set no bits."""
+    return Alteration(sentence, silent=frozenset(rules))
+
+
+def add(sentence: str, rule: str, bits: int) -> Alteration:
+    """Return a module in which a rule sets further bits."""
+    return Alteration(sentence, adds={rule: bits})
+
+
+def overlook(sentence: str, *rules: str) -> Alteration:
+    """Return a module that does not notice faults."""
+    return Alteration(sentence, overlooked=frozenset(rules))
+
+
+def never_clears(sentence: str, bits: int, *, at: int) -> Alteration:
+    """Return a module that leaves bits when it clears `at`."""
+    return Alteration(sentence, clears=lambda given: given & ~bits if given == at else given)
+
+
+def also_clears(sentence: str, bits: int, *, at: int) -> Alteration:
+    """Return a module that clears further bits when it clears `at`."""
+    return Alteration(sentence, clears=lambda given: given | bits if given == at else given)
+
+
+def ruled(sentence: str, layer: type[AlteredLayer]) -> Alteration:
+    """Return a module with its own rules."""
+    return Alteration(sentence, layer=layer)
+
+
+AT_START, AT_RESET, AT_PRESET = CLEARED_BY_A_MOVE, RESETTABLE, POSITION_INVALID
+"""What the model clears at the start of a move, by Reset Errors, and by Preset Position."""
+
+
+def always(_host: Host, _command: CommandWords) -> bool:
+    """Whether a command is refused whatever it is."""
+    return True
+
+
+def is_invalid(host: Host, _command: CommandWords) -> bool:
+    """Whether the position is not valid."""
+    return bool(host.state.latches.bits & POSITION_INVALID)
+
+
+def was_cut(host: Host, command: CommandWords) -> bool:
+    """Whether a motion was stopped last, and its position is not valid."""
+    return bool(host.state.latches.bits & STOPPED) and is_invalid(host, command)
+
+
+def is_busy(host: Host, _command: CommandWords) -> bool:
+    """Whether a motion is under way."""
+    return host.busy

@@ -1,0 +1,299 @@
+"""Verdicts on scenes, rules and readings.
+
+rule      as the manual   it fires in all hypotheses that are left, and a module without it is contradicted
+differs         a module without it, or a rival of its reading, explains a scene that the model does not
+open            it fired, or its bit stands in a read, and nothing decides
+not in this plan        nothing that was played has to do with it
+reading   as read         every rival is contradicted by some scene that the model explains
+otherwise       a rival explains what the model does not
+open            a rival acts in some scene, and nothing decides
+not in this plan        no rival acts in any scene
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import reduce
+from operator import or_
+
+from scanrack.io_images.amci3601 import RULES, Firmware, StatusMsw
+from scanrack.runtime.modules.amci3601.altered import Alteration, Altered3601
+from scanrack.runtime.modules.amci3601.module import Amci3601
+
+from .findings import UNDECIDED, ConformResult, ConformVerdict, Difference, RuleFinding, SceneVerdict
+from .hypotheses import MOST, Search, search
+from .moments import ImageWords, PlayedScene, SeenImage, Timing, Transmission, words_text
+from .rules_apart.rivals import RIVALS
+from .rules_apart.scales import either, fitted, without_lesser
+from .rules_apart.without import STATEMENTS, without
+
+MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
+
+_SCENES = {
+    ConformVerdict.AS_MANUAL: "explained without it as well",
+    ConformVerdict.DIFFERS: "not explained",
+    ConformVerdict.OPEN: "open",
+}
+"""What a scene says of a rule that it does not decide, by the scene's verdict."""
+
+
+class Judge:
+    """Judges scenes one after the other.
+
+    Args:
+        firmware: of the module.
+        timing: of the path.
+        most: hypotheses at a time, before a scene stays open.
+    """
+
+    def __init__(self, firmware: str, timing: Timing, most: int = MOST) -> None:
+        self._firmware, self._timing, self._most = firmware, timing, most
+        known = Firmware.parse(firmware)
+        self.result = ConformResult()
+        for rule in RULES.values():
+            if rule.applies_to(known):
+                why = rule.untestable_because and f"in no image: {rule.untestable_because}"
+                self.result.rules[rule.id] = RuleFinding(
+                    ConformVerdict.NOT_IN_PLAN, why=why or self._unseen(rule.id)
+                )
+        self._contradicted: dict[str, set[int]] = {number: set() for number in RIVALS}
+        for number in _readings():
+            why = "no scene settles it" if number in RIVALS else "no rival of it is known"
+            self.result.readings[number] = RuleFinding(ConformVerdict.NOT_IN_PLAN, why=why)
+
+    @staticmethod
+    def _unseen(rule: str) -> str:
+        return "no scene shows it" if rule in STATEMENTS else "it did not fire in any scene"
+
+    def judge(self, played: PlayedScene) -> SceneVerdict:
+        """Judge a scene, and keep what it says of rules and readings."""
+        found = self._search(played, None)
+        verdict = SceneVerdict(played.name, ConformVerdict.OPEN, found.reads, found.most, played.note)
+        self.result.scenes.append(verdict)
+        if found.many:
+            verdict.why = _too_many(found, played, self._timing)
+        elif found.overlapping:
+            verdict.why = f"{_sent(found.after)} can't have acted after what was sent before: wrong times"
+        elif found.unexplained is not None:
+            verdict.verdict, verdict.difference = ConformVerdict.DIFFERS, _difference(found)
+            self._explain(played, verdict, found)
+        elif not found.reads:
+            verdict.why = played.note or "no read after its configuration"
+        else:
+            if not played.note:
+                verdict.verdict = ConformVerdict.AS_MANUAL
+            self._confirm(played, found)
+        self._note_fired(verdict, found)
+        return verdict
+
+    def _note_fired(self, verdict: SceneVerdict, found: Search) -> None:
+        """Note the rules that fired in a scene which decides nothing about them."""
+        for rule in found.fired_anywhere:
+            finding = self.result.rules.get(rule)
+            if finding is not None and finding.verdict is ConformVerdict.NOT_IN_PLAN:
+                finding.verdict, finding.scene = ConformVerdict.OPEN, verdict.name
+                finding.why = f"it may have fired in {verdict.name}, which is {_SCENES[verdict.verdict]}"
+
+    def _search(
+        self, played: PlayedScene, alteration: Alteration | None, given: Sequence[int] | None = None
+    ) -> Search:
+        return search(played.moments, self._factory(alteration), self._timing, self._most, given)
+
+    def _factory(self, alteration: Alteration | None) -> Callable[[], Amci3601]:
+        if alteration is None:
+            return lambda: Amci3601(self._firmware)
+        return lambda: Altered3601(alteration, self._firmware)
+
+    # -- scenes that are explained ------------------------------------------------------------
+
+    def _confirm(self, played: PlayedScene, found: Search) -> None:
+        scene = _Trail(played, found, _shown_in(played))
+        for rule, finding in self.result.rules.items():
+            if finding.verdict in UNDECIDED:
+                self._confirm_rule(rule, finding, scene)
+        for number, rivals in RIVALS.items():
+            finding = self.result.readings[number]
+            if finding.verdict in UNDECIDED:
+                self._confirm_reading(number, rivals, finding, scene)
+
+    def _confirm_rule(self, rule: str, finding: RuleFinding, scene: _Trail) -> None:
+        alteration = without(rule, scene.fired)
+        if alteration is None:
+            if rule in scene.fired:
+                finding.verdict, finding.why = ConformVerdict.OPEN, "it fired, and sets no bit"
+        elif self._contradicts(scene, alteration):
+            finding.verdict, finding.scene = ConformVerdict.AS_MANUAL, scene.played.name
+            finding.why = f"contradicted: {alteration.sentence}"
+        elif rule in scene.fired:
+            finding.verdict = ConformVerdict.OPEN
+            finding.why = "it fired, and a module without it shows the same"
+
+    def _confirm_reading(
+        self, number: str, rivals: Sequence[Alteration], finding: RuleFinding, scene: _Trail
+    ) -> None:
+        done = self._contradicted[number]
+        for place, rival in enumerate(rivals):
+            if place not in done and self._contradicts(scene, rival):
+                done.add(place)
+                finding.scene = scene.played.name
+            if finding.verdict is ConformVerdict.NOT_IN_PLAN and scene.touches(rival):
+                finding.verdict = ConformVerdict.OPEN
+                finding.why = "a module of the other interpretation shows the same"
+        if len(done) == len(rivals):
+            finding.verdict = ConformVerdict.AS_MANUAL
+            finding.why = "contradicted: " + " ".join(rival.sentence for rival in rivals)
+        elif done:
+            finding.why = f"{len(done)} of its {len(rivals)} rivals are contradicted"
+
+    def _contradicts(self, scene: _Trail, alteration: Alteration) -> bool:
+        """Whether no instants explain a scene with an alteration; those of the model are tried first."""
+        if not scene.touches(alteration):
+            return False
+        if self._search(scene.played, alteration, scene.instants).explains_all:
+            return False
+        return self._search(scene.played, alteration).unexplained is not None
+
+    # -- scenes that differ -------------------------------------------------------------------
+
+    def _explain(self, played: PlayedScene, verdict: SceneVerdict, found: Search) -> None:
+        suspect = _Trail(played, found, _differing(found))
+        for number, alteration in _all_rivals():
+            if self._may_explain(played, alteration, suspect, found):
+                verdict.readings.append(number)
+                self._differs(self.result.readings[number], played.name, alteration.sentence)
+                for rule in RULES.values():
+                    if (
+                        number in rule.reading
+                        and rule.id in self.result.rules
+                        and rule.id in found.fired_anywhere
+                    ):
+                        self._differs(
+                            self.result.rules[rule.id], played.name, f"{number}: {alteration.sentence}"
+                        )
+        if verdict.readings:
+            return
+        fired = found.fired_anywhere
+        for name in [*sorted(fired), *(each for each in STATEMENTS if each not in fired)]:
+            without_it = without(name, fired)
+            if name not in self.result.rules or without_it is None:
+                continue
+            if self._may_explain(played, without_it, suspect, found):
+                verdict.rules.append(name)
+                self._differs(self.result.rules[name], played.name, without_it.sentence)
+        if not verdict.rules and _moves(found):
+            self._fit(played, verdict)
+
+    def _fit(self, played: PlayedScene, verdict: SceneVerdict) -> None:
+        verdict.scales += fitted(lambda alteration: self._search(played, alteration))
+
+    def conclude(self) -> ConformResult:
+        """Return the result when all scenes are judged: only together they tell which factors are left."""
+        scenes = [each for each in self.result.scenes if each.scales]
+        for scene, left in zip(scenes, without_lesser([each.scales for each in scenes]), strict=True):
+            scene.scales = left
+            for scale in left:
+                self._differs(self.result.rules[scale.rule], scene.name, either(left))
+        return self.result
+
+    def _may_explain(
+        self, played: PlayedScene, alteration: Alteration, suspect: _Trail, found: Search
+    ) -> bool:
+        """Whether a scene is explained with an alteration; one that changes nothing before is not tried."""
+        if not suspect.touches(alteration):
+            return False
+        once = self._search(played, alteration, found.instants)
+        if once.unexplained is found.unexplained and once.shown == found.shown:
+            return False
+        return self._search(played, alteration).explains_all
+
+    @staticmethod
+    def _differs(finding: RuleFinding, scene: str, why: str) -> None:
+        finding.verdict, finding.scene, finding.why = ConformVerdict.DIFFERS, scene, why
+
+
+class _Trail:
+    """What a scene and its hypotheses leave: whether an alteration may show in it, a quick look before a run.
+
+    Args:
+        bits: status bits that it may have to do with.
+    """
+
+    def __init__(self, played: PlayedScene, found: Search, bits: int) -> None:
+        self.played, self.fired, self.instants = played, found.fired, found.instants
+        self._sent = {
+            each.words for each in played.moments if isinstance(each, Transmission) and each.words is not None
+        }
+        self._bits, self._fired_anywhere = bits, found.fired_anywhere
+
+    def touches(self, alteration: Alteration) -> bool:
+        """Whether an alteration may show in the scene at all."""
+        if alteration.hidden:
+            return bool(alteration.hidden & self._bits)
+        rules = alteration.silent | alteration.overlooked | alteration.adds.keys()
+        if rules:
+            return not self._fired_anywhere.isdisjoint(rules)
+        if alteration.hears is not None:
+            return any(alteration.hears(words) != words for words in self._sent)
+        return True
+
+
+def _moves(found: Search) -> bool:
+    """Return whether the axis moves around the first read that differs, by the module or by the model."""
+    assert found.unexplained is not None
+    return any(words[0] & MOVING for words in (found.unexplained.words, *found.shown))
+
+
+def _too_many(found: Search, played: PlayedScene, timing: Timing) -> str:
+    """Return why a scene has too many hypotheses: where, what acted before, and what leaves fewer."""
+    sent = found.after
+    assert sent is not None
+    at_ns = sent.window.low_ns - played.moments[0].window.low_ns
+    width_ns = sent.window.high_ns - sent.window.low_ns + timing.lag_ns
+    fewer = "a counter of scans, see --print-counter," if timing.scan_ns else "a longer wait at rest before"
+    return (
+        f"too many hypotheses: {found.many:,} after {at_ns / 1e9:.3f} s, with {_sent(sent)}, which may act "
+        f"within {width_ns / 1e6:.1f} ms; it is number {found.moving} since the axis was at rest; "
+        f"{fewer} leaves fewer"
+    )
+
+
+def _sent(sent: Transmission | None) -> str:
+    if sent is None or sent.words is None:
+        return "the inputs"
+    return f"the words {words_text(sent.words)}"
+
+
+def _shown_in(played: PlayedScene) -> int:
+    """Return the status bits that some read of a scene shows."""
+    return reduce(or_, (_status(each.words) for each in played.moments if isinstance(each, SeenImage)), 0)
+
+
+def _differing(found: Search) -> int:
+    """Return the status bits by which the first read that differs does."""
+    assert found.unexplained is not None
+    read = _status(found.unexplained.words)
+    return reduce(or_, (_status(words) ^ read for words in found.shown), 0)
+
+
+def _status(words: ImageWords) -> int:
+    return words[0] & 0xFFFF | (words[1] & 0xFFFF) << 16
+
+
+def _difference(found: Search) -> Difference:
+    seen, sent = found.unexplained, found.after
+    assert seen is not None
+    assert sent is not None
+    shown = (found.shown[0], found.shown[-1]) if found.shown else (seen.words, seen.words)
+    return Difference(seen.window.low_ns - sent.window.low_ns, sent.words or (), seen.words, shown)
+
+
+def _all_rivals() -> Iterator[tuple[str, Alteration]]:
+    for number, rivals in RIVALS.items():
+        for rival in rivals:
+            yield number, rival
+
+
+def _readings() -> list[str]:
+    """Return the readings that rules name, and those with rivals, by number."""
+    named = {number for rule in RULES.values() for number in rule.reading} | set(RIVALS)
+    return sorted(named, key=lambda number: (int(number[2:].rstrip("ab")), number))

@@ -1,0 +1,118 @@
+"""The bench of `scanrack drive` for cards with their own words: images in and out, inputs by name."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import Annotated, Any, Literal
+
+from pydantic import Field
+from scanrack.io_images.image import Image
+from scanrack.runtime.loop.module import Module
+from scanrack.runtime.machine import MachineSpec
+from scanrack.runtime.modules.record import ModuleRecord, NamedInputs
+
+from .image_bench import NS_PER_MS, time_ms
+from .requests import Level, Milliseconds, RequestError, Strict, Tables, Word, read
+
+
+class CardOptions(Strict):
+    """Options of a fresh bench."""
+
+    scan_ms: Annotated[Decimal, Field(gt=0, le=10_000, decimal_places=6)] = Decimal(2)
+    options: dict[str, Any] = Field(default_factory=dict)
+
+
+class CardRequest(Strict):
+    """One request to a card; `out` may have fewer words than the module, the others are 0."""
+
+    new: CardOptions | None = None
+    power_cycle: Literal[True] | None = None
+    plc_mode: Literal["run", "program"] | None = None
+    out: list[Word] | None = None
+    inputs: dict[str, Level] = Field(default_factory=dict)
+    for_ms: Milliseconds = Decimal(0)
+    changes: Annotated[bool, Field(strict=True)] = False
+
+
+CARD_TABLES: Tables = {(): CardRequest, ("new",): CardOptions}
+
+
+class CardBench:
+    """One card on the bench, driven request by request."""
+
+    def __init__(self, record: ModuleRecord) -> None:
+        self._record = record
+        self._renew(CardOptions())
+
+    def _renew(self, options: CardOptions) -> None:
+        try:
+            self.module: Module = self._record.make(
+                firmware="4.1", machine=MachineSpec(), seed=0, options=options.options, wiring=None
+            )
+        except ValueError as error:
+            raise RequestError(f"new: {error}") from None
+        if self._record.follows(options.options):
+            raise RequestError("new: options.cam: no other slot on this bench")
+        self.words = self._record.words(options.options)
+        self.scan_ns = int(options.scan_ms * NS_PER_MS)
+        self.now_ns = self.scan = 0
+        self._outputs = Image(size=len(self.words.outputs))
+        self._inputs = self.module.update(0, self._outputs)
+
+    def answer_line(self, line: str) -> dict[str, Any]:
+        """Carry out one line; return the reply as drive prints it.
+
+        Raises:
+            RequestError: an illegal value; nothing has changed, except that the bench may be a fresh one.
+        """
+        request = read(line, CardRequest, CARD_TABLES)
+        if request.new is not None:
+            self._renew(request.new)
+        if request.out is not None and len(request.out) > len(self.words.outputs):
+            raise RequestError(f"out: {len(request.out)} words: must be at most {len(self.words.outputs)}")
+        self._set_inputs(request.inputs)
+        if request.power_cycle:
+            self.module.power_cycle()
+        if request.plc_mode is not None:
+            self.module.plc_run(request.plc_mode == "run")
+        if request.out is not None:
+            self._outputs = Image(request.out, size=len(self.words.outputs))
+        changes = self._run(-(-int(request.for_ms * NS_PER_MS) // self.scan_ns))
+        return self._reply() | ({"changes": changes} if request.changes else {})
+
+    def _set_inputs(self, levels: dict[str, int]) -> None:
+        known = self.words.groups.get("input", {})
+        for name in levels:
+            if name not in known or not isinstance(self.module, NamedInputs):
+                raise RequestError(f"inputs.{name}: unknown key; choose from {', '.join(known) or 'none'}")
+            self.module.set_input(name, bool(levels[name]))
+
+    def _run(self, scans: int) -> list[list[Any]]:
+        """Run exchange periods; return the times and contents of changed input images."""
+        changes: list[list[Any]] = []
+        before = list(self._inputs)
+        for step in range(max(scans, 1)):
+            if scans:
+                self.now_ns += self.scan_ns
+                self.scan += 1
+            self._inputs = self.module.update(self.now_ns, self._outputs)
+            if step < scans and list(self._inputs) != before:
+                before = list(self._inputs)
+                changes.append([time_ms(self.now_ns), before])
+        return changes
+
+    def _on(self, group: str, image: Image) -> list[str]:
+        places = self.words.groups.get(group, {})
+        return [name for name, at in places.items() if image.bit(at.word, at.bit)]
+
+    def _reply(self) -> dict[str, Any]:
+        events = [event.text for event in self.module.events]
+        self.module.events.clear()
+        return {
+            "t_ms": time_ms(self.now_ns),
+            "scan": self.scan,
+            "in": list(self._inputs),
+            "bits": self._on("input", self._inputs),
+            "outputs": self._on("output", self._outputs),
+            "events": events,
+        }

@@ -1,0 +1,178 @@
+"""The bench of `scanrack drive` for networked drives: Modbus TCP frames in and out, in virtual time."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, field_validator
+from scanrack.io_images.drives.models import Model
+from scanrack.runtime.line.ports.modbustcp import HEADER, NotModbusError, reply_frame, split_frames
+from scanrack.runtime.machine import Switch
+from scanrack.runtime.modules.drives.drive import DriveUnit
+from scanrack.runtime.modules.drives.registers import DriveRegisters
+
+from .image_bench import NS_PER_MS, time_ms
+from .requests import Milliseconds, RequestError, Steps, Strict, Tables, read
+
+OBSERVED = ("position", "encoder_counts", "flash_writes")
+
+
+class SwitchRange(Strict):
+    """A closed range of the shaft's steps from power-up, in which an input is on; null is open-ended."""
+
+    on_when_pos_in: tuple[Steps | None, Steps | None]
+
+    @field_validator("on_when_pos_in")
+    @classmethod
+    def _ordered(cls, value: tuple[int | None, int | None]) -> tuple[int | None, int | None]:
+        first, last = value
+        if first is not None and last is not None and first > last:
+            raise ValueError("the first end of the range must not be above the last")
+        return value
+
+
+Level = Literal["on", "off"] | SwitchRange
+
+
+class DriveEnv(Strict):
+    """The surroundings of an axis from now on; an input that the model lacks is refused."""
+
+    in1: Level | None = None
+    in2: Level | None = None
+    capture: Level | None = None
+    external: Level | None = None
+    home: Level | None = None
+    cw_limit: Level | None = None
+    ccw_limit: Level | None = None
+    temperature_c: Annotated[float, Field(ge=-273, le=1000)] | None = None
+    driver_fault: bool | None = None
+    encoder_error: bool | None = None
+    stall: Literal[True] | None = None
+    cable: Literal["connected", "lost"] | None = None
+    connection: Literal["lost"] | None = None
+
+
+class DriveNew(Strict):
+    """Options of a fresh bench."""
+
+    axes: Annotated[int, Field(ge=1, strict=True)] = 1
+    options: dict[str, Any] = Field(default_factory=dict)
+
+
+class DriveRequest(Strict):
+    """One request."""
+
+    new: DriveNew | None = None
+    power_cycle: Literal[True] | None = None
+    axis: Annotated[int, Field(ge=1, strict=True)] = 1
+    env: DriveEnv | None = None
+    tx: str | None = None
+    for_ms: Milliseconds = Decimal(0)
+    observe: list[Literal["position", "encoder_counts", "flash_writes"]] | None = None
+
+
+TABLES: Tables = {(): DriveRequest, ("new",): DriveNew, ("env",): DriveEnv}
+
+
+class DriveBench:
+    """A stack of drives on the bench, driven request by request."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+        self._renew(DriveNew())
+
+    def _renew(self, new: DriveNew) -> None:
+        if new.axes > self.model.axes:
+            raise RequestError(f"new.axes: {new.axes} is not allowed: 1 to {self.model.axes}")
+        try:
+            axes = [DriveUnit(self.model, options=new.options) for _ in range(new.axes)]
+        except ValueError as error:
+            raise RequestError(f"new: {error}") from None
+        self.axes, self.registers, self.now_ns = axes, DriveRegisters(axes), 0
+
+    def answer(self, line: str) -> dict[str, Any]:
+        """Carry out one line; return the reply as drive prints it.
+
+        Raises:
+            RequestError: it is illegal; nothing has changed.
+        """
+        request = read(line, DriveRequest, TABLES)
+        frame = None if request.tx is None else _frame(request.tx)
+        axes = len(self.axes) if request.new is None else request.new.axes
+        if request.axis > axes:
+            raise RequestError(f"axis: {request.axis} is not allowed: 1 to {axes}")
+        levels = {} if request.env is None else self._levels(request.env)
+        if request.new is not None:
+            self._renew(request.new)
+        axis = self.axes[request.axis - 1]
+        if request.power_cycle:
+            for each in self.axes:
+                each.power_cycle()
+        if request.env is not None:
+            _surround(axis, request.env, levels)
+        reply: dict[str, Any] = {}
+        if frame is not None:
+            answer = reply_frame(frame, self.registers.answer(frame[HEADER.size :])) if frame else None
+            reply["rx"] = None if answer is None else answer.hex(" ")
+        self.now_ns += int(request.for_ms * NS_PER_MS)
+        for each in self.axes:
+            each.advance(self.now_ns)
+        if request.observe is not None:
+            reply["values"] = {name: _observed(axis, name) for name in request.observe}
+        reply["events"] = [event.text for each in self.axes for event in each.events]
+        for each in self.axes:
+            each.events.clear()
+        return {"t_ms": time_ms(self.now_ns), **reply}
+
+    def _levels(self, env: DriveEnv) -> dict[str, Level]:
+        """Return the inputs that a request sets; refuse those that the model lacks."""
+        names = self.model.input_names
+        given = {name: value for name in INPUTS if (value := getattr(env, name)) is not None}
+        for name in given:
+            if name not in names:
+                raise RequestError(f"env.{name}: the {self.model.title} has {', '.join(names)}")
+        return given
+
+
+INPUTS = ("in1", "in2", "capture", "external", "home", "cw_limit", "ccw_limit")
+
+
+def _frame(text: str) -> bytes:
+    """Return the frame of a request, b"" if a drive would not answer it; RequestError for illegal text."""
+    try:
+        data = bytes.fromhex(text)
+    except ValueError:
+        raise RequestError(f'tx: "{text[:60]}" is not allowed: bytes in hex are') from None
+    try:
+        frames, rest = split_frames(data)
+    except NotModbusError:
+        return b""
+    return frames[0] if len(frames) == 1 and not rest else b""
+
+
+def _surround(axis: DriveUnit, env: DriveEnv, levels: dict[str, Level]) -> None:
+    for name, level in levels.items():
+        bit = axis.terminals[axis.model.input_names.index(name)]
+        if isinstance(level, SwitchRange):
+            axis.machine.rewire(bit, [Switch(bit, *level.on_when_pos_in)])
+        else:
+            axis.machine.rewire(bit, [])
+            axis.machine.set_input(bit, level == "on")
+    if env.temperature_c is not None:
+        axis.set_temperature(env.temperature_c)
+    if env.driver_fault is not None:
+        axis.set_driver_fault(env.driver_fault)
+    if env.encoder_error is not None:
+        axis.set_encoder_error(env.encoder_error)
+    if env.stall:
+        axis.stall()
+    if env.cable is not None:
+        axis.set_cable(env.cable == "connected")
+    if env.connection is not None:
+        axis.lose_connection()
+
+
+def _observed(axis: DriveUnit, name: str) -> int:
+    shaft, counts, _ = axis.figures()
+    return {"position": shaft, "encoder_counts": counts, "flash_writes": axis.memory.writes}[name]

@@ -1,0 +1,199 @@
+"""Requests of `scanrack drive`: the keys of one for an image target, and the errors of all.
+
+Numbers are read as exact decimals, so that times are exact.
+"""
+
+from __future__ import annotations
+
+import difflib
+import json
+from decimal import Decimal
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
+from scanrack.io_images.amci3601.words import WORDS_3601, Profile
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS
+
+SCAN_STEP_MS = Decimal("0.25")
+
+Word = Annotated[int, Field(ge=WORD_MIN, le=UNSIGNED_MAX, strict=True)]
+Level = Annotated[int, Field(ge=0, le=1, strict=True)]
+Steps = Annotated[int, Field(strict=True)]
+Model = TypeVar("Model", bound=BaseModel)
+Milliseconds = Annotated[Decimal, Field(ge=0, le=Decimal(10) ** 12)]
+
+
+class Strict(BaseModel):
+    """A table in which every key is known."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, arbitrary_types_allowed=True)
+
+
+class SwitchRanges(Strict):
+    """Closed ranges of the physical step count at which an input is energized; null is open-ended."""
+
+    capture: tuple[Steps | None, Steps | None] | None = None
+    external: tuple[Steps | None, Steps | None] | None = None
+    home: tuple[Steps | None, Steps | None] | None = None
+    estop: tuple[Steps | None, Steps | None] | None = None
+    cw_limit: tuple[Steps | None, Steps | None] | None = None
+    ccw_limit: tuple[Steps | None, Steps | None] | None = None
+
+    @field_validator("*")
+    @classmethod
+    def _ordered(cls, value: tuple[int | None, int | None] | None) -> tuple[int | None, int | None] | None:
+        if value is not None and None not in value and value[0] > value[1]:  # type: ignore[operator]
+            raise ValueError("the first end of the range must not be above the last")
+        return value
+
+
+class Levels(Strict):
+    """Electrical levels of the discrete inputs, 1 = energized."""
+
+    capture: Level | None = None
+    external: Level | None = None
+    home: Level | None = None
+    estop: Level | None = None
+    cw_limit: Level | None = None
+    ccw_limit: Level | None = None
+
+
+class ImageBenchOptions(Strict):
+    """Options of a fresh bench."""
+
+    firmware: Literal["2.0", "2.1", "2.2", "3.1", "4.1"] = "4.1"
+    scan_ms: Annotated[Decimal, Field(gt=0, le=10_000)] = Decimal(2)
+    machine: SwitchRanges = SwitchRanges()
+    wiring: Literal["diagnostic"] | None = None
+    options: dict[str, bool | int | str] = {}
+
+    @field_validator("scan_ms")
+    @classmethod
+    def _multiple(cls, value: Decimal) -> Decimal:
+        if value % SCAN_STEP_MS:
+            raise ValueError(f"must be a multiple of {SCAN_STEP_MS}")
+        return value
+
+
+class Encoder(Strict):
+    """A hand turns the encoder during this request."""
+
+    counts: Steps = 0
+    markers_ms: list[Milliseconds] = []
+
+
+class Until(Strict):
+    """Status bits that end the request when they have these values."""
+
+    set: list[str] = []
+    clear: list[str] = []
+
+    @field_validator("set", "clear")
+    @classmethod
+    def _known(cls, names: list[str], info: ValidationInfo) -> list[str]:
+        profile: Profile = info.context or WORDS_3601
+        for name in names:
+            if name not in profile.masks:
+                near = difflib.get_close_matches(name.upper(), sorted(profile.masks), n=1)
+                hint = f"; did you mean {near[0]}?" if near else ""
+                raise ValueError(f"{name} is not the name of a status bit{hint}")
+        return names
+
+
+class Request(Strict):
+    """One request to an image target."""
+
+    new: ImageBenchOptions | None = None
+    power_cycle: Literal[True] | None = None
+    plc_mode: Literal["run", "program"] | None = None
+    out: Annotated[list[Word], Field(min_length=WORDS, max_length=WORDS)] | None = None
+    inputs: Levels = Levels()
+    encoder: Encoder | None = None
+    for_ms: Milliseconds = Decimal(0)
+    until: Until | None = None
+    changes: Annotated[bool, Field(strict=True)] = False
+
+    @model_validator(mode="after")
+    def _turning_takes_time(self) -> Request:
+        if self.encoder is not None:
+            if self.encoder.counts and not self.for_ms:
+                raise ValueError(
+                    "encoder: counts are spread over the request's time, so for_ms must be above 0"
+                )
+            late = [str(at) for at in self.encoder.markers_ms if at > self.for_ms]
+            if late:
+                raise ValueError(f"encoder.markers_ms: {', '.join(late)} is beyond for_ms = {self.for_ms}")
+        return self
+
+
+Tables = dict[tuple[str, ...], type[BaseModel]]
+
+TABLES: Tables = {
+    (): Request,
+    ("new",): ImageBenchOptions,
+    ("new", "machine"): SwitchRanges,
+    ("inputs",): Levels,
+    ("encoder",): Encoder,
+    ("until",): Until,
+}
+"""Allowed values by place in a request."""
+
+
+class RequestError(ValueError):
+    """An illegal request; the text names the key, the value and the allowed values."""
+
+
+def parse(line: str, profile: Profile = WORDS_3601) -> Request:
+    """Read one line for an image target; errors as for `read`."""
+    return read(line, Request, TABLES, profile)
+
+
+def read(line: str, model: type[Model], tables: Tables, profile: Profile = WORDS_3601) -> Model:
+    """Read one line.
+
+    Args:
+        tables: the models of the objects in it, by their place, to name the known keys.
+        profile: of the module, for the names of its status bits.
+
+    Raises:
+        RequestError: not JSON, not an object, an unknown key, or a value that is not allowed.
+    """
+    try:
+        data = json_value(line, parse_float=Decimal, parse_constant=_no_constant)
+    except ValueError as error:
+        raise RequestError(f"not a JSON object: {error}") from None
+    if not isinstance(data, dict):
+        raise RequestError(f"not a JSON object: {line.strip()[:60]}")
+    try:
+        return model.model_validate(data, context=profile)
+    except ValidationError as error:
+        raise RequestError("; ".join(_explain(fault, tables) for fault in error.errors())) from None
+
+
+def _no_constant(name: str) -> Any:
+    raise ValueError(f"{name} is not a number")
+
+
+def _explain(fault: Any, tables: Tables) -> str:
+    """Return a validation error in one line: key, value, allowed values."""
+    key = ".".join(str(part) for part in fault["loc"]) or "request"
+    if fault["type"] == "extra_forbidden":
+        table = tables.get(fault["loc"][:-1])
+        allowed = f"; choose from {', '.join(table.model_fields)}" if table is not None else ""
+        return f"{key}: unknown key{allowed}"
+    value = "" if isinstance(fault["input"], BaseModel | dict) else f" {_shown(fault['input'])}"
+    message = fault.get("ctx", {}).get("error") or fault["msg"]
+    return f"{key}:{value} is not allowed: {message}" if value else f"{key}: {message}"
+
+
+def _shown(value: Any) -> str:
+    return json.dumps(value, default=lambda other: float(other) if isinstance(other, Decimal) else "")[:80]

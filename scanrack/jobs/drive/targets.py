@@ -1,0 +1,46 @@
+"""The targets of `scanrack drive`: every module of the registry, and the controllers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.io_images.drives.models import MODELS, Model
+from scanrack.runtime.modules.record import ModuleRecord, Trait
+from scanrack.runtime.modules.registry import OWN
+
+from .adapter_bench import AdapterBench
+from .card_bench import CardBench
+from .drive_bench import DriveBench
+from .image_bench import ImageBench, on_bench
+from .pcl601_bench import pcl601_bench
+from .pmc006_bench import pmc006_bench
+from .requests import parse
+
+Answer = Callable[[str], dict[str, Any]]
+"""Answers a line of a session; RequestError for an illegal one."""
+
+
+def module_bench(record: ModuleRecord) -> Answer:
+    """Return a fresh bench of a kind of module."""
+    if Trait.LINE in record.traits:
+        return AdapterBench(partial(on_bench, record)).answer_line
+    if is_stepper(words := record.words({})):
+        bench = ImageBench(partial(on_bench, record), words)
+        return lambda line: bench.answer(parse(line, words))
+    return CardBench(record).answer_line
+
+
+def _drive_bench(model: Model) -> Answer:
+    return DriveBench(model).answer
+
+
+BENCHES: Mapping[str, Callable[[], Answer]] = {
+    **{name: partial(module_bench, record) for name, record in OWN.items()},
+    "pcl601": lambda: pcl601_bench().answer,
+    "pmc006": lambda: pmc006_bench().answer,
+    **{name: partial(_drive_bench, model) for name, model in MODELS.items()},
+}
+"""Makers of the targets' benches, by name."""

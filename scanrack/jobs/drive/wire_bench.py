@@ -1,0 +1,209 @@
+"""The bench for wire targets of `scanrack drive`: a controller, its serial line, its pins.
+
+A target (`WireTarget`) has the controller, its signals and its environment; the bench has the
+common parts: the order of the keys, the bytes on the line at the line's speed, time, marks,
+replies. A target's file defines
+
+    the options of `new` and the table of `env`     two `Strict` models
+    a function that makes a target of the options   ValueError for illegal ones
+
+and puts `WireBench(make, New, env)` into the table of `drive`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Annotated, Any, Generic, Literal, TypeVar
+
+from pydantic import BaseModel, Field, model_validator
+from scanrack.runtime.line.wire import ControllerDevice, LineFormat, SerialBus
+from scanrack.runtime.loop.events import JsonValue
+
+from .image_bench import NS_PER_MS, time_ms
+from .requests import Milliseconds, RequestError, Strict, Tables, read
+
+New = TypeVar("New", bound=BaseModel)
+Env = TypeVar("Env", bound=BaseModel)
+PinState = TypeVar("PinState")
+
+MARKED = "position_minus_mark:"
+
+
+@dataclass(frozen=True, slots=True)
+class WireTarget(Generic[Env]):
+    """A controller on the bench.
+
+    All functions are called with the bus's present time, to which the device has been advanced.
+    """
+
+    device: ControllerDevice
+    signals: Mapping[str, Callable[[], JsonValue]]  # those that can be observed, without marks
+    set_env: Callable[[int, Env], None]  # sets pins and voltages; keys that are None are not in the request
+    silence_ns: int  # how long the bench waits for a reply, from the end of the last byte
+    quiet_ns: Callable[[], int] = lambda: 0  # returns the required silence before a frame
+    has_reset: bool = False  # whether there is a reset button, which cycles the power
+
+
+def pin_state(
+    value: Any, levels: Mapping[str, PinState], followers: Mapping[str, Callable[[int], PinState]], forms: str
+) -> PinState:
+    """Return the level of a pin's value, or one that follows the position."""
+    if isinstance(value, str) and value in levels:
+        return levels[value]
+    if isinstance(value, dict) and len(value) == 1:
+        [(key, position)] = value.items()
+        if key in followers and isinstance(position, int) and not isinstance(position, bool):
+            return followers[key](position)
+    raise ValueError(f"must be {forms}")
+
+
+class WireRequest(Strict, Generic[New, Env]):
+    """One request to a wire target."""
+
+    new: New | None = None
+    power_cycle: Literal[True] | None = None
+    reset: Literal[True] | None = None
+    env: Env | None = None
+    mark: Annotated[str, Field(min_length=1)] | None = None
+    tx: str | None = None
+    tx_text: str | None = None
+    char_gap_ms: Milliseconds = Decimal(0)
+    for_ms: Milliseconds = Decimal(0)
+    observe: list[str] | None = None
+
+    @model_validator(mode="after")
+    def _one_thing_is_sent(self) -> WireRequest[New, Env]:
+        if self.tx is not None and self.tx_text is not None:
+            raise ValueError("give tx or tx_text, not both")
+        if self.char_gap_ms and self.tx_text is None:
+            raise ValueError("char_gap_ms: allowed with tx_text only")
+        return self
+
+    def bytes_to_send(self) -> bytes | None:
+        """Return the bytes to send, or None; RequestError for illegal bytes."""
+        if self.tx is not None:
+            try:
+                data = bytes.fromhex(self.tx)
+            except ValueError:
+                raise RequestError(f'tx: "{self.tx[:60]}" is not allowed: bytes in hex are') from None
+        elif self.tx_text is not None:
+            try:
+                data = self.tx_text.encode("latin-1")
+            except UnicodeEncodeError:
+                raise RequestError("tx_text: characters above U+00FF are not allowed") from None
+        else:
+            return None
+        if not data:
+            raise RequestError("tx: at least one byte is needed")
+        return data
+
+
+class WireBench(Generic[New, Env]):
+    """One controller on the bench, driven request by request.
+
+    Args:
+        make: makes a target for the options of a fresh bench; ValueError for illegal ones.
+        new: model of the options, all of which have defaults.
+        env: model of the controller's environment; every key defaults to None.
+        inner: models of the objects within these two, by their place, to name their keys in errors.
+    """
+
+    def __init__(
+        self,
+        make: Callable[[New], WireTarget[Env]],
+        new: type[New],
+        env: type[Env],
+        inner: Tables | None = None,
+    ) -> None:
+        self._make = make
+        self._model: type[WireRequest[New, Env]] = WireRequest[new, env]  # type: ignore[valid-type]
+        self._tables: Tables = {(): self._model, ("new",): new, ("env",): env, **(inner or {})}
+        self._renew(make(new()))
+
+    def _renew(self, target: WireTarget[Env]) -> None:
+        self.target = target
+        self.bus = SerialBus(target.device)
+        self._marks: dict[str, int] = {}
+
+    def answer(self, line: str) -> dict[str, Any]:
+        """Carry out one line of requests; return the reply as drive prints it.
+
+        Raises:
+            RequestError: it is illegal; nothing has changed.
+        """
+        request = read(line, self._model, self._tables)
+        data = request.bytes_to_send()
+        fresh = self._checked(request)
+        if fresh is not None:
+            self._renew(fresh)
+        self._touch(request)
+        reply: dict[str, Any] = {}
+        if data is not None:
+            received = self._exchange(data, int(request.char_gap_ms * NS_PER_MS))
+            reply["rx"] = received.hex(" ") or None
+            reply["rx_text"] = received.decode("latin-1") or None
+        self.bus.run_until(self.bus.now_ns + int(request.for_ms * NS_PER_MS))
+        if request.observe is not None:
+            reply["values"] = {name: self._value(name) for name in request.observe}
+        return {"t_ms": time_ms(self.bus.now_ns), **reply}
+
+    def _checked(self, request: WireRequest[New, Env]) -> WireTarget[Env] | None:
+        """Refuse an illegal request; return the target of a fresh bench, if it asks for one."""
+        fresh = None
+        if request.new is not None:
+            try:
+                fresh = self._make(request.new)
+            except ValueError as error:
+                raise RequestError(f"new: {error}") from None
+        if request.reset and not self.target.has_reset:
+            raise RequestError("reset: this controller has no reset button; power_cycle is allowed")
+        marks = {MARKED + name for name in (*(() if fresh else self._marks), request.mark or "")}
+        for name in request.observe or ():
+            if name not in self.target.signals and name not in marks:
+                allowed = ", ".join((*self.target.signals, MARKED + "NAME"))
+                raise RequestError(
+                    f'observe: "{name}" is not a signal, or no such mark is set; choose from {allowed}'
+                )
+        return fresh
+
+    def _touch(self, request: WireRequest[New, Env]) -> None:
+        """Apply manual changes, before anything is sent."""
+        now_ns = self.bus.now_ns
+        self.bus.run_until(now_ns)
+        if request.power_cycle:
+            self.target.device.power_cycle(now_ns)
+        if request.reset:
+            self.target.device.power_cycle(now_ns)
+        if request.env is not None:
+            self.target.set_env(now_ns, request.env)
+        self.bus.run_until(now_ns)
+        if request.mark is not None:
+            self._marks[request.mark] = self.target.device.motor_position
+
+    def _exchange(self, data: bytes, gap_ns: int) -> bytes:
+        """Send bytes; run until the reply has arrived, or the silence limit is over."""
+        bus, target = self.bus, self.target
+        if bus.quiet_since_ns is not None:
+            bus.run_until(max(bus.now_ns, bus.quiet_since_ns + target.quiet_ns()))
+        bus.take()
+        sent_ns = bus.send(data, self._format, gap_ns)
+        bus.run_until(sent_ns)
+        silent_ns = sent_ns + target.silence_ns
+        while not (bus.heard and bus.is_idle):
+            due_ns = bus.next_event_ns()
+            if due_ns is None or (due_ns > silent_ns and bus.is_idle):
+                bus.run_until(silent_ns)
+                break
+            bus.run_until(due_ns)
+        return bus.take()
+
+    @property
+    def _format(self) -> LineFormat:
+        return self.target.device.line_format
+
+    def _value(self, name: str) -> JsonValue:
+        if name.startswith(MARKED):
+            return self.target.device.motor_position - self._marks[name.removeprefix(MARKED)]
+        return self.target.signals[name]()

@@ -1,0 +1,197 @@
+"""The first run of an export, on a rack in a temporary folder: a thousand scans, and what they show.
+
+What is not simulated is memory: no one presses a button, no part comes by. So the report names the conditions
+that the program waits for, the inputs that never changed, and the modules that would change them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.times import time_text
+from scanrack.ladder.debug import Debugger
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.operands import Constant, Place
+from scanrack.ladder.state.memory import Value
+from scanrack.rockwell.l5x import L5xImport
+from scanrack.rockwell.slc import SlcImport
+from scanrack.runtime.loop.faults import CpuFault
+
+from ..bench.bench import Bench
+from ..bench.opening import bench_of
+from ..imports.export_slots import ExportSlot
+from ..imports.export_start import DOWNLOADED, ExportStart
+from ..imports.l5x_rack import all_modules
+from ..imports.slc_rack import slots_of_slc
+from ..load.exports import rack_of_export
+from ..load.loading import load_job
+from .waiting import Condition, conditions
+
+SCANS = 1000
+"""Scans of a first run."""
+
+SHOWN = 12
+"""Inputs that are listed as text."""
+
+
+@dataclass(slots=True)
+class FirstRun:
+    """What a first run shows."""
+
+    scans: int = 0  # done
+    time_ns: int = 0
+    fault: str = ""  # why it ended early, "" if it did not
+    problem: str = ""  # why nothing ran, "" if something did
+    stubs: tuple[str, ...] = ()
+    waits: list[Condition] = field(default_factory=list)
+    inputs: list[str] = field(default_factory=list)  # of modules, that never changed
+    others: list[str] = field(default_factory=list)  # read, and written by nothing: panel, other controllers
+    modules: list[dict[str, object]] = field(default_factory=list)  # not simulated
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for `--json`."""
+        return {
+            "scans": self.scans,
+            "time_ns": self.time_ns,
+            "fault": self.fault,
+            "problem": self.problem,
+            "stubs": list(self.stubs),
+            "waits": [each.as_json() for each in self.waits],
+            "unchanged_inputs": self.inputs,
+            "never_written": self.others,
+            "modules": self.modules,
+        }
+
+    def lines(self) -> Iterator[str]:
+        """Yield it as text."""
+        if self.problem:
+            yield f"first run: none: {self.problem}"
+            return
+        ended = f", ended by {self.fault}" if self.fault else ""
+        yield f"first run: {self.scans:,} scans, {time_text(self.time_ns)}{ended}"
+        waits = [line for each in self.waits for line in each.lines()]
+        modules = [_module_text(each) for each in self.modules]
+        sections: dict[str, Iterable[str]] = {
+            "it waits for": waits,
+            "inputs that never changed": _first(self.inputs),
+            "tags that nothing writes": _first(self.others),
+            "modules it wants, memory here": modules,
+            "in place of what is not here": self.stubs,
+        }
+        for title, listed in sections.items():
+            shown = [f"    {each}" for each in listed]
+            yield from (f"{title}:", *shown) if shown else ()
+
+
+def first_run(
+    export: Path,
+    imported: L5xImport | SlcImport,
+    scans: int = SCANS,
+    begins: ExportStart = DOWNLOADED,
+) -> FirstRun:
+    """Run an export on its own rack, and report.
+
+    Args:
+        imported: the export, imported for a trial.
+        begins: how it begins.
+    """
+    wanted = (each for each in _modules(imported) if each.module is None)
+    found = FirstRun(modules=[_wanted(each) for each in wanted])
+    try:
+        job = load_job(str(rack_of_export(export, imported, begins)))
+        opened = bench_of(job, watched=True)
+    except (LadderError, ValueError, OSError, RecursionError) as error:
+        found.problem = str(error)
+        return found
+    with opened as bench:
+        debugger: Debugger = bench.program
+        inputs = _Inputs(debugger)
+        _scan(bench, found, scans, inputs.look)
+        found.stubs = job.stubs
+        found.inputs, found.others = inputs.unchanged(module=True), inputs.unchanged(module=False)
+        if bench.scans and not found.fault:
+            found.waits = conditions(debugger)
+    return found
+
+
+def _modules(imported: L5xImport | SlcImport) -> list[ExportSlot]:
+    if isinstance(imported, SlcImport):
+        return slots_of_slc(imported.document.slots.values())
+    return all_modules(imported.document.modules)
+
+
+STRIDE = 20
+"""Scans between two looks at the inputs."""
+
+
+def _scan(bench: Bench, found: FirstRun, scans: int, look: Any) -> None:
+    try:
+        for begin in range(0, scans, STRIDE):
+            bench.scan(min(STRIDE, scans - begin))
+            look()
+    except CpuFault as error:
+        found.fault = str(error)
+    found.scans, found.time_ns = bench.scans, bench.now_ns
+
+
+class _Inputs:
+    """The tags that instructions read and none writes, with their values at the begin."""
+
+    def __init__(self, debugger: Debugger) -> None:
+        self._engine = debugger.engine
+        self._places = dict(_read_only(debugger))
+        self._before = {name: self._value(place) for name, place in self._places.items()}
+        self._changed: set[str] = set()
+
+    def _value(self, place: Place) -> Value:
+        return self._engine.interpreter.get(place)
+
+    def look(self) -> None:
+        """Note the ones that have changed."""
+        for name, value in self._before.items():
+            if name not in self._changed and self._value(self._places[name]) != value:
+                self._changed.add(name)
+
+    def unchanged(self, *, module: bool) -> list[str]:
+        """Return those that never changed: of modules, or the others."""
+        left = (name for name in self._places if name not in self._changed)
+        return [name for name in left if (":" in self._places[name].leaf.path) is module]
+
+
+def _read_only(debugger: Debugger) -> Iterator[tuple[str, Place]]:
+    """Yield tags that instructions read and none writes, as in rungs; none with a computed subscript."""
+    written: set[str] = set()
+    read: dict[str, Place] = {}
+    for each in debugger.cross_reference.mentions:
+        where = each.where
+        path = (where.leaf.path if isinstance(where, Place) else where.path).upper()
+        if each.writes:
+            written.add(path)
+        elif isinstance(where, Place) and not where.leaf.frame and _is_fixed(where):
+            read.setdefault(each.text, where)
+    for text, where in read.items():
+        parts = where.leaf.path.upper().split(".")
+        above = {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
+        if not above & written and not parts[0].startswith("S:"):
+            yield text, where
+
+
+def _is_fixed(place: Place) -> bool:
+    return all(isinstance(each, Constant) for each in (*place.indices, *filter(None, [place.bit])))
+
+
+def _first(names: list[str]) -> list[str]:
+    return [*names[:SHOWN], *([f"and {len(names) - SHOWN:,} more"] * (len(names) > SHOWN))]
+
+
+def _wanted(slot: ExportSlot) -> dict[str, object]:
+    return {"name": slot.name, "catalog": slot.catalog, "slot": slot.number or None, "tags": slot.tags}
+
+
+def _module_text(module: dict[str, object]) -> str:
+    place = f"slot {module['slot']}" if module["slot"] else "on a network"
+    tags = f": {module['tags']}" if module["tags"] else ""
+    return f"{module['catalog'] or 'a module'} {module['name']}".rstrip() + f", {place}{tags}"

@@ -1,0 +1,131 @@
+"""The conditions that a program waits for: where the power of a rung ends after the last scan.
+
+    XIC(Auto) ==== EQU(Step,20) ==== XIC(PartThere) ---- OTE(Clamp)     it waits for XIC(PartThere)
+
+A rung whose first conditions pass is nearer to passing than one whose first condition is false: those come
+first, in the order of the scan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from scanrack.ladder.debug import Debugger
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.operands import Calculation, Group, Place
+from scanrack.ladder.model.spec import InstructionKind
+from scanrack.ladder.state.lowered import LoweredLine, LoweredRoutine, LoweredStep, steps_of
+from scanrack.ladder.state.memory import Value
+
+SHOWN = 3
+"""Conditions that are shown."""
+
+
+HEADS = frozenset({"IF", "ELSIF", "WHILE"})
+"""Conditions of structured text."""
+
+
+@dataclass(frozen=True, slots=True)
+class Condition:
+    """A condition without power behind it."""
+
+    routine: str
+    rung: int
+    unit: str  # rung or line
+    condition: str  # the instruction as written
+    tag: str
+    value: object
+    why: str  # since when, and by what
+
+    def as_json(self) -> dict[str, object]:
+        """Return it for `--json`."""
+        return {name: getattr(self, name) for name in self.__slots__}
+
+    def lines(self) -> Iterator[str]:
+        """Yield it as text."""
+        yield f"{self.routine}, {self.unit} {self.rung}: {self.condition}"
+        yield from (f"    {each}" for each in self.why.splitlines()[:SHOWN])
+
+
+def conditions(debugger: Debugger) -> list[Condition]:
+    """Return the first conditions that are false after the last scan."""
+    found = sorted(_blocked(debugger), key=lambda each: not each[0])
+    conditions: list[Condition] = []
+    for _, routine, line, step in found:
+        condition = _condition(debugger, routine, line, step)
+        if condition is not None and condition.tag not in [each.tag for each in conditions]:
+            conditions.append(condition)
+        if len(conditions) == SHOWN:
+            break
+    return conditions
+
+
+def _blocked(debugger: Debugger) -> Iterator[tuple[bool, LoweredRoutine, LoweredLine, LoweredStep]]:
+    """Yield rungs that were scanned and have a false condition, and whether a condition before it passes."""
+    lowered = debugger.engine.lowered
+    for routine in lowered.routines.values():
+        if routine.frame or routine.name == "Axes3601":
+            continue
+        try:
+            truths = debugger.truth(routine.name)
+        except LadderError:
+            continue
+        for line in routine.lines:
+            power = truths[line.number] if line.number < len(truths) else None
+            steps = steps_of(line.nodes, copies=False)
+            if not power or not steps:
+                continue
+            if routine.body is not None:
+                if not power[-1] and steps[-1].name in HEADS:
+                    yield True, routine, line, steps[-1]
+                continue
+            if len(power) != len(steps):
+                continue
+            for place, step in enumerate(steps):
+                if not power[place] and _is_condition(step):
+                    yield any(power[:place]), routine, line, step
+                    break
+
+
+def _is_condition(step: LoweredStep) -> bool:
+    return (step.spec.decides or step.spec.kind is InstructionKind.INPUT) and bool(step.operands)
+
+
+def _condition(
+    debugger: Debugger, routine: LoweredRoutine, line: LoweredLine, step: LoweredStep
+) -> Condition | None:
+    tags = [each for operand in step.operands for each in _tags(operand)]
+    if not tags:
+        return None
+    try:
+        values = {each: debugger.tags[each] for each in tags}
+        tag = next((name for name, value in values.items() if value is False), tags[0])
+        value, why = values[tag], _why(debugger, tag, values[tag])
+    except (LadderError, ValueError):
+        return None
+    written = f"{step.name}({','.join(map(_text, step.operands))})"
+    if routine.body is not None:
+        written = line.text.strip() or written
+    return Condition(routine.name, line.number, routine.unit, written, tag, value, why)
+
+
+def _why(debugger: Debugger, tag: str, value: Value) -> str:
+    """Return why a tag has its value; of one that nothing writes without a search of the past."""
+    if ":" in tag or any(each.writes for each in debugger.cross_reference.of(tag)):
+        return str(debugger.why(tag))
+    return f"{tag} is {int(value) if isinstance(value, bool) else value}: no rung writes it."
+
+
+def _tags(operand: object) -> Iterator[str]:
+    if isinstance(operand, (Place, Group)):
+        yield operand.text
+    elif isinstance(operand, Calculation):
+        for each in operand.operands:
+            yield from _tags(each)
+
+
+def _text(operand: object) -> str:
+    if isinstance(operand, Calculation):
+        return f"{operand.name}({','.join(map(_text, operand.operands))})"
+    return str(getattr(operand, "text", getattr(operand, "value", operand)))

@@ -1,0 +1,55 @@
+"""Searches a user's logic for failures under random conditions.
+
+    from scanrack.jobs.fuzz import never, eventually
+
+    @never
+    def command_error(now):
+        "no COMMAND_ERROR ever"
+        return now.slot[1].status.COMMAND_ERROR
+
+    @eventually("5 s", after=lambda now: now.slot[1].status.IN_ESTOP)
+    def stands_still(now):
+        "at most 5 s from emergency stop to zero speed"
+        return not now.slot[1].moving
+
+Random conditions (`scenario`) are tried one after the other (`trial`), each with the logic
+and the rack is built again; what breaks an invariant is made small by `shrink`.
+"""
+
+from scanrack.io_images.renamed import renamed
+
+from .invariants.goals import maximize, sometimes
+from .invariants.invariants import Invariant, InvariantError, always, eventually, load_invariants, never
+from .invariants.scan_view import SlotSnapshot, Snapshot
+from .invariants.standard import STANDARD
+from .run import BrokenInvariant, TrialBench, Verdict
+from .scenarios.scenario import Press, Scenario
+from .search import Counterexample, NondeterministicError, SearchReport, search, undisturbed
+
+__all__ = [
+    "STANDARD",
+    "BrokenInvariant",
+    "Counterexample",
+    "Invariant",
+    "InvariantError",
+    "NondeterministicError",
+    "Press",
+    "Scenario",
+    "SearchReport",
+    "SlotSnapshot",
+    "Snapshot",
+    "TrialBench",
+    "Verdict",
+    "always",
+    "eventually",
+    "load_invariants",
+    "maximize",
+    "never",
+    "search",
+    "sometimes",
+    "undisturbed",
+]
+
+
+def __getattr__(name: str) -> object:
+    return renamed(__name__, name)

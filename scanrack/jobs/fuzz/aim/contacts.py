@@ -1,0 +1,60 @@
+"""What a person can operate, and sensors that fail: one is drawn, more often one that the program answers."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from random import Random
+
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.modules.record import Trait
+
+from ..scenarios.kinds import Kind, buttons, card_buttons, sensors
+from ..scenarios.scenario import ContactPress, Press
+
+Contact = Press | ContactPress
+"""A contact as a part of a scenario; its instant does not count."""
+
+BUTTON, SENSOR, ANSWERED = 2, 1, 6
+"""Weights of a button, of a level of a sensor, and how much more of a contact that was answered."""
+
+
+class Contacts:
+    """The contacts of a rack with their weights; false if there are none."""
+
+    def __init__(self, spec: RackSpec, kinds: Collection[Kind]) -> None:
+        self._weights: dict[Contact, int] = {}
+        self._few: list[Contact] = []
+        if Kind.INPUTS not in kinds:
+            return
+        for slot in spec.slot:
+            if slot.has(Trait.MACHINE):
+                for bit in buttons(slot):  # releasing a button that is not pressed changes nothing
+                    self._weights[Press(slot.number, bit, True, 0, 0)] = BUTTON
+                for bit in sensors(slot):  # it sticks, on or off
+                    for level in (True, False):
+                        self._weights[Press(slot.number, bit, level, 0, 0)] = SENSOR
+        for number, name in card_buttons(spec):
+            self._weights[ContactPress(number, name, 0, 0)] = BUTTON
+
+    def __bool__(self) -> bool:
+        return bool(self._weights)
+
+    @property
+    def operated(self) -> list[Contact]:
+        """The buttons and switches that a person operates."""
+        return [each for each, weight in self._weights.items() if weight != SENSOR]
+
+    def answered(self, contact: Contact) -> None:
+        """Note that the program does something else when this contact is operated."""
+        self._weights[contact] = BUTTON + ANSWERED
+
+    def draw(self, random: Random) -> Contact:
+        """Return a contact, of the few that are operated at present."""
+        return random.choice(self._few) if self._few else self._any(random, 1)[0]
+
+    def narrow(self, random: Random, count: int) -> None:
+        """Operate at most some contacts from now on; 0 = all."""
+        self._few = self._any(random, count) if self else []
+
+    def _any(self, random: Random, count: int) -> list[Contact]:
+        return random.choices(list(self._weights), list(self._weights.values()), k=count)

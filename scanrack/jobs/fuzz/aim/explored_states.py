@@ -1,0 +1,73 @@
+"""Ends runs in explored states: those from which another run has already gone on to its end.
+
+A state is what `Probe.state` says of it: steps, flags, commands, status, nothing of timers and positions.
+It is looked at after every `CALM` scans behind the last event.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.cpu import Cpu
+
+from ..scenarios.parts import Lasting, Timed, parts_of, timed_parts
+from ..scenarios.scenario import Scenario
+from .probe import Probe
+
+CALM = 1_500
+"""Scans between two looks; a shorter run has no look."""
+
+MOST = 100_000
+"""Largest number of states."""
+
+
+class ExploredStates:
+    """The states of one search, each with the first scan in which a run was in it."""
+
+    def __init__(self) -> None:
+        self._firsts: dict[bytes, int] = {}
+
+    def begin(self, scenario: Scenario, spec: RackSpec) -> ExploredStateStop:
+        """Return what ends the run of a scenario."""
+        ends_ns = [_end_ns(part) for part in timed_parts(scenario)]
+        whole = [part for _, part in parts_of(scenario) if not hasattr(part, "at_ns")]
+        return ExploredStateStop(self._firsts, repr(whole), max(ends_ns, default=0) // spec.scan_ns + 2)
+
+
+class ExploredStateStop:
+    """Runs a CPU to its end, or to a state that is known.
+
+    Args:
+        firsts: the known states; those of this run come into it with `learn`.
+        surroundings: what holds for the whole run.
+        calm_from: scan behind the last event.
+    """
+
+    def __init__(self, firsts: dict[bytes, int], surroundings: str, calm_from: int) -> None:
+        self._firsts, self._surroundings, self._calm_from = firsts, surroundings, calm_from
+        self._passed: dict[bytes, int] = {}
+
+    def run(self, cpu: Cpu, probe: Probe, scans: int, waits: Callable[[], bool]) -> None:
+        """Run scans, fewer if the state is known and nothing is waited for.
+
+        Args:
+            waits: returns whether an invariant's clock runs.
+        """
+        cpu.run(min(scans, self._calm_from) if scans > CALM else scans)
+        while cpu.scan < scans and not cpu.stop_requested:
+            cpu.run(min(CALM, scans - cpu.scan))
+            state = probe.state(self._surroundings)
+            if self._firsts.get(state, scans) <= cpu.scan and not waits():
+                return
+            self._passed.setdefault(state, cpu.scan)
+
+    def learn(self) -> None:
+        """Keep the states of this run, in which nothing was broken."""
+        for state, scan in self._passed.items():
+            if len(self._firsts) < MOST or state in self._firsts:
+                self._firsts[state] = min(scan, self._firsts.get(state, scan))
+
+
+def _end_ns(part: Timed) -> int:
+    return part.at_ns + (part.for_ns if isinstance(part, Lasting) else 0)

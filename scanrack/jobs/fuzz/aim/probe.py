@@ -1,0 +1,240 @@
+"""A listener that notes what changes in a run, and in which scans.
+
+    group      a change of
+    status     status bits of a 3601, input words of a card
+    command    the first two output words of a 3601, output words of a card
+    together   several output words
+    number     the upper word of a position: a number in two words takes a step
+    path       the power in a rung; the branches that a Python program takes in one scan
+    state      a tag or a field: a flag, a text, a small integer; the line where a sequence waits
+    size       the size of a larger integer
+    pair       a status bit changes under a command
+    under      a flag changes while the steps are these
+
+Each group is compared as a whole first: a scan in which nothing changes costs a comparison for each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from enum import Enum
+from hashlib import blake2b
+from types import CellType
+from typing import Any
+
+from scanrack.io_images.amci3601.words import may_be_stepper
+from scanrack.ladder.compiler import ObservedScanner, observed_scanner_of
+from scanrack.ladder.compiler.observed import NOTED, Observation, lines_of
+from scanrack.ladder.python.sequences import Sequence as LogicSequence
+from scanrack.ladder.run.engine import Engine
+from scanrack.ladder.state.lowered import LoweredProgram
+from scanrack.runtime.loop.listeners import QuietListener
+from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime.loop.scan import ScanLogic
+
+from ...record.logic_wrapper import unwrapped
+from ...record.sequence_watch import sequences_in
+from .branches import NAME
+from .edges import COMMAND, PAIR, SIZE, STATE, TOGETHER, UNDER, Edges
+from .python_state import fields_reader, namespace_of
+
+SMALL = range(-1, 33)
+"""Integers that are distinguished; of others only the size."""
+
+MOST_TAGS = 1_000
+"""Largest number of tags that are looked at."""
+
+Values = list[Hashable] | dict[Hashable, Hashable]
+"""Values of a group by place or name."""
+
+
+class Probe(QuietListener):
+    """Notes the changes of one run in `edges`: call `prepared` and `watch` before it."""
+
+    def __init__(self, edges: Edges) -> None:
+        self.edges = edges
+        self._notes: list[Any] = []
+        self._branches = bytearray()
+        self._values: list[tuple[str, Callable[[], Values]]] = []
+        self._last: list[Values] = []
+        self._taken = self._none = b""
+
+    def prepared(self, logic: ScanLogic) -> ScanLogic:
+        """Let a new engine note the power of its rungs, if the logic is a compiled one; return the logic."""
+        if type(logic) is Engine:
+            scanner = noting(logic.lowered)
+            notes = self._notes = [None] * scanner.places
+            logic.compiled_as(lambda engine: scanner.bind(engine, {NOTED: notes}))
+        return logic
+
+    def watch(self, logic: ScanLogic, rack: Rack) -> None:
+        """Take a rack and its logic, before the first scan."""
+        self._slots = [
+            (slot, 2, 2) if may_be_stepper(slot.words) else (slot, len(slot.inputs), len(slot.outputs))
+            for slot in rack.slots.values()
+        ]
+        self._memory, self._seen = rack.memory, bytes(len(rack.memory))
+        self._words = [((0,) * len(slot.inputs), (0,) * len(slot.outputs)) for slot, *_ in self._slots]
+        self.logic = logic
+        inside, notes = unwrapped(logic), self._notes
+        if isinstance(inside, Engine):
+            self._values = [("path", lambda: notes), (STATE, _tags(inside))]
+        else:
+            module = namespace_of(inside)
+            self._branches = module.get(NAME, self._branches)
+            self._none = bytes(len(self._branches))
+            self._branches[:] = self._none  # of the run before
+            self._values = [(STATE, fields_reader(inside, module))]
+            if sequences := sequences_in(logic):
+                self._values.append((STATE, _Lines(sequences)))
+        self._last = [[] for _ in self._values]
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Note what differs from the scan before."""
+        if self._memory != self._seen:
+            self._seen = bytes(self._memory)
+            self._note_words(scan)
+        for place, (group, read) in enumerate(self._values):
+            now = read()
+            if now != (last := self._last[place]):
+                self._note(group, place, now, last, scan)
+                self._last[place] = now.copy()  # the notes are always the same list
+        if self._branches:
+            self._note_branches(scan)
+
+    def state(self, surroundings: str) -> bytes:
+        """Return a digest of what program and modules do at present: steps, flags, commands, status."""
+        words = [
+            (slot.fault, tuple(slot.inputs.words[:inputs]), tuple(slot.outputs.words[:outputs]))
+            for slot, inputs, outputs in self._slots
+        ]
+        kinds = [
+            [(name, kind.__class__.__name__, kind) for name, kind in _kinds(last)]
+            for (group, _), last in zip(self._values, self._last, strict=True)
+            if group == STATE
+        ]
+        return blake2b(repr((surroundings, words, kinds)).encode(), digest_size=16).digest()
+
+    def _note_words(self, scan: int) -> None:
+        add = self.edges.add
+        for place, (slot, known, commanding) in enumerate(self._slots):
+            inputs, outputs = now = tuple(slot.inputs.words), tuple(slot.outputs.words)
+            inputs_before, outputs_before = self._words[place]
+            if now == self._words[place]:
+                continue
+            self._words[place] = now
+            if outputs != outputs_before:
+                words = tuple(word for word, each in enumerate(outputs) if each != outputs_before[word])
+                if len(words) > 1:
+                    add(TOGETHER, (place, words), scan)
+            for word in range(max(known, commanding)):
+                if word < commanding and outputs[word] != outputs_before[word]:
+                    add(COMMAND, (place, word, outputs[word]), scan)
+                if word >= known:
+                    continue
+                if changed := (inputs[word] ^ inputs_before[word]) & 0xFFFF:
+                    add("status", (place, word, changed), scan)
+                    add(PAIR, (place, word, changed, outputs_before[0]), scan)
+            if known < len(inputs) and inputs[2] != inputs_before[2]:
+                add("number", place, scan)
+
+    def _note(self, group: str, place: int, now: Values, last: Values, scan: int) -> None:
+        add = self.edges.add
+        before = dict(_named(last))
+        steps = _steps(now) if group is STATE else ()
+        for name, value in _named(now):
+            old = before.get(name)
+            if old != value or old.__class__ is not value.__class__:
+                kind = _kind(value)
+                add(SIZE if kind.__class__ is _Size else group, (place, name, kind), scan)
+                if steps and value.__class__ is bool:
+                    add(UNDER, (place, name, value, steps), scan)
+
+    def _note_branches(self, scan: int) -> None:
+        branches = self._branches
+        if branches != self._taken:
+            if not any(branches):
+                return  # the program was not called, or has taken none
+            self._taken = bytes(branches)
+            self.edges.add("path", self._taken, scan)
+        branches[:] = self._none
+
+
+def _steps(values: Values) -> tuple[Hashable, ...]:
+    """Return the small numbers and the texts among some values: the steps of a program."""
+    held = values.values() if isinstance(values, dict) else values
+    return tuple(
+        value for value in held if value.__class__ is str or (value.__class__ is int and value in SMALL)
+    )
+
+
+def _named(values: Values) -> Iterable[tuple[Hashable, Hashable]]:
+    return values.items() if isinstance(values, dict) else enumerate(values)
+
+
+def _kinds(values: Values) -> Iterator[tuple[Hashable, Hashable]]:
+    return ((name, _kind(value)) for name, value in _named(values))
+
+
+class _Size(int):
+    """The size of an integer that is not small: eight times its bits, and its first three; signed."""
+
+
+def _kind(value: Hashable) -> Hashable:
+    """Return what distinguishes a value.
+
+    >>> _kind(32), _kind(33), _kind(-2), _kind(-40_000), _kind("go")
+    (32, 52, -18, -132, 'go')
+    """
+    if isinstance(value, Enum):
+        return str(value.name)  # its class may be of the program, which other processes do not have
+    if value.__class__ is not int or value in SMALL:
+        return value
+    assert isinstance(value, int)
+    bits = value.bit_length()
+    size = 8 * bits + (abs(value) >> max(0, bits - 3))
+    return _Size(size if value > 0 else -size)
+
+
+class _Lines:
+    """Reads the lines where sequences wait, after one of them has gone on."""
+
+    def __init__(self, sequences: Sequence[LogicSequence]) -> None:
+        self._sequences = sequences
+        self._resumed: list[Any] = []
+        self._lines: Values = []
+
+    def __call__(self) -> Values:
+        """Return a line for each sequence, None behind its end."""
+        resumed = [each.resumed for each in self._sequences]
+        if resumed != self._resumed:
+            self._resumed = resumed
+            self._lines = [("line", each.line) for each in self._sequences]
+        return self._lines
+
+
+def _tags(engine: Engine) -> Callable[[], Values]:
+    """Return a function that reads the flags and integers of a program, no times and images."""
+    cells = list(_tag_cells(engine))[:MOST_TAGS]
+    return lambda: [cell.cell_contents for cell in cells]
+
+
+def _tag_cells(engine: Engine) -> Iterator[CellType]:
+    cells = engine.memory.cells
+    for leaf in engine.lowered.layout.leaves.values():
+        counts = leaf.type.is_bool or (leaf.type.is_integer and "." not in leaf.path)
+        if counts and leaf.slot is None and not leaf.dims and not leaf.path.startswith(("S:", "~")):
+            cell = cells.get(leaf.ident)
+            if cell is not None and cell.cell_contents.__class__ in (bool, int):
+                yield cell
+
+
+_NOTING: list[tuple[LoweredProgram, ObservedScanner]] = []
+"""The program that was compiled last with its notes: a search has one."""
+
+
+def noting(lowered: LoweredProgram) -> ObservedScanner:
+    """Return a compiled program that notes the power of all rungs, compiled once."""
+    if not _NOTING or _NOTING[0][0] is not lowered:
+        _NOTING[:] = [(lowered, observed_scanner_of(lowered, Observation(noted=lines_of(lowered))))]
+    return _NOTING[0][1]

@@ -1,0 +1,138 @@
+"""Every fault and button meets every thin state: one scan before it, at it, and after it.
+
+Where several output words change in a scan, an update is torn so that one of them is late, or all others are.
+Where inputs change, they change in the middle of the scan before: for each rung that reads inputs a run with
+such a tear at all changes of status, and one with tears at all changes of positions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Sequence
+from dataclasses import replace
+from random import Random
+
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
+from scanrack.runtime.modules.record import Trait
+
+from ..scenarios.kinds import Kind, buttons, card_buttons, sensors, with_trait
+from ..scenarios.parts import Timed, with_part
+from ..scenarios.scenario import ContactPress, Press, Scenario, TornUpdate
+from ..scenarios.tearing import Rung
+from .corpus import Corpus, Entry
+from .edges import BEGINNING, INPUTS, THIN, TOGETHER
+
+LASTING_MS, SHORT_MS = 100, 4
+
+DISTANCES = (1, 0, -1)
+
+ANY = 0.5
+"""Share of the scenarios that are not of the latest entry."""
+
+MOST_TORN, MOST_RUNGS = 8, 24
+"""Largest number of tears at one kind of change, and of rungs for which a scenario is torn."""
+
+MOST_WAITING = 5_000
+"""Largest number of scenarios that wait."""
+
+
+class Sweep:
+    """The scenarios of thin states that have not been tried yet; each kind of state is swept once.
+
+    What is swept, and what waits, is part of the corpus.
+    """
+
+    def __init__(
+        self,
+        spec: RackSpec,
+        kinds: frozenset[Kind],
+        random: Random,
+        corpus: Corpus,
+        rungs: Sequence[Rung] = (),
+    ) -> None:
+        self._spec, self._kinds, self._random, self._corpus = spec, kinds, random, corpus
+        self._rungs = rungs[1:]  # inputs that change before the first one are only late
+
+    def take(self, entry: Entry) -> None:
+        """Add the scenarios of an entry's thin states."""
+        fresh: list[tuple[Hashable, Scenario]] = []
+        swept, waiting = self._corpus.swept, self._corpus.waiting
+        for kind, scans in entry.edges.groups.get(THIN, {}).items():
+            if kind not in swept:
+                swept.add(kind)
+                for distance in DISTANCES:
+                    at_ns = max(0, scans[0] + distance) * self._spec.scan_ns
+                    fresh += [(kind, with_part(entry.scenario, part)) for part in self._parts(at_ns)]
+        if Kind.TORN in self._kinds:
+            fresh += [(kind, with_part(entry.scenario, part)) for kind, part in self._torn(entry)]
+            fresh += self._read_twice(entry)
+        self._random.shuffle(fresh)
+        fresh.sort(key=lambda each: len(each[1].incidents) + len(each[1].tears))  # these come first
+        waiting += fresh
+        del waiting[:-MOST_WAITING]
+
+    def next(self) -> Scenario | None:
+        """Return a scenario, one of the latest entry or any; None if none waits."""
+        waiting = self._corpus.waiting
+        if not waiting:
+            return None
+        if self._random.random() < ANY:
+            place = self._random.randrange(len(waiting))
+            waiting[place], waiting[-1] = waiting[-1], waiting[place]
+        return waiting.pop()[1]
+
+    def _torn(self, entry: Entry) -> Iterator[tuple[Hashable, Timed]]:
+        """Yield torn updates where several output words change: one of them is late, or all others are."""
+        for kind, scans in entry.edges.groups.get(TOGETHER, {}).items():
+            if kind in self._corpus.swept:
+                continue
+            self._corpus.swept.add(kind)
+            assert isinstance(kind, tuple)
+            place, words = kind
+            at_ns, slot = scans[-1] * self._spec.scan_ns, self._spec.slot[place].number
+            for word in words:
+                others = tuple(each for each in words if each != word)
+                yield kind, InjectedFault(at_ns, FaultKind.TORN_UPDATE, slot, 0, (word,))
+                yield kind, InjectedFault(at_ns, FaultKind.TORN_UPDATE, slot, 0, others)
+
+    def _read_twice(self, entry: Entry) -> Iterator[tuple[Hashable, Scenario]]:
+        """Yield the scenario with inputs that change before a rung, wherever they change.
+
+        A number may miss the middle of a scan: where it takes twice as many steps, it is tried again.
+        """
+        for group in INPUTS if self._rungs else ():
+            changes = {
+                (group, kind, min(len(scans), MOST_TORN).bit_length()): scans
+                for kind, scans in entry.edges.groups.get(group, {}).items()
+            }
+            fresh = [scans for key, scans in changes.items() if key not in self._corpus.swept]
+            self._corpus.swept.update(changes)
+            scans = sorted({scan - 1 for each in fresh for scan in each[:MOST_TORN] if scan > BEGINNING})
+            for routine, rung in self._some_rungs() if scans else ():
+                tears = tuple(TornUpdate(routine, rung, scan * self._spec.scan_ns) for scan in scans)
+                torn = replace(entry.scenario, tears=(*entry.scenario.tears, *tears))
+                yield (group, routine, rung), torn
+
+    def _some_rungs(self) -> Sequence[Rung]:
+        most = min(MOST_RUNGS, len(self._rungs))
+        return self._random.sample(self._rungs, most)
+
+    def _parts(self, at_ns: int) -> Iterator[Timed]:
+        for_ns = LASTING_MS * 1_000_000
+        if Kind.MODE in self._kinds:
+            yield InjectedFault(at_ns, FaultKind.PROGRAM_MODE, 0, for_ns)
+        if Kind.LINK in self._kinds:
+            for number in with_trait(self._spec, Trait.STOPS_ANSWERING):
+                yield InjectedFault(at_ns, FaultKind.LINK_LOST, number, for_ns)
+                yield InjectedFault(at_ns, FaultKind.REMOVED, number, for_ns)
+        if Kind.POWER in self._kinds:
+            for slot in self._spec.slot:
+                yield InjectedFault(at_ns, FaultKind.POWER_CYCLE, slot.number)
+        if Kind.INPUTS in self._kinds:
+            for slot in self._spec.slot:
+                if slot.has(Trait.MACHINE):
+                    for bit in (*buttons(slot), *sensors(slot)):
+                        short = bit in buttons(slot) and self._random.random() < 0.5
+                        yield Press(slot.number, bit, True, at_ns, SHORT_MS * 1_000_000 if short else for_ns)
+            for number, name in card_buttons(self._spec):
+                yield ContactPress(number, name, at_ns, for_ns)

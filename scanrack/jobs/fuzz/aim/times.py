@@ -1,0 +1,85 @@
+"""The times of a program: presets of its timers, texts such as "50 ms", numbers that it compares.
+
+Whoever operates a machine waits as long as its program makes him wait. What a program only counts
+(`if age > 20`) is taken for scans.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from functools import lru_cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.times import parse_duration
+from scanrack.ladder.run.engine import Engine
+from scanrack.runtime.loop.scan import ScanLogic
+
+from ...record.logic_wrapper import unwrapped
+from .python_state import namespace_of
+
+MOST_TIMES = 40
+"""Largest number of times of a program: the shortest."""
+
+MS = 1_000_000
+
+SHORTEST_SCANS = 3
+"""Number of scans below which a time is met by chance."""
+
+
+def times_of(logic: ScanLogic, scan_ns: int, scans: int) -> tuple[int, ...]:
+    """Return the times of a program that a run can hold, and those between two of them, ns in order."""
+    inside = unwrapped(logic)
+    found = set(_presets(inside)) if isinstance(inside, Engine) else set(_written(inside, scan_ns))
+    fitting = sorted(each for each in found if SHORTEST_SCANS * scan_ns < each < scans * scan_ns)[:MOST_TIMES]
+    between = {(one + other) // 2 // scan_ns * scan_ns for one, other in pairwise(fitting)}
+    return tuple(sorted({*fitting, *between}))
+
+
+def _presets(engine: Engine) -> Iterator[int]:
+    """Yield the presets of all timers as they are now, ns."""
+    leaves = engine.lowered.layout.leaves
+    for path, leaf in leaves.items():
+        if path.endswith(".PRE") and f"{path[:-4]}.TT" in leaves:
+            cell = engine.memory.cells.get(leaf.ident)
+            held: Any = None if cell is None else cell.cell_contents
+            for value in held if leaf.dims and held is not None else (held,):
+                if value.__class__ is int:
+                    yield value * MS
+    for presets in engine.lowered.defaults.values():
+        yield from (int(value) * MS for (path, _), value in presets.items() if path.upper().endswith(".PRE"))
+
+
+def _written(logic: ScanLogic, scan_ns: int) -> Iterator[int]:
+    """Yield the times in the text of a Python program."""
+    file = namespace_of(logic).get("__file__")
+    if isinstance(file, str):
+        for scans, ns in _read(file):
+            yield scans * scan_ns + ns
+
+
+@lru_cache(maxsize=4)
+def _read(file: str) -> tuple[tuple[int, int], ...]:
+    """Return the times in a file: scans, and ns."""
+    try:
+        tree = ast.parse(Path(file).read_text(encoding="utf-8"))
+    except (OSError, ValueError, SyntaxError):
+        return ()
+    return tuple(dict.fromkeys(time for node in ast.walk(tree) for time in _times_at(node)))
+
+
+def _times_at(node: ast.AST) -> Iterator[tuple[int, int]]:
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        try:
+            yield 0, parse_duration(node.value)
+        except ValueError:
+            return
+    elif isinstance(node, ast.Compare):
+        for each in node.comparators:
+            value = each.value if isinstance(each, ast.Constant) else None
+            if value.__class__ is int:
+                yield int(value), 0
+            elif value.__class__ is float:
+                yield 0, int(value * 1e9)

@@ -1,0 +1,106 @@
+"""What a campaign keeps beside its state: the corpus, and what is found until it has been shrunk.
+
+RACK-fuzz/corpus/HASH.json    a run in which something was new
+RACK-fuzz/finds/HASH.json     a failure as it was found, written at once; removed once the state has it
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from pathlib import Path
+
+from scanrack.runtime.config.rackspec import RackSpec
+
+from ..learning import scenario_of
+from ..scenarios.scenario import Scenario
+from ..search import Counterexample
+from .recipes import CORPUS, FINDS, MOST_FILES, Origin, Recipe, RecipeFolder, recipes_in
+
+MOST_TOLD = 10
+"""Number of files left out that are named one by one."""
+
+
+class Memory:
+    """The recipes of a campaign.
+
+    Args:
+        folder: of the campaign; the caller holds it.
+        tell: called with a sentence about what is left out.
+
+    Raises:
+        OSError: a folder can't be made.
+    """
+
+    def __init__(self, folder: Path, origin: Origin, spec: RackSpec, tell: Callable[[str], object]) -> None:
+        self.corpus, self.finds = (RecipeFolder(folder / name, origin) for name in (CORPUS, FINDS))
+        for each in (self.corpus, self.finds):
+            each.folder.mkdir(parents=True, exist_ok=True)
+        self._spec, self._tell, self._told = spec, tell, 0
+        self._written: set[str] = set()  # names in the corpus's folder that are ours
+        self._spared: frozenset[str] = frozenset()  # those of them that have not been run again
+
+    def known(self, others: Iterable[Path] = ()) -> tuple[Scenario, ...]:
+        """Return the scenarios of the corpus and of others, each once.
+
+        Args:
+            others: folders of campaigns or of recipes, and traces.
+
+        Raises:
+            ValueError: one of them is neither.
+            OSError: one of them can't be read.
+        """
+        own = list(self._read(self.corpus.folder))
+        self._spared = frozenset(file.name for file, _ in own)
+        self._written |= self._spared
+        scenarios = [recipe.scenario for _, recipe in own]
+        for other in others:
+            scenarios += self._of(other)
+        unique = {repr(each): each for each in scenarios}
+        return tuple(unique.values())[:MOST_FILES]
+
+    def left(self) -> Iterator[tuple[Path, Recipe]]:
+        """Yield what was found and not shrunk in an earlier session."""
+        return self._read(self.finds.folder)
+
+    def _of(self, other: Path) -> Iterator[Scenario]:
+        if other.suffix == ".mcap":
+            yield scenario_of(other, self._spec)
+        elif not other.is_dir():
+            raise ValueError(f"--corpus {other}: it is neither a folder nor a recording (.mcap)")
+        else:
+            inside = [other / name for name in (CORPUS, FINDS) if (other / name).is_dir()]
+            for folder in inside or [other]:
+                yield from (recipe.scenario for _, recipe in self._read(folder))
+
+    def _read(self, folder: Path) -> Iterator[tuple[Path, Recipe]]:
+        for file, recipe in recipes_in(folder, self._spec):
+            if isinstance(recipe, str):
+                self._leave_out(file, recipe)
+            elif recipe.scenario.is_possible(self._spec):
+                yield file, recipe
+
+    def _leave_out(self, file: Path, why: str) -> None:
+        self._told += 1
+        if self._told <= MOST_TOLD:
+            self._tell(f"left out: {file}: {why}")
+        elif self._told == MOST_TOLD + 1:
+            self._tell("left out: further files of this kind")
+
+    def all_were_run(self) -> None:
+        """Note that the scenarios of `known` have been run: those that are not kept may go."""
+        self._spared = frozenset()
+
+    def keep(self, scenarios: Iterable[Scenario], shrunk: Iterable[Counterexample]) -> None:
+        """Write the corpus, remove what it no longer has, and finds that the state has.
+
+        Files that were left out stay.
+
+        Raises:
+            OSError: a file can't be written.
+        """
+        names = set(map(self.corpus.put, scenarios))
+        for name in self._written - names - self._spared:
+            (self.corpus.folder / name).unlink(missing_ok=True)
+        self._written = names | self._spared
+        for each in shrunk:
+            self.finds.remove(each.scenario, each.broken.invariant)

@@ -1,0 +1,173 @@
+"""The recipe of a run, all that decides it, as a file of 100 to 600 bytes.
+
+    {"scenario": {...}, "scans": 1000, "rack": HASH, "program": HASH, "version": "1.0"}
+
+A folder of recipes is the corpus of a campaign, or what its workers have found and no one has shrunk yet. A
+file's name is the hash of its text, so a torn file and one of someone else do not fit their names.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from hashlib import sha256
+from importlib.metadata import version
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.input_files import read_input
+from scanrack.io_images.text_limits import TextKind
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.traces.files.guard import beginning
+from scanrack.traces.files.newfile import new_file
+
+from ...load.loading import LoadedRack
+from ..scenarios.scenario import Scenario
+
+RECIPE = beginning("a recipe of a run", b'{"scenario"')
+
+CORPUS, FINDS = "corpus", "finds"
+"""Folders of recipes in the folder of a campaign."""
+
+SUFFIX, DIGITS = ".json", 16
+
+MOST_BYTES, MOST_FILES = 64 * 1024, 1_000
+"""Limits of a recipe's file, and of the files of a folder that are read."""
+
+MOST_SCANS = 10**15
+"""Largest length of a run in a recipe."""
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """What runs, beside the scenario."""
+
+    scans: int
+    rack: str  # hash of the rack file
+    program: str  # hash of the program's file
+    version: str  # of scanrack
+
+    @classmethod
+    def of(cls, job: LoadedRack, scans: int) -> Origin:
+        """Return the origin of a job's runs.
+
+        Raises:
+            OSError: a file can't be read.
+        """
+        rack, program = (_hash(file.read_bytes()) for file in (job.rack_file, job.program))
+        return cls(scans, rack, program, version("scanrack"))
+
+
+@dataclass(frozen=True, slots=True)
+class Recipe:
+    """A run.
+
+    Attributes:
+        broken: name of the invariant that it breaks; empty in a corpus. It decides nothing.
+    """
+
+    scenario: Scenario
+    origin: Origin
+    broken: str = ""
+
+    def text(self) -> str:
+        """Return the text of its file, in one line."""
+        scenario = {key: value for key, value in self.scenario.to_json().items() if value}
+        origin = self.origin
+        written: dict[str, Any] = {"scenario": scenario, "scans": origin.scans, "rack": origin.rack}
+        written |= {"program": origin.program, "version": origin.version}
+        written |= {"broken": self.broken} if self.broken else {}
+        return json.dumps(written, separators=(",", ":")) + "\n"
+
+    @classmethod
+    def from_text(cls, text: str) -> Recipe:
+        """Return the recipe of a file.
+
+        Raises:
+            ValueError: it is none; the message says why.
+        """
+        given = json_value(text, TextKind.SCENARIO)
+        if not isinstance(given, dict):
+            raise ValueError(f"an object is needed, not {given!r:.40}")
+        scans = given.get("scans")
+        if type(scans) is not int or not 0 < scans <= MOST_SCANS:
+            raise ValueError(f"scans = {scans!r:.40}: must be 1 to {MOST_SCANS:,}")
+        words = {key: given.get(key, "") for key in ("rack", "program", "version", "broken")}
+        for key, value in words.items():
+            if not isinstance(value, str):
+                raise ValueError(f"{key} = {value!r:.40}: a text is needed")
+        broken = words.pop("broken")
+        return cls(Scenario.from_json(given.get("scenario")), Origin(scans, **words), broken)
+
+
+@dataclass(frozen=True, slots=True)
+class RecipeFolder:
+    """Recipes of one origin in a folder."""
+
+    folder: Path
+    origin: Origin
+
+    def from_anywhere(self) -> RecipeFolder:
+        """Return the same with an absolute path."""
+        return RecipeFolder(self.folder.absolute(), self.origin)
+
+    def put(self, scenario: Scenario, broken: str = "") -> str:
+        """Write a recipe, complete and on the disk when this returns; return its name.
+
+        Raises:
+            OSError: it can't be written.
+        """
+        text = Recipe(scenario, self.origin, broken).text()
+        name = _name(text)
+        if not (self.folder / name).exists():
+            with new_file(self.folder / name, RECIPE, locked=True) as file:
+                file.write(text)
+        return name
+
+    def remove(self, scenario: Scenario, broken: str) -> None:
+        """Remove a recipe, if it is there."""
+        (self.folder / _name(Recipe(scenario, self.origin, broken).text())).unlink(missing_ok=True)
+
+
+def read_recipe(file: Path) -> Recipe:
+    """Return the recipe in a file whose name is its hash.
+
+    Raises:
+        ValueError: it is torn, of someone else, or not allowed; the message says why.
+        OSError: it can't be read.
+    """
+    data = read_input(file, MOST_BYTES)
+    if file.name != f"{_hash(data)}{SUFFIX}":
+        raise ValueError("its name is not the hash of its text: it is torn, or of someone else")
+    return Recipe.from_text(data.decode("utf-8"))
+
+
+def recipes_in(folder: Path, spec: RackSpec) -> Iterator[tuple[Path, Recipe | str]]:
+    """Yield the files of a folder with their recipes, or with the reason why one is left out.
+
+    Hidden files are passed over, and so is what follows the first thousand.
+    """
+    if not folder.is_dir():
+        return
+    files = sorted(islice((each for each in folder.iterdir() if each.name[0] != "."), MOST_FILES))
+    for file in files:
+        try:
+            recipe = read_recipe(file)
+            recipe.scenario.check(spec)
+        except OSError as error:
+            yield file, error.strerror or str(error)
+        except (ValueError, RecursionError) as error:
+            yield file, str(error)
+        else:
+            yield file, recipe
+
+
+def _name(text: str) -> str:
+    return f"{_hash(text.encode())}{SUFFIX}"
+
+
+def _hash(data: bytes) -> str:
+    return sha256(data).hexdigest()[:DIGITS]

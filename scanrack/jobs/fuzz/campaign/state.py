@@ -1,0 +1,267 @@
+"""The state of a campaign: a file that is written after every task and read by the next run."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
+from hashlib import sha256
+from itertools import chain, count
+from pathlib import Path, PurePath
+from typing import Any
+
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.input_files import read_input_text
+from scanrack.io_images.text_limits import TextKind
+from scanrack.runtime.config.rackspec import RackSpec, profile_in
+from scanrack.traces.files.guard import beginning
+from scanrack.traces.files.newfile import new_file
+from scanrack.traces.files.portable import no_device
+
+from ..aim.corpus import PAIR_WORTH, Corpus, worth_of
+from ..run import BrokenInvariant, TrialBench
+from ..scenarios.scenario import Scenario
+from ..search import Counterexample, SearchReport, behind, keep_greatest
+from .recipes import CORPUS, FINDS
+
+RECORDING = "recording"
+"""Key of the corpus for a scenario from a recording."""
+
+TAKEN = (RECORDING, CORPUS, FINDS, "coverage.html")
+"""Folders of a campaign that no failure is in."""
+
+
+class CampaignError(ValueError):
+    """A campaign that can't continue; the message has the cause."""
+
+
+@dataclass(slots=True)
+class State:
+    """The state of a campaign.
+
+    Attributes:
+        rack: path of the subject, as given; empty before the first run.
+        corpus: scenarios that every other task varies: by `RECORDING`, that of a recording; by a failure's
+            key, one that once failed and no longer does.
+        found: of each failure the smallest scenario, by the failure's key.
+        folders: folder name of each failure ever found, by its key.
+        applied: names of the invariants that had something to check.
+        kept: scenarios of this session in which something was new; saved as recipes.
+        stale: number of runs since something of the program was new; not saved.
+        told: failures of this session before they were shrunk; not saved.
+        steps: digest of all runs in the tasks' order, hexadecimal: equal steps, equal digests.
+        processor_ns: processor time of this session's tasks; not saved.
+        shrinking: number of this session's runs for shrinking; not saved.
+        spent: parts of this session's search time, ns; not saved.
+        printed: number of lines that the program printed in this session; not saved.
+        greatest: values of what is to be maximized, of this session, by name; not saved.
+    """
+
+    rack: str = ""
+    tasks: int = 0
+    runs: int = 0
+    scans: int = 0
+    rules: Counter[str] = field(default_factory=Counter)
+    corpus: dict[str, Scenario] = field(default_factory=dict)
+    found: dict[str, Counterexample] = field(default_factory=dict)
+    folders: dict[str, str] = field(default_factory=dict)
+    applied: set[str] = field(default_factory=set)
+    steps: str = ""
+    processor_ns: int = field(default=0, compare=False)
+    shrinking: int = field(default=0, compare=False)
+    unshrunk: int = field(default=0, compare=False)
+    spent: Counter[str] = field(default_factory=Counter, compare=False)
+    printed: int = field(default=0, compare=False)
+    greatest: dict[str, float] = field(default_factory=dict, compare=False)
+    told: list[Counterexample] = field(default_factory=list, compare=False)
+    kept: Corpus = field(default_factory=Corpus, compare=False)
+    stale: int = field(default=0, compare=False)
+
+    def add(self, report: SearchReport) -> list[Counterexample]:
+        """Add the report of a task; return new failures, and those with a smaller scenario."""
+        self.tasks += 1
+        self.runs += report.runs
+        self.scans += report.scans
+        self.rules.update(report.rules)
+        self.applied |= report.applied
+        self.steps = sha256(self.steps.encode() + report.steps).hexdigest()
+        self.processor_ns += report.processor_ns
+        self.shrinking += report.shrinking
+        self.unshrunk += report.unshrunk
+        self.spent.update(report.spent)
+        self.printed += report.printed
+        keep_greatest(self.greatest, report.greatest)
+        self.told += report.told
+        is_new = any(worth_of(each) > PAIR_WORTH for each in report.corpus.seen - self.kept.seen)
+        self.stale = 0 if is_new else self.stale + report.runs - report.shrinking
+        self.kept.join(report.corpus)
+        self.kept.runs += report.runs - report.shrinking
+        return self.note(report.found)
+
+    def note(self, found: Iterable[Counterexample]) -> list[Counterexample]:
+        """Add failures; return new ones, and those with a smaller scenario."""
+        news = []
+        for each in found:
+            known = self.found.get(each.broken.key)
+            if known is None or each.scenario.size < known.scenario.size:
+                self.found[each.broken.key] = each
+                self._give_folder(each.broken)
+                news.append(each)
+        return news
+
+    def _give_folder(self, broken: BrokenInvariant) -> None:
+        """Name a failure's folder after the invariant, with a number if necessary; Windows ignores case."""
+        if broken.key not in self.folders:
+            numbered = (f"{broken.invariant}-{number}" for number in count(2))
+            names = chain([no_device(broken.invariant)], numbered)
+            taken = {name.casefold() for name in (*self.folders.values(), *TAKEN)}
+            self.folders[broken.key] = next(name for name in names if name.casefold() not in taken)
+
+    def leave_out_impossible(self, spec: RackSpec) -> list[BrokenInvariant]:
+        """Drop scenarios with an older firmware than the program needs; return their failures."""
+        gone = {key: each for key, each in self.found.items() if not each.scenario.is_possible(spec)}
+        for key in gone:
+            del self.found[key]
+        self.corpus = {key: each for key, each in self.corpus.items() if each.is_possible(spec)}
+        return [each.broken for _key, each in sorted(gone.items())]
+
+    def recheck(self, bench: TrialBench) -> list[BrokenInvariant]:
+        """Repeat the known failures; return those that are gone.
+
+        Their scenarios become part of the corpus. Failures of other invariants than the bench's are kept.
+        """
+        mended = []
+        rules = profile_in(bench.spec.slot, None).rules
+        before = {
+            key: each for key, each in sorted(self.found.items()) if each.broken.invariant in bench.names
+        }
+        for key in before:
+            del self.found[key]
+        for key, each in before.items():
+            others = {other for other, known in before.items() if known.broken.cause in rules}
+            broken = bench.run(each.scenario, without=behind(bench, each.broken, others)).broken
+            if broken is None:
+                self.corpus[key] = each.scenario
+                mended.append(each.broken)
+            else:  # a place may have moved with its line
+                self.folders.setdefault(broken.key, self.folders[key])
+                self.note([replace(each, broken=broken)])
+        return mended
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the state in JSON's types."""
+        return {
+            "rack": self.rack,
+            "tasks": self.tasks,
+            "runs": self.runs,
+            "scans": self.scans,
+            "rules": dict(sorted(self.rules.items())),
+            "corpus": {rule: each.to_json() for rule, each in sorted(self.corpus.items())},
+            "found": [_found_json(each) for _, each in sorted(self.found.items())],
+            "folders": dict(sorted(self.folders.items())),
+            "applied": sorted(self.applied),
+            "steps": self.steps,
+        }
+
+    @classmethod
+    def from_json(cls, given: dict[str, Any]) -> State:
+        """Return the state of `to_json`.
+
+        Raises:
+            ValueError: an illegal one.
+        """
+        try:
+            found = [_found(each) for each in given["found"]]
+            state = cls(
+                _text(given["rack"]),
+                _count(given["tasks"]),
+                _count(given["runs"]),
+                _count(given["scans"]),
+                Counter({rule: _count(times) for rule, times in given["rules"].items()}),
+                {rule: Scenario.from_json(each) for rule, each in given["corpus"].items()},
+                {each.broken.key: each for each in found},
+                {key: _folder(name) for key, name in given["folders"].items()},
+                set(_texts(given["applied"])),
+                _text(given.get("steps", "")),
+            )
+        except (KeyError, TypeError, AttributeError) as error:
+            raise ValueError(f"invalid campaign state: {error!r}") from None
+        homeless = state.found.keys() - state.folders.keys()
+        if homeless:
+            raise ValueError(f"invalid campaign state: {min(homeless)} has no folder")
+        return state
+
+
+def _count(value: object) -> int:
+    if type(value) is not int or value < 0:
+        raise ValueError(f"invalid campaign state: {value!r:.40} is not a count")
+    return value
+
+
+def _text(value: object) -> str:
+    if not isinstance(value, str):
+        raise ValueError(f"invalid campaign state: {value!r:.40} is not text")
+    return value
+
+
+def _texts(value: object) -> tuple[str, ...]:
+    if not isinstance(value, list):
+        raise ValueError(f"invalid campaign state: {value!r:.40} is not a list")
+    return tuple(map(_text, value))
+
+
+def _folder(value: object) -> str:
+    """Return a name that stays in the campaign's folder."""
+    name = _text(value)
+    if PurePath(name).name != name or "\\" in name:
+        raise ValueError(f"invalid campaign state: {name!r:.40} is not the name of a folder")
+    return name
+
+
+def _found_json(found: Counterexample) -> dict[str, Any]:
+    return {"scenario": found.scenario.to_json(), "after": found.after, **asdict(found.broken)}
+
+
+_KINDS: Mapping[str, Callable[[object], Any]] = {"int": _count, "str": _text, "tuple[str, ...]": _texts}
+"""Checks of the fields of a `BrokenInvariant`, by their types."""
+
+
+def _found(given: dict[str, Any]) -> Counterexample:
+    broken = {each.name: _KINDS[str(each.type)](given[each.name]) for each in fields(BrokenInvariant)}
+    return Counterexample(
+        Scenario.from_json(given["scenario"]), BrokenInvariant(**broken), _count(given["after"])
+    )
+
+
+STATE = beginning("the state of a campaign", b'{\n "rack"')
+
+
+def read_state(file: Path, rack: str) -> State:
+    """Return the state in a file, an empty one if the file is missing.
+
+    Raises:
+        CampaignError: the file can't be read, has no state, or that of another rack.
+    """
+    if not file.exists():
+        return State(rack)
+    try:
+        text = read_input_text(file, TextKind.STATE)
+        state = State.from_json(json_value(text, TextKind.STATE))
+    except (OSError, ValueError) as error:
+        raise CampaignError(f"{file}: {error}; move it away to start again") from error
+    if state.rack != rack:
+        raise CampaignError(
+            f"{file} is of a search of {state.rack}, not of {rack}: give --out another folder"
+        )
+    return state
+
+
+def write_state(state: State, file: Path) -> None:
+    """Write a state; replace the previous one.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    with new_file(file, STATE) as opened:
+        opened.write(json.dumps(state.to_json(), indent=1) + "\n")

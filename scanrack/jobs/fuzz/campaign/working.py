@@ -1,0 +1,77 @@
+"""A worker of a campaign: runs one task, in this process or in one of its own."""
+
+from __future__ import annotations
+
+import os
+from contextlib import suppress
+from dataclasses import dataclass
+
+from scanrack.runtime.loop.pace import wall_ns
+
+from .. import Counterexample, SearchReport, search
+from ..job import Setup, bench_of
+from .campaign import Task
+from .confirming import Confirmation
+from .fresh import in_fresh_process
+from .recipes import RecipeFolder
+
+SEED_BITS = 32
+"""Bits of a task's number in the seed of its search."""
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """Runs a task of a campaign, see `jobs.fuzz.campaign.campaign.Work`.
+
+    Attributes:
+        finds: folder for what is found, at once and as it is; None, or missing here = none.
+    """
+
+    setup: Setup
+    finds: RecipeFolder | None = None
+
+    def __call__(self, task: Task) -> SearchReport:
+        """Run a task's search."""
+        begin_ns, begin_wall_ns = _processor_ns(), wall_ns()
+        bench = bench_of(self.setup)
+        report = search(
+            bench,
+            self.setup.kinds,
+            examples=task.examples,
+            start=self.setup.seed << SEED_BITS | task.number,
+            base=task.base,
+            corpus=task.corpus,
+            known=task.known,
+            again=task.again,
+            told=self._keep,
+            confirm=Confirmation(self.setup),
+            go_on=lambda: task.allowance.covers(wall_ns() - begin_wall_ns, _processor_ns() - begin_ns),
+        )
+        report.processor_ns = _processor_ns() - begin_ns
+        return report
+
+    def _keep(self, found: Counterexample) -> None:
+        """Write a failure as it was found."""
+        if self.finds is not None and self.finds.folder.is_dir():
+            with suppress(OSError):  # a full disk: the session meets it, too, and says what it could not keep
+                self.finds.put(found.scenario, found.broken.invariant)
+
+
+def _processor_ns() -> int:
+    """Return the processor time of this process and of the children that have ended, ns."""
+    return round(sum(os.times()[:4]) * 1e9)
+
+
+@dataclass(frozen=True, slots=True)
+class OwnProcess:
+    """Runs a task in its own process.
+
+    The worker of a cluster may run several tasks in threads of one process, which the modules of a program
+    and its redirected output do not tolerate.
+    """
+
+    work: Work
+
+    def __call__(self, task: Task) -> SearchReport:
+        """Run a task's search in a process."""
+        return in_fresh_process(self.work, task)

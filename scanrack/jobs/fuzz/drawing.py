@@ -1,0 +1,26 @@
+"""Scenarios as a strategy of Hypothesis, for tests of a program; `scanrack fuzz` draws them by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from hypothesis import strategies as st
+from scanrack.runtime.config.rackspec import RackSpec
+
+from .aim.draws import Draws
+from .scenarios.kinds import Kind
+from .scenarios.scenario import Scenario
+
+
+def scenarios(
+    spec: RackSpec, scans: int, kinds: Collection[Kind], *, base: Scenario | None = None
+) -> st.SearchStrategy[Scenario]:
+    """Return a strategy of scenarios for a rack.
+
+    Args:
+        scans: length of a run, with all events.
+        kinds: random events, as far as they are possible.
+        base: a scenario to vary: some of its parts are kept, others added.
+    """
+    chance = st.randoms(use_true_random=False)
+    return chance.map(lambda random: Draws(spec, scans, kinds, random).scenario(base=base))

@@ -1,0 +1,129 @@
+"""The coverage of programs by tests: what the racks went through that were opened on the bench."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from operator import or_
+from typing import Any
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.compiler.observed import lines_of
+from scanrack.ladder.debug import Debugger
+from scanrack.runtime.loop.listeners import QuietListener, ScanListener
+from scanrack.runtime.loop.scan import ScanLogic
+
+from ...bench.opening import BenchObserver
+from ...load.loading import LoadedRack, load_job
+from ...record.logic_wrapper import unwrapped
+from ..aim.branches import NAME, branches_noted
+from ..aim.python_state import namespace_of
+from .coverage import CoveredLine, PowerTally, covered_lines
+
+Bits = list[bool]
+
+
+@dataclass(slots=True)
+class _Program:
+    """A program that was on the bench.
+
+    Attributes:
+        rack: the rack file that it was opened with first.
+        noted: of a Python program, the bytes of its branches, one for each time it was loaded.
+    """
+
+    rack: str
+    tally: PowerTally = field(default_factory=PowerTally)
+    noted: list[bytearray] = field(default_factory=list)
+
+    def branches(self) -> bytearray:
+        """Return the branches that were taken on any bench."""
+        taken = self.tally.branches
+        for each in self.noted:
+            taken = bytearray(map(or_, taken, each)) if taken else bytearray(each)
+        return taken
+
+
+class BenchCoverage(BenchObserver):
+    """Gathers what the programs on all benches go through; processes add theirs by `row` and `merge`."""
+
+    def __init__(self) -> None:
+        self._programs: dict[str, _Program] = {}
+
+    def loading(self) -> AbstractContextManager[object]:
+        """Let a Python program note its branches."""
+        return branches_noted()
+
+    def listeners(self, job: LoadedRack, logic: ScanLogic) -> Iterable[ScanListener]:
+        """Watch the rungs of a bench, or keep the bytes of its branches."""
+        known = job.tested or job
+        program = self._program(str(known.program.resolve()), str(known.rack_file.resolve()))
+        if isinstance(logic, Debugger):
+            assert isinstance(known.logic, LadderLogic)
+            program.tally.lowered = known.logic.build()
+            return (_RungListener(logic, program.tally),)
+        noted = namespace_of(unwrapped(logic)).get(NAME)
+        if noted is not None and not any(noted is each for each in program.noted):
+            program.noted.append(noted)
+        return ()
+
+    def _program(self, program: str, rack: str) -> _Program:
+        return self._programs.setdefault(program, _Program(rack))
+
+    def row(self) -> dict[str, Any]:
+        """Return what was gathered, for another process."""
+        return {
+            name: {
+                "rack": each.rack,
+                "on": {str(line): _text(bits) for line, bits in each.tally.on.items()},
+                "off": {str(line): _text(bits) for line, bits in each.tally.off.items()},
+                "branches": each.branches().hex(),
+            }
+            for name, each in self._programs.items()
+        }
+
+    def merge(self, row: Mapping[str, Any]) -> None:
+        """Add what another process has gathered with the same programs."""
+        for name, given in row.items():
+            program = self._program(name, given["rack"])
+            program.noted.append(bytearray.fromhex(given["branches"]))
+            for mine, theirs in ((program.tally.on, given["on"]), (program.tally.off, given["off"])):
+                for line, text in theirs.items():
+                    known = mine.get(int(line))
+                    bits = [each == "1" for each in text]
+                    mine[int(line)] = bits if known is None else list(map(or_, known, bits))
+
+    def programs(self) -> Iterator[tuple[str, list[CoveredLine]]]:
+        """Yield each program's file with its lines, in the order of the files."""
+        for name, each in sorted(self._programs.items()):
+            job = load_job(each.rack)
+            if isinstance(job.logic, LadderLogic):
+                each.tally.lowered = job.logic.compile().lowered
+            each.tally.branches = each.branches()
+            yield name, covered_lines(each.tally, job)
+
+
+class _RungListener(QuietListener):
+    """Adds the power in the rungs of each scan to a tally.
+
+    Rungs that an edit or a test routine brings are left out.
+    """
+
+    def __init__(self, debugger: Debugger, tally: PowerTally) -> None:
+        self._debugger, self._tally, self._engine = debugger, tally, debugger.engine
+        assert tally.lowered is not None
+        self._numbers = {key: number for number, key in enumerate(lines_of(tally.lowered))}
+        debugger.note_power()
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Add a scan."""
+        if self._debugger.engine is self._engine:
+            for key, truth in self._engine.truths.items():
+                if key in self._numbers:
+                    self._tally.add(self._numbers[key], truth)
+        self._debugger.note_power()
+
+
+def _text(bits: Bits) -> str:
+    return "".join("01"[each] for each in bits)

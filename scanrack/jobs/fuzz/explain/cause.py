@@ -1,0 +1,55 @@
+"""The cause of a failure by `scanrack why`: the chain behind the last output that came on before it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from scanrack.io_images.addresses import Address
+from scanrack.ladder.debug import told
+from scanrack.traces.replay import PackedTrace
+
+from ...bench.opening import loading
+from ...load.loading import LoadedRack
+from ...why.chains.of_run import chain_of
+from ...why.past import Past
+from ..run import NO_FAULT, BrokenInvariant
+
+
+def cause_of(recording: PackedTrace, job: LoadedRack, rack: str, broken: BrokenInvariant) -> list[str]:
+    """Return the chain behind the output that changed last when an invariant was broken; [] without one.
+
+    A fault of the CPU has its place itself.
+
+    Args:
+        recording: of the failing run.
+        rack: path of the rack file, where a Python program is loaded again.
+    """
+    row = min(broken.scan, len(recording.scans) - 1)
+    found = None if broken.invariant == NO_FAULT else _last_on(Past(recording, row))
+    if found is None:
+        return []
+    changed, asked = found
+    try:
+        return told(chain_of(recording, job, asked, changed, load=loading(job, rack))).splitlines()
+    except ValueError as error:
+        return [f"(not known: {error})"]
+
+
+def _last_on(past: Past) -> tuple[int, str] | None:
+    """Return the row in which an output bit came on last, and its address; None if none ever did."""
+    rows = [(row, place) for place in _words(past) for row in past.changes(place.slot, "out", place.word)]
+    for row, place in sorted(rows, reverse=True):
+        now = past.words(place.slot, "out", row)[place.word]
+        before = past.words(place.slot, "out", row - 1)[place.word] if row else 0
+        came = now & ~before & 0xFFFF
+        if came:
+            bit = came.bit_length() - 1
+            return row, str(Address(place.slot, "O", place.word, bit))
+    return None
+
+
+def _words(past: Past) -> Iterator[Address]:
+    """Yield the words that hold commands or terminals: of a stepper two, of a card all."""
+    for slot in past.recording.slots:
+        for word in range(2 if slot.is_stepper else len(slot.words.outputs)):
+            yield Address(slot.number, "O", word, None)

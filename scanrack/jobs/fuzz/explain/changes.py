@@ -1,0 +1,85 @@
+"""What changed in one scan of a run, in words: inputs, status, commands and tags."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from scanrack.io_images.amci3601.words import may_be_stepper, profile_of
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.listeners import QuietListener
+from scanrack.runtime.loop.rack import Rack
+
+from ..invariants.scan_view import SlotSnapshot
+from ..run import TrialBench
+from ..scenarios.parts import Lasting, parts_of, scenario_of
+from ..scenarios.scenario import Scenario
+from ..scenarios.words import told
+
+MOST_TOLD = 6
+"""Largest number of changes that are told."""
+
+Names = dict[str, frozenset[str]]
+"""What is on, by the subject that has it."""
+
+
+def changes_in(bench: TrialBench, scenario: Scenario, scan: int) -> tuple[str, ...]:
+    """Return what began in a scan and what the modules showed and got, a sentence each."""
+    views: list[_BitView] = []
+
+    def listeners(_spec: RackSpec, rack: Rack) -> Iterable[QuietListener]:
+        views[:] = [_BitView(rack, scan)]
+        return views
+
+    short = TrialBench(bench.spec, bench.fresh_logic, (), scan + 1, bench.tags_of, bench.rungs)
+    short.run(scenario, listeners=listeners)
+    changed = [*_begun(scenario, scan, bench.spec.scan_ns), *views[0].told()]
+    return tuple(changed[:MOST_TOLD])
+
+
+def _begun(scenario: Scenario, scan: int, scan_ns: int) -> Iterator[str]:
+    begin_ns, end_ns = (scan - 1) * scan_ns, scan * scan_ns
+    parts = [
+        (name, part)
+        for name, part in parts_of(scenario)
+        if isinstance(part, Lasting) and begin_ns < part.at_ns <= end_ns
+    ]
+    return iter(told(scenario_of(parts)) if parts else ())
+
+
+class _BitView(QuietListener):
+    """Notes the bits by name in a scan and in the one before."""
+
+    def __init__(self, rack: Rack, scan: int) -> None:
+        self._scan, self._before, self._now = scan, Names(), Names()
+        self._slots = {number: slot for number, slot in rack.slots.items() if may_be_stepper(slot.words)}
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Note the two scans."""
+        if scan == self._scan - 1:
+            self._before = self._bits()
+        elif scan == self._scan:
+            self._now = self._bits()
+
+    def _bits(self) -> Names:
+        names = Names()
+        for number, slot in self._slots.items():
+            shown = profile_of(slot.words).status_names(slot.inputs[0], slot.inputs[1])
+            names[f"slot {number}"] = frozenset(shown)
+            snapshot = SlotSnapshot(slot)
+            sent = {"configuration"} if snapshot.configuring else set(snapshot.commands)
+            names[f"the commands of slot {number}"] = frozenset(sent)
+        return names
+
+    def told(self) -> Iterator[str]:
+        """Yield what came and went."""
+        yield from _told(self._before, self._now, "came on")
+        yield from _told(self._now, self._before, "went off")
+
+
+def _told(
+    without: Mapping[str, frozenset[str]], having: Mapping[str, frozenset[str]], did: str
+) -> Iterator[str]:
+    for subject, names in having.items():
+        new = sorted(names - without.get(subject, frozenset()))
+        if new:
+            yield f"{' and '.join(new)} of {subject} {did}"

@@ -1,0 +1,230 @@
+"""What a program went through in some runs: of each rung what was never on, never off, never reached."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.amci3601.words import may_be_stepper
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.compiler import ObservedScanner
+from scanrack.ladder.compiler.observed import lines_of, truth_of
+from scanrack.ladder.run.engine import Engine
+from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
+from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime.loop.scan import ScanLogic
+
+from ...check.rungs.structure import own_routines
+from ...load.loading import LoadedRack
+from ..aim.branches import branch_lines
+from ..aim.edges import Edges
+from ..aim.probe import Probe, noting
+from ..run import TrialBench
+from ..scenarios.scenario import Scenario
+from .unfired import GivenWords
+
+DeadPlace = tuple[str, int | str | None, str, str]
+"""What is proved never to happen: routine, rung, instruction as text, state."""
+
+
+@dataclass(frozen=True, slots=True)
+class CoveredLine:
+    """A rung, or a line of structured text or Python.
+
+    Attributes:
+        place: routine or file, with the number.
+        never: what never happened, a sentence each; empty for a line without gaps.
+    """
+
+    place: str
+    text: str
+    never: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """What some runs went through.
+
+    Attributes:
+        lines: of the program, with their gaps, in its order.
+        given: what the words of each 3601 were, by slot.
+    """
+
+    lines: list[CoveredLine]
+    given: Mapping[int, GivenWords]
+
+
+def coverage_of(
+    bench: TrialBench, scenarios: Iterable[Scenario], job: LoadedRack, dead: Collection[DeadPlace] = ()
+) -> Coverage:
+    """Run scenarios and return what they went through.
+
+    Args:
+        job: whose program it is; blocks that came with the package are left out.
+        dead: what is proved dead, and is no gap.
+    """
+    tally = PowerTally()
+    for scenario in scenarios:
+        bench.run(scenario, without=bench.names, probe=_TallyProbe(tally))
+    return Coverage(covered_lines(tally, job, dead), tally.given)
+
+
+def covered_lines(tally: PowerTally, job: LoadedRack, dead: Collection[DeadPlace] = ()) -> list[CoveredLine]:
+    """Return the lines of a program with what never happened in them, in its order."""
+    if tally.lowered is not None:
+        return list(_ladder_lines(tally, tally.lowered, job, frozenset(dead)))
+    return list(_python_lines(tally, job.program))
+
+
+def places_in(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> frozenset[str]:
+    """Run a scenario; return what passed power or was taken, with its routine or file, without numbers."""
+    tally = PowerTally()
+    bench.run(scenario, without=bench.names, probe=_TallyProbe(tally))
+    if (lowered := tally.lowered) is not None:
+        lines = [(routine, line) for routine in _own(job, lowered) for line in routine.lines]
+        numbers = {key: number for number, key in enumerate(lines_of(lowered))}
+        return frozenset(
+            f"{routine.name}: {lowered.sites[step.site].instruction}"
+            for routine, line in lines
+            for step, on in zip(
+                line.steps, tally.on.get(numbers[routine.name.upper(), line.number], ()), strict=False
+            )
+            if on
+        )
+    data, program = job.program.read_bytes(), job.program
+    text = data.decode("utf-8", "replace").splitlines()
+    branches = zip(branch_lines(data, str(program)), tally.branches, strict=False)
+    return frozenset(f"{program.name}: {text[line - 1].strip()}" for line, taken in branches if taken)
+
+
+@dataclass(slots=True)
+class PowerTally:
+    """What happened in the runs.
+
+    Attributes:
+        on, off: of each line of a ladder program, by instruction, whether it ever passed power, or none.
+        branches: of a Python program, whether each was taken.
+        given: what the words of each 3601 were.
+    """
+
+    lowered: LoweredProgram | None = None
+    scanner: ObservedScanner | None = None
+    on: dict[int, list[bool]] = field(default_factory=dict)
+    off: dict[int, list[bool]] = field(default_factory=dict)
+    branches: bytearray = field(default_factory=bytearray)
+    given: defaultdict[int, GivenWords] = field(default_factory=lambda: defaultdict(GivenWords))
+
+    def add_notes(self, notes: list[Any]) -> None:
+        """Add the power in the rungs of a scan."""
+        assert self.scanner is not None
+        for line, reading in enumerate(self.scanner.readings):
+            truth = truth_of(notes, line, reading)
+            if truth is not None:
+                self.add(line, truth)
+
+    def add(self, line: int, truth: Sequence[bool]) -> None:
+        """Add the power behind each instruction of a line, by its number in `lines_of`."""
+        on = self.on.setdefault(line, [False] * len(truth))
+        off = self.off.setdefault(line, [False] * len(truth))
+        for place, each in enumerate(truth):
+            (on if each else off)[place] = True
+
+
+class _TallyProbe(Probe):
+    """Adds the scans of a run to a tally."""
+
+    def __init__(self, tally: PowerTally) -> None:
+        super().__init__(Edges())
+        self._tally = tally
+        self._seen_notes: list[Any] = []
+
+    def prepared(self, logic: ScanLogic) -> ScanLogic:
+        """Note which program runs."""
+        if type(logic) is Engine:
+            self._tally.lowered, self._tally.scanner = logic.lowered, noting(logic.lowered)
+        return super().prepared(logic)
+
+    def watch(self, logic: ScanLogic, rack: Rack) -> None:
+        """Take the rack, and the branches of a Python program."""
+        super().watch(logic, rack)
+        self._steppers = [slot for slot in rack.slots.values() if may_be_stepper(slot.words)]
+        if not self._tally.branches:
+            self._tally.branches = bytearray(len(self._branches))
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Add what differs from the scan before."""
+        if self._memory != self._seen:
+            self._seen = bytes(self._memory)
+            for slot in self._steppers:
+                self._tally.given[slot.number].note(slot)
+        if self._notes and self._notes != self._seen_notes:
+            self._seen_notes = self._notes.copy()
+            self._tally.add_notes(self._notes)
+        if self._branches:
+            for place, taken in enumerate(self._branches):
+                self._tally.branches[place] |= taken
+
+
+def _ladder_lines(
+    tally: PowerTally, lowered: LoweredProgram, job: LoadedRack, dead: frozenset[DeadPlace]
+) -> Iterator[CoveredLine]:
+    numbers = {key: number for number, key in enumerate(lines_of(lowered))}
+    for routine in _own(job, lowered):
+        for line in routine.lines:
+            number = numbers[routine.name.upper(), line.number]
+            place = f"{routine.name} {routine.unit} {line.number}"
+            gaps = tuple(_gaps(tally, number, line, lowered, dead))
+            yield CoveredLine(place, line.text, gaps)
+
+
+def _own(job: LoadedRack, lowered: LoweredProgram) -> Iterable[LoweredRoutine]:
+    assert isinstance(job.logic, LadderLogic)
+    return own_routines(job.logic, lowered)
+
+
+def _gaps(
+    tally: PowerTally, number: int, line: LoweredLine, lowered: LoweredProgram, dead: frozenset[DeadPlace]
+) -> Iterator[str]:
+    sites = [lowered.sites[step.site] for step in line.steps]
+    if number not in tally.on:
+        if not any((s.routine, s.rung, s.instruction, "reached") in dead for s in sites):
+            yield "never reached"
+        return
+    for site, on, off in zip(sites, tally.on[number], tally.off[number], strict=False):
+        where = site.routine, site.rung, site.instruction
+        if not on and (*where, "on") not in dead:
+            yield f"{site.instruction}: never on"
+        elif not off and (*where, "off") not in dead and site is not sites[-1]:
+            yield f"{site.instruction}: never off"
+
+
+def _python_lines(tally: PowerTally, program: Path) -> Iterator[CoveredLine]:
+    data = program.read_bytes()
+    never = _branch_gaps(data, str(program), tally.branches)
+    for number, text in enumerate(data.decode("utf-8", "replace").splitlines(), 1):
+        yield CoveredLine(f"{program.name}:{number}", text, (never[number],) if number in never else ())
+
+
+def _branch_gaps(data: bytes, file: str, branches: bytearray) -> dict[int, str]:
+    """Return what never happened in the lines in which branches begin.
+
+    The branch that an `if` without `else` takes else has the line of the `if`.
+    """
+    without_else = {
+        node.lineno
+        for node in ast.walk(ast.parse(data, file))
+        if isinstance(node, ast.If) and not node.orelse
+    }
+    taken: dict[int, list[int]] = {}
+    for line, each in zip(branch_lines(data, file), branches, strict=False):
+        taken.setdefault(line, []).append(each)
+    gaps = {}
+    for line, ways in taken.items():
+        other_way = line in without_else and (len(ways) == 1 or any(ways))
+        if not any(ways) or (other_way and not all(ways)):
+            gaps[line] = "never false" if other_way else "never reached"
+    return gaps

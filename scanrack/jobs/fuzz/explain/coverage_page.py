@@ -1,0 +1,119 @@
+"""The coverage of a program as one HTML page, without network."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from html import escape
+from pathlib import Path
+from typing import NamedTuple
+
+from scanrack.traces.files.guard import PAGE
+from scanrack.traces.files.newfile import new_file
+
+from ..folder_lock import write_text
+from .coverage import CoveredLine
+from .unfired import UnfiredRule
+
+STYLE = """\
+:root { color-scheme: light dark; --ink: #1b1f24; --soft: #57606a; --gap: #fff1e5; --edge: #bc4c00;
+  --paper: #fff }
+body { font: 15px system-ui, sans-serif; margin: 1.5em auto; max-width: 70em; padding: 0 1em;
+  color: var(--ink); background: var(--paper) }
+ol { list-style: none; margin: 0; padding: 0 }
+li { display: flex; flex-wrap: wrap; gap: 0 1em; padding: .1em .5em; border-left: 4px solid transparent }
+li.gap { background: var(--gap); border-color: var(--edge) }
+li div { flex: 1 1 20em; min-width: 0 }
+li span { color: var(--soft); flex: 0 0 10em } li b { color: var(--edge); flex: 1 0 100% }
+code { font-family: "DejaVu Sans Mono", Menlo, Consolas, monospace; font-size: 13px; white-space: pre-wrap;
+  overflow-wrap: anywhere; flex: 1 1 20em; min-width: 0 }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e6edf3; --soft: #9198a1; --gap: #33230f; --edge: #f0a35e; --paper: #0d1117 }
+}"""
+
+
+def save_coverage(
+    file: Path,
+    title: str,
+    lines: Sequence[CoveredLine],
+    runs: int,
+    never: Sequence[UnfiredRule] = (),
+    rules: int = 0,
+) -> None:
+    """Write the page.
+
+    Args:
+        runs: number of the runs that it is of.
+        never: the error rules that never fired.
+        rules: number of the error rules.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    said = f"{coverage_line(lines)}, in {runs:,} runs that showed something new."
+    parts = [_Part("", said, map(_row, lines))]
+    if never:
+        heading = f"Error rules that never fired: {len(never)} of {rules}"
+        parts.append(_Part(heading, "", map(_rule, never)))
+    write_text(file, _page(title, parts))
+
+
+def save_programs(file: Path, programs: Iterable[tuple[str, Sequence[CoveredLine]]]) -> None:
+    """Write a page of several programs.
+
+    Args:
+        programs: each one's file and lines.
+
+    Raises:
+        OwnedError: a file of another kind is there.
+        OSError: it can't be written.
+    """
+    parts = [_Part(name, f"{coverage_line(lines)}.", map(_row, lines)) for name, lines in programs]
+    with new_file(file, PAGE) as page:
+        page.write(_page("Rung coverage", parts))
+
+
+def coverage_line(lines: Sequence[CoveredLine]) -> str:
+    """Return how much of a program was covered, in a sentence."""
+    gaps = sum(bool(each.never) for each in lines)
+    return (
+        f"{gaps:,} of {len(lines):,} lines have gaps" if gaps else f"none of {len(lines):,} lines has a gap"
+    )
+
+
+class _Part(NamedTuple):
+    """A part of a page."""
+
+    heading: str
+    said: str
+    rows: Iterable[str]
+
+
+def _page(title: str, parts: Iterable[_Part]) -> str:
+    return "\n".join([*_lines(title, parts), ""])
+
+
+def _lines(title: str, parts: Iterable[_Part]) -> Iterator[str]:
+    yield f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
+    yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
+    yield f"<style>\n{STYLE}\n</style></head><body>\n<h1>{escape(title)}</h1>"
+    for part in parts:
+        if part.heading:
+            yield f"<h2>{escape(part.heading)}</h2>"
+        if part.said:
+            yield f"<p>{part.said}</p>"
+        yield "<ol>"
+        yield from part.rows
+        yield "</ol>"
+    yield "</body></html>"
+
+
+def _rule(each: UnfiredRule) -> str:
+    return (
+        f"<li><span>{each.rule.id}</span><div>{escape(each.rule.text)}</div><b>{escape(each.says)}</b></li>"
+    )
+
+
+def _row(line: CoveredLine) -> str:
+    gaps = f"<b>{escape('; '.join(line.never))}</b>" if line.never else ""
+    row = f"<span>{escape(line.place)}</span><code>{escape(line.text)}</code>{gaps}"
+    return f'<li class="gap">{row}</li>' if line.never else f"<li>{row}</li>"

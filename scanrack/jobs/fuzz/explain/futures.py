@@ -1,0 +1,203 @@
+"""The instant from which on a failure is inevitable.
+
+The beginning of the failing run stays, and what people do behind it is drawn again and again. The share
+of these futures that fail too is asked for where it rises most, until the rise lies between two scans.
+
+    scan          -1    2    4    5    6   12
+    fail of 40     0    0    0   37   38   40        inevitable from scan 5 on
+
+Inputs are drawn, neither links nor power: a power cycle cures everything, and would blur the step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from itertools import islice, pairwise
+from random import Random
+from typing import Any
+
+from scanrack.io_images.times import seconds
+
+from ..aim.draws import Draws
+from ..run import BrokenInvariant, TrialBench
+from ..scenarios.kinds import Kind
+from ..scenarios.parts import Lasting, Timed, parts_of, scenario_of, with_part
+from ..scenarios.scenario import Scenario
+from ..search import Counterexample, behind
+from .changes import changes_in
+
+FUTURES = 40
+"""Number of futures behind a scan."""
+
+PILOT = 10
+"""Number of futures while the rise is sought; the two scans that it lies between get all of them."""
+
+CLEAR = 30
+"""Least rise of failing futures in one scan that is called an instant."""
+
+MOST_ASKED = 24
+"""Largest number of scans behind which futures are drawn."""
+
+FAR, MOST_EVENTS = 300, 4
+"""Scans within which the events of a future begin, most of them early, and their number."""
+
+LEAST_JUDGED = 20
+"""Scans behind the failure for which a future is run, at least; else half of the time from the instant on."""
+
+ENDS = (1, 2, 10, 100, 1000)
+"""Scans after which something ends that is under way at the instant."""
+
+
+@dataclass(frozen=True, slots=True)
+class PointOfNoReturn:
+    """The rise of the share of futures that fail.
+
+    Attributes:
+        before: the last scan behind which few fail; -1 is the time before power-up.
+        scan: the first scan behind which many do; the one after `before` unless the search for it was long.
+        now_ns: its time, ns since power-up.
+        few, many: how many of the futures fail behind them.
+        first: how many fail behind nothing; if the instant is clear, `few`.
+        changes: what changed in that scan, as sentences without their own subject.
+    """
+
+    before: int
+    scan: int
+    now_ns: int
+    few: int
+    many: int
+    first: int
+    changes: tuple[str, ...] = ()
+
+    @property
+    def is_from_the_start(self) -> bool:
+        """Whether most futures fail that have nothing in common with the run."""
+        return self.first >= CLEAR
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether there is an instant: the share rises by most of the futures in one scan."""
+        return self.scan == self.before + 1 and self.many - self.few >= CLEAR
+
+    @property
+    def lines(self) -> list[str]:
+        """The lines of a report."""
+        if self.is_from_the_start:
+            return [f"from power-up on {self.many} of {FUTURES} futures break it"]
+        if not self.is_clear:
+            since = f"{self.first} of {FUTURES} futures break it from 0 s"
+            return [f"no single instant: {since}, {self.many} from {seconds(self.now_ns)} s on"]
+        few = f"{self.few or 'no'} future{'s' if self.few > 1 else ''} of {FUTURES}"
+        breaks = "break" if self.few > 1 else "breaks"
+        told = f"up to scan {self.before} {few} {breaks} it, from scan {self.scan}"
+        told += f" ({seconds(self.now_ns)} s) on {self.many} do"
+        return [told + (":" if self.changes else ""), *(f"  {each}" for each in self.changes)]
+
+
+class _OutOfTimeError(Exception):
+    """Ends the search for the instant."""
+
+
+def find_point_of_no_return(
+    bench: TrialBench, found: Counterexample, seed: int = 1, go_on: Callable[[], bool] = lambda: True
+) -> PointOfNoReturn | None:
+    """Return where a failure became inevitable: 100 to 250 runs; None if there was no time for them.
+
+    Args:
+        seed: the same one draws the same futures.
+        go_on: whether there is time left; asked before every run.
+    """
+    try:
+        return _found_inevitable(bench, found, _Crowd(bench, found, seed, go_on))
+    except _OutOfTimeError:
+        return None
+
+
+def _found_inevitable(bench: TrialBench, found: Counterexample, crowd: _Crowd) -> PointOfNoReturn:
+    failing = {-1: crowd.failing_behind(-1, PILOT), found.broken.scan: PILOT}
+    if failing[-1] * FUTURES >= CLEAR * PILOT and (first := crowd.failing_behind(-1)) >= CLEAR:
+        return PointOfNoReturn(-1, 0, 0, 0, first, first)
+    while len(failing) < MOST_ASKED:
+        before, scan = _steepest(failing)
+        if scan - before == 1:
+            break
+        middle = (before + scan) // 2
+        failing[middle] = crowd.failing_behind(middle, PILOT)
+    before, scan = _steepest(failing)
+    few = crowd.failing_behind(before)
+    many = FUTURES if scan == found.broken.scan else crowd.failing_behind(scan)
+    first = few if many - few >= CLEAR else crowd.failing_behind(-1)
+    changes = changes_in(bench, found.scenario, scan)
+    return PointOfNoReturn(before, scan, scan * bench.spec.scan_ns, few, many, first, changes)
+
+
+def _steepest(failing: dict[int, int]) -> tuple[int, int]:
+    """Return the scans between which the share rises most, of equal rises the widest."""
+    pairs = list(pairwise(sorted(failing)))
+    return max(pairs, key=lambda pair: (failing[pair[1]] - failing[pair[0]], pair[1] - pair[0]))
+
+
+class _Crowd:
+    """The futures of a failing run."""
+
+    def __init__(
+        self, bench: TrialBench, found: Counterexample, seed: int, go_on: Callable[[], bool]
+    ) -> None:
+        self._bench, self._found, self._seed, self._go_on = bench, found, seed, go_on
+        self._others = behind(bench, found.broken, ()) - {found.broken.key}
+
+        self._fail: dict[int, list[bool]] = {}
+        self._futures: dict[int, Iterator[bool]] = {}
+
+    def failing_behind(self, scan: int, futures: int = FUTURES) -> int:
+        """Return how many futures behind a scan break the same invariant; each is run once.
+
+        Args:
+            futures: their number; fewer are the first of more.
+        """
+        known = self._fail.setdefault(scan, [])
+        rest = self._futures.setdefault(scan, self._run_behind(scan))
+        known += islice(rest, max(0, futures - len(known)))
+        return sum(known[:futures])
+
+    def _run_behind(self, scan: int) -> Iterator[bool]:
+        """Yield of each future whether it fails; nothing new happens in the first."""
+        broken: BrokenInvariant = self._found.broken
+        judged = broken.scan + max(LEAST_JUDGED, (broken.scan - scan) // 2)
+        bench = replace(self._bench, scans=min(self._bench.scans, judged))
+        random = Random(self._seed * 1_000_003 + scan)
+        draws = Draws(bench.spec, bench.scans, (Kind.INPUTS,), random)
+        future = beginning = _beginning(self._found.scenario, scan, bench.spec.scan_ns)
+        while True:
+            if not self._go_on():
+                raise _OutOfTimeError
+            yield bench.run(future, without=self._others).broken is not None
+            future = _drawn(beginning, scan, draws, random)
+
+
+def _beginning(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
+    """Return a scenario without what begins behind a scan."""
+    end_ns = scan * scan_ns
+    return scenario_of(
+        (name, part)
+        for name, part in parts_of(scenario)
+        if not isinstance(part, Timed) or part.at_ns <= end_ns
+    )
+
+
+def _drawn(beginning: Scenario, scan: int, draws: Draws, random: Random) -> Scenario:
+    """Return a beginning with a future: what is under way ends at any time, and people do something else."""
+    future = scenario_of((name, _ended(part, scan, draws, random)) for name, part in parts_of(beginning))
+    for _ in range(random.randint(0, MOST_EVENTS)):
+        at = scan + int(FAR ** random.random())
+        if at < draws.scans and (part := draws.event(at)) is not None:
+            future = with_part(future, part)
+    return future
+
+
+def _ended(part: Any, scan: int, draws: Draws, random: Random) -> Any:
+    now_ns = scan * draws.scan_ns
+    if not isinstance(part, Lasting) or part.at_ns + part.for_ns <= now_ns or not part.for_ns:
+        return part
+    return replace(part, for_ns=now_ns + random.choice(ENDS) * draws.scan_ns - part.at_ns)

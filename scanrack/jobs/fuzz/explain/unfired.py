@@ -1,0 +1,273 @@
+"""Why error rules of the manual never fired in a campaign: the first reason that holds.
+
+Each rule needs commands of the program, a configuration, and inputs that are active; the table says which.
+What only a number decides, such as a speed below the starting speed, is not in it: such a rule's conditions
+came apart, or the number never came.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from enum import IntEnum
+from functools import reduce
+from itertools import chain
+from operator import or_
+from typing import NamedTuple
+
+from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, ConfigMsw, InputBit
+from scanrack.io_images.amci3601.bits import MOTIONS, StatusMsw
+from scanrack.io_images.amci3601.firmware import KNOWN, Firmware
+from scanrack.io_images.amci3601.rules.rule import Rule
+from scanrack.io_images.amci3601.words import WORDS_3601, Profile, is_stepper
+from scanrack.io_images.drives.rules import rules_of
+from scanrack.io_images.drives.translation import model_of
+from scanrack.runtime.config.rackspec import SlotSpec, profile_in
+from scanrack.runtime.loop.rack import Slot
+
+_LSW = 16
+"""The second command word begins at this bit of a mask over both."""
+
+HOME = (CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW).value
+MANUAL = (CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW).value
+RUN_BLEND = (CommandMsw.RUN_BLEND_CW | CommandMsw.RUN_BLEND_CCW).value
+MOVE = MOTIONS.value
+PROGRAMMED = MOVE & ~MANUAL
+ABSOLUTE = CommandMsw.ABSOLUTE_MOVE.value
+HOLD = CommandMsw.HOLD_MOVE.value
+RESUME = CommandMsw.RESUME_MOVE.value
+STOP = CommandMsw.IMMEDIATE_STOP.value
+PRESET = (CommandMsw.PRESET_POSITION | CommandMsw.PRESET_ENCODER).value
+PRESET_ENCODER = CommandMsw.PRESET_ENCODER.value
+CONFIGURE = CommandMsw.MODE_CONFIG.value
+S_CURVE = CommandLsw.S_CURVE.value << _LSW
+ENCODER_MOVE = CommandLsw.ENCODER_MOVE.value << _LSW
+FOLLOWER = CommandLsw.ENC_FOLLOWER.value << _LSW
+BLEND_PROGRAM = CommandLsw.BLEND_PROGRAM.value << _LSW
+STORE_MIN_REG = CommandLsw.STORE_MIN_REG.value << _LSW
+
+ENCODER = ConfigMsw.QUADRATURE_ENCODER.value
+EXTERNAL = ConfigMsw.USE_EXTERNAL.value
+ESTOP = ConfigMsw.USE_ESTOP.value
+CW = ConfigMsw.USE_CW_LIMIT.value
+CCW = ConfigMsw.USE_CCW_LIMIT.value
+LIMIT = CW | CCW
+
+
+class Need(NamedTuple):
+    """What a rule needs before it can fire.
+
+    Attributes:
+        gives: of each mask over both command words the program gives a bit at some time.
+        uses: of each mask one configuration has a bit; inputs among them have to be active at some time, too.
+        lacks: some configuration lacks a bit of the mask; 0 for no need.
+    """
+
+    gives: tuple[int, ...] = ()
+    uses: tuple[int, ...] = ()
+    lacks: int = 0
+
+
+_REGISTRATION = Need((MANUAL,))
+_STILL_ACTIVE = Need((MANUAL,), (EXTERNAL,))
+_BOTH_LIMITS = Need((HOME,), (CW, CCW))
+_WRONG_LIMIT = Need((HOME,), (LIMIT,))
+_FOLLOWING = Need((FOLLOWER,), (ENCODER,))
+
+# fmt: off
+NEEDS: Mapping[str, Need] = {
+    "HOM-01": Need((HOME,)), "HOM-02": Need((HOME,)), "HOM-03": Need((HOME,), lacks=LIMIT),
+    "HOM-04": _BOTH_LIMITS, "HOM-05": _WRONG_LIMIT,
+    "PRF-01": Need((PROGRAMMED,)), "PRF-02": Need((MOVE,)), "PRF-03": Need((MOVE,)),
+    "PRF-04": Need((BLEND_PROGRAM,)), "PRF-05": Need((BLEND_PROGRAM,)), "PRF-06": Need((BLEND_PROGRAM,)),
+    "PRF-07": Need((BLEND_PROGRAM,)), "PRF-08": Need((MANUAL,)), "PRF-09": Need((MANUAL,)),
+    "PRF-10": Need((MANUAL,)), "PRF-11": Need((ENCODER_MOVE,), lacks=ENCODER), "PRF-12": _STILL_ACTIVE,
+    "PRF-13": _REGISTRATION, "PRF-14": _REGISTRATION, "PRF-15": _REGISTRATION, "PRF-16": _REGISTRATION,
+    "PRF-17": _REGISTRATION, "PRF-18": _REGISTRATION,
+    "POS-01": Need((CONFIGURE,)), "POS-02": Need((STOP, MOVE)), "POS-03": Need((MOVE,), (ESTOP,)),
+    "POS-04": Need((MOVE,), (LIMIT,)), "POS-05": _BOTH_LIMITS, "POS-06": _WRONG_LIMIT,
+    "INP-01": Need((), (ESTOP,)), "INP-02": Need((MOVE,), (LIMIT,)), "INP-03": Need((MANUAL,), (LIMIT,)),
+    "INP-04": _BOTH_LIMITS, "INP-05": _WRONG_LIMIT,
+    "CMD-01": Need((CONFIGURE, MOVE)), "CMD-02": Need((MOVE | HOLD | RESUME | STOP | PRESET,)),
+    "CMD-03": Need((MOVE,)), "CMD-04": Need((MOVE | PRESET,)), "CMD-05": Need((PROGRAMMED,)),
+    "CMD-06": Need((ABSOLUTE,)), "CMD-07": Need((HOLD,)), "CMD-08": Need((RESUME,)),
+    "CMD-09": Need((PRESET,)),
+    "CMD-10": Need((HOME, S_CURVE)), "CMD-11": Need((PRESET_ENCODER,), lacks=ENCODER),
+    "CMD-12": Need((MANUAL,)), "CMD-13": Need((MANUAL,)), "CMD-14": Need((MANUAL,)),
+    "CMD-15": Need((MANUAL,)),
+    "CMD-16": Need((RUN_BLEND,)), "CMD-17": Need((RUN_BLEND,)), "CMD-18": Need((BLEND_PROGRAM, RUN_BLEND)),
+    "CMD-19": Need((HOLD, RUN_BLEND)), "CMD-20": Need((STORE_MIN_REG,)), "CMD-21": Need((HOLD, MANUAL)),
+    "CMD-22": _STILL_ACTIVE, "CMD-23": _REGISTRATION, "CMD-24": _REGISTRATION, "CMD-25": _REGISTRATION,
+    "CMD-26": _REGISTRATION, "CMD-27": _REGISTRATION, "CMD-28": _REGISTRATION,
+    "CMD-29": Need((FOLLOWER,), lacks=ENCODER), "CMD-30": Need((FOLLOWER, MOVE), (ENCODER,)),
+    "CMD-31": _FOLLOWING, "CMD-32": _FOLLOWING, "CMD-33": Need((FOLLOWER, MANUAL), (ENCODER,)),
+    "CMD-34": Need((FOLLOWER, MOVE & ~MANUAL), (ENCODER,)), "CMD-35": Need((FOLLOWER, MANUAL), (ENCODER,)),
+    "CMD-36": Need((FOLLOWER, S_CURVE), (ENCODER,)),
+    "CER-01": Need(), "CER-02": Need((CONFIGURE,)),
+}
+"""Of each row of chapter 6's lists what it needs, after its sentence in `RULES`."""
+# fmt: on
+
+
+def error_rules(profile: Profile = WORDS_3601) -> list[Rule]:
+    """Return the rows of chapter 6's lists and a module's own refusals, in the order of its rules."""
+    own = {rule for rule, _ in profile.further_refusals}
+    return [
+        rule for rule in profile.rules.values() if (rule.list_of or 0) & profile.error_bits or rule.id in own
+    ]
+
+
+class ErrorRules(NamedTuple):
+    """The error rules of a rack's modules.
+
+    Attributes:
+        owners: whose they are, in words.
+        ids: of the rules; modules of two families share some.
+    """
+
+    owners: str
+    ids: Sequence[str]
+
+
+def rules_in(slots: Iterable[SlotSpec]) -> ErrorRules:
+    """Return the error rules of the modules in a rack, those of a 3601 if none has any."""
+    slots = tuple(slots)
+    models = {model.title: model for slot in slots if (model := model_of(slot.words))}
+    found = {f"the {title}": [rule.id for rule in rules_of(model)] for title, model in models.items()}
+    if not models or any(is_stepper(slot.words) for slot in slots):
+        found = {"chapter 6": [rule.id for rule in error_rules(profile_in(slots, None))], **found}
+    return ErrorRules(" and ".join(found), list(dict.fromkeys(chain.from_iterable(found.values()))))
+
+
+class UnfiredReason(IntEnum):
+    """Reasons, most specific first; the last holds if no other does."""
+
+    UNTESTABLE = 0
+    COMMAND = 1
+    FIRMWARE = 2
+    CONFIGURATION = 3
+    SURROUNDINGS = 4
+    APART = 5
+
+
+WORDS: Mapping[UnfiredReason, str] = {
+    UnfiredReason.UNTESTABLE: "no image can show it",
+    UnfiredReason.COMMAND: "the program never gives the command",
+    UnfiredReason.FIRMWARE: "the firmware has no such rule",
+    UnfiredReason.CONFIGURATION: "the configuration excludes it",
+    UnfiredReason.SURROUNDINGS: "no scenario made the input active",
+    UnfiredReason.APART: "its conditions came only apart",
+}
+"""Each kind in words, for a summary."""
+
+
+class UnfiredRule(NamedTuple):
+    """A rule that never fired.
+
+    Attributes:
+        rule: of the manual.
+        why: kind of the reason.
+        says: the reason with its names.
+    """
+
+    rule: Rule
+    why: UnfiredReason
+    says: str
+
+
+@dataclass(slots=True)
+class GivenWords:
+    """What was ever in the words of a 3601.
+
+    Attributes:
+        commands: bits of both command words in command mode.
+        configurations: first words in configuration mode.
+        inputs: bits of the inputs that were active, as `InputBit`.
+    """
+
+    commands: int = 0
+    configurations: set[int] = field(default_factory=set)
+    inputs: int = 0
+
+    def note(self, slot: Slot) -> None:
+        """Add the words of a scan."""
+        first, second = slot.outputs.words[0], slot.outputs.words[1]
+        if first & CONFIGURE:
+            self.commands |= CONFIGURE
+            self.configurations.add(first & 0xFFFF)
+        else:
+            self.commands |= (first & 0xFFFF) | (second & 0xFFFF) << _LSW
+        if not slot.inputs.words[0] & StatusMsw.MODE_CONFIG.value:
+            self.inputs |= slot.inputs.words[1] & _ALL_INPUTS
+
+
+_ALL_INPUTS = reduce(or_, InputBit).value
+
+
+def unfired(
+    fired: Container[str],
+    given: Mapping[int, GivenWords],
+    oldest: Mapping[int, Firmware],
+    profile: Profile = WORDS_3601,
+) -> list[UnfiredRule]:
+    """Return the error rules that never fired, each with the first reason that holds.
+
+    Of several modules the one that came furthest gives the reason.
+
+    Args:
+        fired: ids of the rules that did.
+        given: what each module's words were, by slot.
+        oldest: each module's oldest firmware that is tried, by slot; newer ones are, too.
+    """
+    return [
+        max((_why(rule, given[slot], oldest[slot]) for slot in given), key=lambda each: each.why)
+        for rule in error_rules(profile)
+        if given and rule.id not in fired
+    ]
+
+
+def _why(rule: Rule, given: GivenWords, oldest: Firmware) -> UnfiredRule:
+    return next(_reasons(rule, NEEDS.get(rule.id, Need((MOVE,))), given, oldest))
+
+
+def _reasons(rule: Rule, need: Need, given: GivenWords, oldest: Firmware) -> Iterator[UnfiredRule]:
+    if not rule.testable:
+        yield UnfiredRule(rule, UnfiredReason.UNTESTABLE, rule.untestable_because)
+    for mask in need.gives:
+        if not given.commands & mask:
+            yield UnfiredRule(rule, UnfiredReason.COMMAND, f"the program never gives {_commands(mask)}")
+    if not any(rule.applies_to(each) for each in KNOWN if each >= oldest):
+        yield UnfiredRule(rule, UnfiredReason.FIRMWARE, f"no firmware from {oldest} on has this rule")
+    for mask in need.uses:
+        if not any(each & mask for each in given.configurations):
+            yield UnfiredRule(
+                rule, UnfiredReason.CONFIGURATION, f"no configuration has {_either(ConfigMsw(mask))}"
+            )
+    if (
+        need.lacks
+        and given.configurations
+        and all(each & need.lacks == need.lacks for each in given.configurations)
+    ):
+        yield UnfiredRule(
+            rule, UnfiredReason.CONFIGURATION, f"every configuration has {_both(ConfigMsw(need.lacks))}"
+        )
+    for mask in need.uses:
+        inputs = mask & _ALL_INPUTS
+        if inputs and not given.inputs & inputs:
+            yield UnfiredRule(
+                rule, UnfiredReason.SURROUNDINGS, f"{_either(InputBit(inputs))} was never active"
+            )
+    yield UnfiredRule(rule, UnfiredReason.APART, WORDS[UnfiredReason.APART])
+
+
+def _commands(mask: int) -> str:
+    first, second = CommandMsw(mask & 0xFFFF), CommandLsw(mask >> _LSW)
+    return _either(first) if first else _either(second)
+
+
+def _either(bits: CommandMsw | CommandLsw | ConfigMsw | InputBit) -> str:
+    return " or ".join(str(bit.name) for bit in bits)
+
+
+def _both(bits: ConfigMsw) -> str:
+    return " and ".join(str(bit.name) for bit in bits)

@@ -1,0 +1,128 @@
+"""The invariant of commands: no command is in progress while its axis rests for a second with a good link.
+
+Homing may rest longer: two seconds on an end limit. A follower rests with its encoder. A blend is
+programmed at rest, in phases; each restarts the second. With a round trip of more than a third of a
+second the limit is three of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from scanrack.io_images.amci3601.bits import StatusLsw, StatusMsw
+from scanrack.io_images.times import time_text
+from scanrack.ladder.python.axis3601 import Axis3601
+from scanrack.ladder.python.axis3601.evidence import HOME_REST_NS
+from scanrack.ladder.python.axis3601.kinds import GEAR, HOME
+from scanrack.ladder.python.sequences import Logic, parts_of
+from scanrack.ladder.run.engine import Engine
+from scanrack.runtime.loop.scan import ScanLogic
+
+from ...record.logic_wrapper import unwrapped
+
+
+class NamedTags(Protocol):
+    """The tags of a program by name."""
+
+    def __iter__(self) -> Iterator[str]: ...
+    def __contains__(self, name: str, /) -> bool: ...
+    def __getitem__(self, name: str, /) -> Any: ...
+
+
+SECOND_NS = 1_000_000_000
+
+SEARCH, FOLLOWER = 4, 10
+"""Kinds of commands in the motion blocks, see `axis3601.rung`."""
+
+
+@dataclass(frozen=True, slots=True)
+class BusyCommand:
+    """A command in progress."""
+
+    text: object  # its name, or an object that has it
+    rests: bool  # its axis rests, and answers
+    phase: int  # changes when it makes progress at rest
+    limit_ns: int
+
+
+Question = Callable[[], BusyCommand | None]
+"""Returns the command of an axis that is in progress now."""
+
+
+def axes_in(logic: ScanLogic, tags: NamedTags) -> tuple[Question, ...]:
+    """Return a question for each axis of a program: axes in Python, and those of the motion blocks."""
+    inside = unwrapped(logic)
+    parts = parts_of(inside) if isinstance(inside, Logic) else ()
+    axes = [_of_python(each) for each in parts if isinstance(each, Axis3601)]
+    if isinstance(inside, Engine) and not any(map(_is_kind, inside.lowered.layout.leaves)):
+        return ()  # looking for each name takes as long as hundred scans
+    return (*axes, *(_of_blocks(tags, name) for name in tags if f"{name}.RunKind" in tags))
+
+
+def _is_kind(path: str) -> bool:
+    return path.endswith(".RUNKIND")
+
+
+def _of_python(axis: Axis3601) -> Question:
+    def ask() -> BusyCommand | None:
+        command = axis.commanded
+        if command is None or not command.busy:
+            return None
+        idle = axis.status.MODULE_OK and not axis.moving
+        rests = idle and not (command.kind is GEAR and axis.status.ENC_FOLLOWER)
+        return BusyCommand(command, rests, axis.phase, _limit_ns(axis.trip_ns, searches=command.kind is HOME))
+
+    return ask
+
+
+def _of_blocks(tags: NamedTags, name: str) -> Question:
+    def ask() -> BusyCommand | None:
+        step = tags[f"{name}.Step"]
+        if not step and tags[f"{name}.Ticket"] == tags[f"{name}.Taken"]:
+            return None
+        kind = tags[f"{name}.RunKind"]
+        msw, lsw = tags[f"{name}.In[0]"], tags[f"{name}.In[1]"]
+        idle = msw & StatusMsw.MODULE_OK.value and not tags[f"{name}.Moving"]
+        rests = bool(idle) and not (kind == FOLLOWER and lsw & StatusLsw.ENC_FOLLOWER.value)
+        limit_ns = _limit_ns(1_000_000 * tags[f"{name}.RoundTrip"], searches=kind == SEARCH)
+        return BusyCommand(f"{name}, kind {kind}, step {step}", rests, tags[f"{name}.Out[1]"], limit_ns)
+
+    return ask
+
+
+def _limit_ns(trip_ns: int, *, searches: bool) -> int:
+    return max(SECOND_NS, 3 * trip_ns) + HOME_REST_NS * searches
+
+
+class RestMeter:
+    """Measures the rests of a program's axes under a command."""
+
+    def __init__(self, axes: Iterable[Question]) -> None:
+        self._axes = [_Rest(each) for each in axes]
+
+    def too_long(self, now_ns: int, *, linked: bool) -> str | None:
+        """Return the command that rests for too long, in words."""
+        told = [each.too_long(now_ns, linked=linked) for each in self._axes]
+        return next((each for each in told if each), None)
+
+
+class _Rest:
+    """The rest of one axis."""
+
+    def __init__(self, ask: Question) -> None:
+        self._ask = ask
+        self._since_ns: int | None = None
+        self._phase = 0
+
+    def too_long(self, now_ns: int, *, linked: bool) -> str | None:
+        busy = self._ask()
+        if busy is None or not busy.rests or not linked or busy.phase != self._phase:
+            self._since_ns = None
+        elif self._since_ns is None:
+            self._since_ns = now_ns
+        self._phase = busy.phase if busy is not None else 0
+        if busy is None or self._since_ns is None or now_ns - self._since_ns <= busy.limit_ns:
+            return None
+        return f"{busy.text} is busy, and its axis has rested for {time_text(now_ns - self._since_ns)}"

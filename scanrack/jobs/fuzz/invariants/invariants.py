@@ -1,0 +1,204 @@
+"""Invariants: conditions of every scan of every run, as small functions of a snapshot."""
+
+from __future__ import annotations
+
+import importlib.util
+import inspect
+import sys
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.annotations import signature_of
+from scanrack.io_images.times import parse_duration, time_text
+
+from ...load.modules_beside import find_beside
+from .scan_view import Snapshot
+
+Condition = Callable[[Snapshot], Any]
+"""A condition of a snapshot; its answer counts as true or false."""
+
+Watch = Callable[[Snapshot], str | None]
+"""Checks every scan of one run; returns the violation, or None.
+
+Attributes that a watch may have: `applied`, whether it had something to check; `waiting`, whether its clock
+runs; `origin_scan`, the scan of the cause if a violation shows later.
+"""
+
+
+class InvariantError(ValueError):
+    """An invariant that can't be loaded, or that raised; the message has name, file and line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Invariant:
+    """A condition that must hold, or a goal, which nothing breaks; see `goals`."""
+
+    name: str
+    sentence: str
+    start: Callable[[], Watch]
+    is_goal: bool = False
+
+
+def always(condition: Condition) -> Invariant:
+    """Make an invariant of a condition that must be true in every scan; its docstring is the sentence."""
+    return _single(condition, wanted=True)
+
+
+def never(condition: Condition) -> Invariant:
+    """Make an invariant of a condition that must be false in every scan; its docstring is the sentence."""
+    return _single(condition, wanted=False)
+
+
+def eventually(
+    limit: str, *, after: Condition, while_resting: bool = False
+) -> Callable[[Condition], Invariant]:
+    """Make an invariant of a condition that must come true in time.
+
+    The clock starts in a scan in which `after` is true, unless it runs already, and stops in
+    one in which the condition is. It pauses while the logic rests (program mode): a program that is
+    not called can't act.
+
+    Args:
+        limit: machine time with its unit, such as "5 s".
+        after: starts the clock.
+        while_resting: let the clock run in program mode, too, for reactions of the machine itself.
+
+    Raises:
+        ValueError: `limit` is not a time, or the condition does not accept one argument.
+    """
+    limit_ns = parse_duration(limit)
+
+    def make(condition: Condition) -> Invariant:
+        _check(condition)
+        return Invariant(
+            _name(condition),
+            _sentence(condition),
+            lambda: _Eventually(condition, after, limit_ns, while_resting=while_resting),
+        )
+
+    return make
+
+
+class _Eventually:
+    """Watches a run for a condition that must come true in time."""
+
+    def __init__(self, condition: Condition, after: Condition, limit_ns: int, *, while_resting: bool) -> None:
+        self._condition, self._after, self._limit_ns = condition, after, limit_ns
+        self._while_resting = while_resting
+        self._since_ns: int | None = None
+        self._paused_ns = 0
+        self._last_ns = 0
+        self.origin_scan = 0
+        self.applied = False
+
+    def __call__(self, now: Snapshot) -> str | None:
+        step_ns, self._last_ns = now.ns - self._last_ns, now.ns
+        if answer(self._condition, now):
+            self._since_ns = None
+            self.applied = self.applied or bool(answer(self._after, now))
+        elif self._since_ns is None:
+            if answer(self._after, now):
+                self._start(now)
+        elif now.resting and not self._while_resting:
+            self._paused_ns += step_ns
+        elif now.ns - self._since_ns - self._paused_ns > self._limit_ns:
+            return self._why(now.ns - self._since_ns - self._paused_ns, self._since_ns)
+        return None
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the clock runs."""
+        return self._since_ns is not None
+
+    def _start(self, now: Snapshot) -> None:
+        self._since_ns, self._paused_ns, self.origin_scan = now.ns, 0, now.scan
+        self.applied = True
+
+    def _why(self, ran_ns: int, since_ns: int) -> str:
+        paused = f", {time_text(self._paused_ns)} in program mode not counted" if self._paused_ns else ""
+        return f"{time_text(ran_ns)} after scan time {time_text(since_ns)} it has not come true{paused}"
+
+
+def _single(condition: Condition, *, wanted: bool) -> Invariant:
+    _check(condition)
+
+    def watch(now: Snapshot) -> str | None:
+        if bool(answer(condition, now)) is wanted:
+            return None
+        return f"it is {'false' if wanted else 'true'}"
+
+    return Invariant(_name(condition), _sentence(condition), lambda: watch)
+
+
+def _check(condition: Condition) -> None:
+    """Refuse a condition that does not accept a snapshot.
+
+    Raises:
+        InvariantError: it is not a function of one argument.
+    """
+    try:
+        signature_of(condition).bind(None)
+    except TypeError as error:
+        raise InvariantError(f"{_name(condition)} has to take one argument, the snapshot: {error}") from None
+
+
+def _name(condition: Condition) -> str:
+    return str(getattr(condition, "__name__", "condition"))
+
+
+def _sentence(condition: Condition) -> str:
+    return inspect.getdoc(condition) or _name(condition).replace("_", " ")
+
+
+def answer(condition: Condition, now: Snapshot) -> Any:
+    """Evaluate a user's condition; an exception becomes an InvariantError with its place."""
+    try:
+        return condition(now)
+    except (Exception, SystemExit) as error:
+        steps = traceback.extract_tb(error.__traceback__)[1:] or traceback.extract_tb(error.__traceback__)
+        step = [each for each in steps if each.filename == steps[0].filename][-1]
+        what = f"{type(error).__name__}: {error}{_hint(error)}"
+        where = f"{step.filename}:{step.lineno}"
+        says = f"invariant {_name(condition)} raised at {now.seconds:g} s: {what} [{where}]"
+        raise InvariantError(says) from error
+
+
+def _hint(error: BaseException) -> str:
+    """Return the closest name, as a hint."""
+    if not isinstance(error, AttributeError) or error.obj is None:
+        return ""
+    close = get_close_matches(str(error.name), dir(error.obj), n=1)
+    return f"; did you mean {close[0]}?" if close else ""
+
+
+def load_invariants(path: Path | str) -> list[Invariant]:
+    """Load the invariants of a Python file, in the order in which it defines them.
+
+    Raises:
+        InvariantError: the file can't be read or run, or defines none.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise InvariantError(f"{path}: no such file with invariants")
+    spec = importlib.util.spec_from_file_location(f"scanrack_invariants_{path.stem}", path)
+    if spec is None or spec.loader is None:
+        raise InvariantError(f"{path}: invariants are in a Python file (.py)")
+    module = importlib.util.module_from_spec(find_beside(path, spec))
+    sys.modules[spec.name] = module
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:
+        steps = traceback.extract_tb(error.__traceback__)
+        line = next((step.lineno for step in reversed(steps) if step.filename == str(path)), 1)
+        what = error if isinstance(error, InvariantError) else f"{type(error).__name__}: {error}"
+        raise InvariantError(f"{path}:{line}: {what}") from error
+    found = [value for value in vars(module).values() if isinstance(value, Invariant)]
+    if not found:
+        raise InvariantError(
+            f"{path}: it defines no invariant; write functions under @always, @never, @eventually"
+        )
+    return found

@@ -1,0 +1,283 @@
+"""The subject of `scanrack fuzz`, built again in every worker, and the files that it writes."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import sys
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from scanrack.io_images.amci3601.firmware import Firmware
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.python.sequences import Logic, fresh
+from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime.loop.listeners import ScanListener
+from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime.loop.scan import ScanLogic
+from scanrack.runtime.machine.spec import input_name
+from scanrack.traces.plot import Mark, save_page
+from scanrack.traces.read.reader import open_trace
+from scanrack.traces.replay import PackedTrace
+
+from ..load.claims import has_claims, with_monitors
+from ..load.loading import LoadedRack, load_job
+from ..load.program import load_program
+from ..record.recording import recorder_for
+from ..record.sequence_watch import watching
+from ..trust.attachments import forget_imported
+from ..trust.owned import in_use
+from . import STANDARD, Counterexample, Invariant, InvariantError, Scenario, TrialBench, load_invariants
+from .aim.branches import branches_noted
+from .explain.cause import cause_of
+from .explain.futures import PointOfNoReturn, find_point_of_no_return
+from .folder_lock import write_text
+from .invariants.claimed import invariants_in
+from .report import report
+from .scenarios.drivescript import DriveScript, obstacle
+from .scenarios.kinds import Kind
+from .scenarios.panel import PanelTag, settings_of
+from .scenarios.rackdoc import rack_text
+from .scenarios.tearing import Rung, reading_rungs
+
+RESERVE = 100
+"""Recorded scans after a failure."""
+
+AROUND_NS = 200_000_000
+"""Extent of the chart before and after the failure, if only its surroundings are shown."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """The subject of a search, in a form that can be sent to a worker."""
+
+    rack: str
+    invariants: tuple[Path, ...]
+    checks: tuple[str, ...]  # standard invariants by name
+    scans: int
+    kinds: frozenset[Kind]
+    seed: int = 0
+
+    def from_anywhere(self) -> Setup:
+        """Return the same with absolute paths, for a worker in another folder."""
+        files = tuple(file.absolute() for file in self.invariants)
+        return replace(self, rack=os.path.abspath(self.rack), invariants=files)
+
+    @property
+    def words(self) -> list[str]:
+        """Invariants and checks as options of the command line."""
+        words = [word for file in self.invariants for word in ("--invariants", str(file))]
+        return words + [word for check in self.checks for word in ("--check", check)]
+
+
+@cache
+def bench_of(setup: Setup) -> TrialBench:
+    """Return the bench of a setup; a worker makes it once.
+
+    Raises:
+        ValueError: an unusable rack, program or invariant.
+    """
+    with branches_noted():
+        job = load_job(setup.rack)
+    made, asked = logic_maker(job, setup.rack), invariants_of(setup)
+    if has_claims(job):
+        found = with_monitors(job)
+        made, asked = found.program.compile, [*asked, *invariants_in(found)]
+    spec = with_needs(job)
+    rungs: tuple[Rung, ...] = ()
+    settings: tuple[PanelTag, ...] = ()
+    if isinstance(job.logic, LadderLogic):
+        settings = settings_of(job.logic.compile().lowered, spec)
+    if spec.controller == "compactlogix" and isinstance(job.logic, LadderLogic):
+        rungs = reading_rungs(job.logic.compile().lowered)
+    return TrialBench(spec, made, asked, setup.scans, _tags_of, rungs, settings)
+
+
+NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
+"""The name by which a Python program states the oldest firmware that it supports."""
+
+
+def with_needs(job: LoadedRack) -> RackSpec:
+    """Return a job's rack with the firmware that its program requires.
+
+    Raises:
+        ValueError: a module's firmware is older, or the stated firmware is unknown.
+    """
+    modules = [each for each in list(sys.modules.values()) if _is_of(each, job.program)]
+    named = next((vars(each)[NEEDS_FIRMWARE] for each in modules if NEEDS_FIRMWARE in vars(each)), None)
+    if named is None:
+        return job.spec
+    try:
+        needed = Firmware.parse(str(named))
+    except ValueError as error:
+        raise ValueError(f"{job.program}: {NEEDS_FIRMWARE} = {named!r}: {error}") from None
+    return job.spec.model_copy(update={"slot": tuple(_needing(slot, needed, job) for slot in job.spec.slot)})
+
+
+def _is_of(module: ModuleType, program: Path) -> bool:
+    file = getattr(module, "__file__", None)
+    return isinstance(file, str) and Path(file) == program
+
+
+def _needing(slot: SlotSpec, needed: Firmware, job: LoadedRack) -> SlotSpec:
+    if Firmware.parse(slot.firmware) < needed:
+        raise ValueError(
+            f"{job.program}: {NEEDS_FIRMWARE} is {needed}, and slot {slot.number} has "
+            f"firmware {slot.firmware}"
+        )
+    needed = max(needed, Firmware.parse(slot.needs_firmware))
+    return slot.model_copy(update={"needs_firmware": str(needed)})
+
+
+def invariants_of(setup: Setup) -> list[Invariant]:
+    """Return the invariants of a setup, each name once.
+
+    Raises:
+        InvariantError: a file can't be used, or two have an invariant of one name.
+    """
+    chosen = {name: STANDARD[name] for name in setup.checks}
+    origin: dict[str, Path] = {}
+    for file in dict.fromkeys(setup.invariants):
+        for each in load_invariants(file):
+            if each.name in origin:
+                raise InvariantError(
+                    f"{file}: {each.name} is in {origin[each.name]}, too: give it another name"
+                )
+            origin[each.name] = file
+            chosen[each.name] = each
+    return list(chosen.values())
+
+
+def logic_maker(job: LoadedRack, rack: str) -> Callable[[], ScanLogic]:
+    """Return a factory of a job's logic."""
+    logic = job.logic
+    if isinstance(logic, LadderLogic):
+        return logic.compile
+    if isinstance(logic, Logic):
+        return partial(fresh, logic)
+    if job.rack_file == job.program:
+        return lambda: _of_rack(rack, job.folder.resolve())
+    address = f"{job.program}:{job.logic_name.rpartition(':')[2]}"
+    folder = job.program.resolve().parent
+    return lambda: _function(address, folder)
+
+
+def _function(address: str, folder: Path) -> ScanLogic:
+    forget_imported(folder)
+    with branches_noted():
+        logic: ScanLogic = load_program(address).function
+    return logic
+
+
+def _of_rack(rack: str, folder: Path) -> ScanLogic:
+    forget_imported(folder)
+    with branches_noted():
+        return load_job(rack).logic
+
+
+def _tags_of(logic: ScanLogic) -> Any:
+    return getattr(logic, "tags", {})
+
+
+def hand_over(
+    job: LoadedRack,
+    setup: Setup,
+    bench: TrialBench,
+    found: Counterexample,
+    folder: Path,
+    go_on: Callable[[], bool] = lambda: True,
+) -> bool:
+    """Write all files about a failure: report, scenario, rack file, trace, drive scripts, picture.
+
+    Args:
+        go_on: whether there is time left to look since when the failure was inevitable.
+
+    Returns:
+        Whether the time sufficed.
+
+    Raises:
+        OSError: a file can't be written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    used = {**in_use(job), **dict.fromkeys(setup.invariants, "a file of invariants")}
+    scans = min(bench.scans, found.broken.scan + RESERVE)
+    scenario = write_text(
+        folder / "scenario.json", json.dumps(found.scenario.to_json(), indent=1) + "\n", used
+    )
+    check = shlex.join(["scanrack", "fuzz", setup.rack, *setup.words, "--scenario", str(scenario)])
+    again = []
+    if job.rack_file.suffix == ".toml":
+        text = rack_text(job.rack_file, bench.spec, found.scenario, scans, folder)
+        rack_file = write_text(folder / "rack.toml", text, used)
+        job = load_job(str(rack_file))
+        again.append(shlex.join(["scanrack", "run", str(rack_file)]))
+        if found.scenario.tears:
+            again.append("(without the inputs that come in the middle of a scan: no rack file has them)")
+    again += _recorded(job, bench, found.scenario, scans, folder)
+    late = find_point_of_no_return(bench, found, go_on=go_on)
+    with open_trace(folder / "trace.mcap") as trace:
+        cause = cause_of(PackedTrace.of(trace), job, str(job.rack_file), found.broken)
+    chart = _drawn(found, late, folder)
+    write_text(folder / "report.txt", report(found, late, cause, chart, again, check), used)
+    return late is not None
+
+
+def _drawn(found: Counterexample, late: PointOfNoReturn | None, folder: Path) -> list[str]:
+    """Draw the trace as a page; return its path, and the link to the failure."""
+    broken, page = found.broken, folder / "chart.html"
+    marks = [Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))]
+    if late is not None and late.is_clear and late.scan < broken.scan:
+        marks.append(Mark(late.now_ns, None, "broken", "inevitable", "\n".join(late.lines)))
+    with open_trace(folder / "trace.mcap") as trace:
+        save_page(trace, page, title=broken.sentence, more=marks)
+    around = max(0, broken.now_ns - AROUND_NS), broken.now_ns + AROUND_NS
+    return [
+        str(page),
+        "{}#from={:.3f}&to={:.3f}".format(page.resolve().as_uri(), *(ns / 1e9 for ns in around)),
+    ]
+
+
+def _recorded(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, folder: Path) -> list[str]:
+    """Record a scenario as a trace and as scripts for the bench; return their commands, or the obstacle."""
+    scripts: dict[int, DriveScript] = {}
+    told = []
+    made: list[ScanLogic] = []  # the running logic, whose tags are recorded
+
+    def listeners(spec: RackSpec, rack: Rack) -> Iterable[ScanListener]:
+        for slot in spec.slot:
+            why = obstacle(spec, slot)
+            if why is None:
+                scripts[slot.number] = DriveScript(spec, slot, rack.slots[slot.number])
+                yield scripts[slot.number]
+            else:
+                told.append(f"(slot {slot.number} has no drive script: the bench can't do {why})")
+        yield watching(recorder_for(job, rack, folder / "trace.mcap", made[-1], keep=0), made[-1])
+
+    def fresh_logic() -> ScanLogic:
+        made.append(bench.fresh_logic())
+        return made[-1]
+
+    TrialBench(bench.spec, fresh_logic, (), scans).run(scenario, listeners=listeners)
+    modules = {slot.number: slot.module for slot in bench.spec.slot}
+    for number, script in scripts.items():
+        file = write_text(folder / f"drive-slot{number}.jsonl", script.text())
+        told.append(f"scanrack drive {modules[number]} < {shlex.quote(str(file))}")
+        if script.by_level:
+            inputs = ", ".join(map(input_name, script.by_level))
+            told.append(f"(up to a scan late where {inputs} is met: the script sets its level)")
+    return told
+
+
+def replay(bench: TrialBench, scenario: Scenario) -> list[Counterexample]:
+    """Run one scenario with the program's output; return its failures, each once."""
+    found: list[Counterexample] = []
+    known: set[str] = set()
+    while (broken := bench.run(scenario, without=known, aloud=not known).broken) is not None:
+        found.append(Counterexample(scenario, broken, 1))
+        known.add(broken.key)
+    return found

@@ -1,0 +1,119 @@
+"""The scenario of a recording for `scanrack fuzz`, with its rack and program."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.machine import MachineSpec
+from scanrack.traces.files.portable import relative
+from scanrack.traces.read.reader import open_trace
+from scanrack.traces.replay import PackedTrace
+
+from ..record.order_repeater import is_session, orders_of
+from ..replay.input_levels import recorded_levels
+from ..replay.replaying import recorded_stimuli
+from ..run.playback import Stimulus
+from ..trust.attachments import job_of
+from .folder_lock import write_text
+from .scenarios.ordered import with_orders
+from .scenarios.rackdoc import bare_rack_text
+from .scenarios.scenario import Press, Scenario
+
+SCENARIO = "scenario.json"
+
+
+class LearnedScenario(NamedTuple):
+    """A scenario made from a trace, and the rack that it runs on."""
+
+    rack: Path  # path of a rack file without events by time
+    scenario: Scenario  # the events by time
+    scans: int
+    notes: list[str]  # the defects of the trace
+
+
+def _stimuli(recording: PackedTrace, spec: RackSpec) -> Iterator[Stimulus]:
+    """Yield the actions on the inputs; of real hardware only the status bits show them."""
+    live = {slot.number for slot in spec.slot if slot.is_live}
+    told = [each for each in recorded_stimuli(recording) if each.slot not in live]
+    shown = [each for each in recorded_levels(recording) if each.slot in live]
+    yield from sorted([*told, *shown], key=lambda each: each.at_ns)
+
+
+def scenario_of(path: Path, spec: RackSpec) -> Scenario:
+    """Return what acted in a recording or in a session of `watch`, as a scenario for any rack.
+
+    No file of the trace is used, so nothing has to be trusted; incidents that its rack file has are not part
+    of the scenario.
+
+    Raises:
+        ValueError: the trace can't be read, or its events do not belong to the rack.
+        OSError: it can't be read.
+    """
+    bare = spec.model_copy(update={"incident": ()})
+    with open_trace(path) as trace:
+        recording = PackedTrace.of(trace)
+        given = orders_of(trace.events()) if is_session(trace) else []
+    end_ns = recording.times[-1] + spec.scan_ns
+    scenario = recorded_scenario(_stimuli(recording, bare), bare, end_ns)
+    scenario = with_orders(scenario, given, bare, end_ns)
+    scenario.check(spec)
+    return scenario
+
+
+def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
+    """Extract rack file and program of a trace, and its stimuli for a scenario.
+
+    A controller on a real port is simulated, and its inputs change when their status bits did.
+    The folder gets the trace's files, `NAME-recorded.toml` and `scenario.json`.
+
+    Raises:
+        ValueError: the trace can't be read, or has no rack file in TOML.
+        OSError: a file can't be written.
+    """
+    with open_trace(path) as trace:
+        recording = PackedTrace.of(trace)
+        job = job_of(trace, folder, trust=trust)
+        program = folder / trace.head.metadata["program_file"]
+        given = orders_of(trace.events()) if is_session(trace) else []
+    if job.rack_file.suffix != ".toml":
+        raise ValueError(f"{path}: its rack is {job.rack_file.name}; only one in TOML can be varied")
+    end_ns = recording.times[-1] + job.spec.scan_ns
+    scenario = recorded_scenario(_stimuli(recording, job.spec), job.spec, end_ns)
+    scenario = with_orders(scenario, given, job.spec, end_ns)
+    rack = job.rack_file.with_name(f"{job.rack_file.stem}-recorded.toml")
+    text = bare_rack_text(job.rack_file, relative(program, rack.parent))
+    write_text(rack, text, {path: "the trace itself"})
+    write_text(folder / SCENARIO, json.dumps(scenario.to_json(), indent=1) + "\n", {path: "the trace itself"})
+    return LearnedScenario(rack, scenario, len(recording.scans), trace.notes)
+
+
+def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) -> Scenario:
+    """Return the scenario of a recording.
+
+    Signals of stations are left out, since the machine makes them again. Incidents of modules and
+    CPU come from the rack, which has them exactly.
+    """
+    machines = {slot.number: slot.machine for slot in spec.slot}
+    made_again = {(slot.number, each.input) for slot in spec.slot for each in slot.machine.stations}
+    by_input: dict[tuple[int, InputBit], list[Stimulus]] = defaultdict(list)
+    for each in stimuli:
+        if each.slot in machines and (each.slot, each.input) not in made_again:
+            by_input[each.slot, each.input].append(each)
+    presses = [press for found in by_input.values() for press in _presses(found, machines, end_ns)]
+    presses.sort(key=lambda press: (press.at_ns, press.slot, press.input.value))
+    return Scenario(presses=tuple(presses), incidents=spec.incidents)
+
+
+def _presses(stimuli: Sequence[Stimulus], machines: dict[int, MachineSpec], end_ns: int) -> Iterator[Press]:
+    """Yield the actions on one input: each level lasts until the next; a released button is none."""
+    ends = [each.at_ns for each in stimuli[1:]] + [end_ns]
+    for each, until_ns in zip(stimuli, ends, strict=True):
+        fed = machines[each.slot].fed_inputs & each.input.value
+        if (each.energised or (fed and each.energised is False)) and until_ns > each.at_ns:
+            yield Press(each.slot, each.input, each.energised, each.at_ns, until_ns - each.at_ns)

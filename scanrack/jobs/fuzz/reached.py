@@ -1,0 +1,118 @@
+"""What a campaign has reached of its program: instructions that had power, branches that were taken."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from operator import or_
+from pathlib import Path
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.compiler.observed import Reading, lines_of
+from scanrack.ladder.state.lowered import LoweredProgram, steps_of
+
+from ..check.rungs.structure import own_routines
+from ..load.loading import LoadedRack
+from .aim.branches import branch_lines
+from .aim.corpus import Feature
+from .aim.probe import noting
+
+LARGE = 1 << 30
+"""A number of instructions that is not told from others; see `aim.probe.SMALL`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """What no run has reached.
+
+    Attributes:
+        text: it, with its place.
+        number: of an instruction, in `LoweredProgram.sites`; None of a branch of a Python program.
+    """
+
+    text: str
+    number: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramReach:
+    """Instructions that had power behind them in some run, branches that were taken.
+
+    Attributes:
+        what: what is counted, in words.
+        total: number of all.
+        gaps: those that were not reached, in the program's order.
+    """
+
+    what: str
+    total: int
+    gaps: tuple[Gap, ...]
+
+
+def reached(job: LoadedRack, seen: Collection[Feature]) -> ProgramReach:
+    """Return what runs have reached of a program's own text.
+
+    Args:
+        seen: the changes of those runs, see `aim.corpus.Corpus`.
+    """
+    if isinstance(job.logic, LadderLogic):
+        return _of_rungs(job.logic, seen)
+    return _of_python(job.program, seen)
+
+
+def _of_rungs(logic: LadderLogic, seen: Collection[Feature]) -> ProgramReach:
+    lowered = logic.compile().lowered
+    had_power = dict(_instructions(logic, lowered, *_noted(seen)))
+    sites = lowered.sites
+    gaps = (
+        Gap(f"{sites[number].instruction} in {sites[number].routine}, {sites[number].place}", number)
+        for number, true in had_power.items()
+        if not true
+    )
+    return ProgramReach("instructions of the program had power", len(had_power), tuple(gaps))
+
+
+def _of_python(program: Path, seen: Collection[Feature]) -> ProgramReach:
+    lines = branch_lines(program.read_bytes(), program.name)
+    taken = bytearray(len(lines))
+    for group, kind in seen:
+        if group == "path" and isinstance(kind, bytes) and len(kind) == len(lines):
+            taken = bytearray(map(or_, taken, kind))
+    gaps = [Gap(f"{program.name}:{line}") for line, was in zip(lines, taken, strict=True) if not was]
+    return ProgramReach("branches of the program were taken", len(lines), tuple(gaps))
+
+
+def _noted(seen: Collection[Feature]) -> tuple[dict[int, int], dict[int, set[int]]]:
+    """Return the largest count of each place of the notes, and what was true in lines that note truths."""
+    counts: dict[int, int] = {}
+    truths: dict[int, set[int]] = {}
+    for group, kind in seen:
+        if group == "path" and isinstance(kind, tuple) and len(kind) == 3:
+            _, place, value = kind
+            if isinstance(value, tuple):
+                truths.setdefault(place, set()).update(at for at, true in enumerate(value) if true)
+            elif value is not None:
+                counts[place] = max(counts.get(place, -1), int(value))
+        elif group == "size" and isinstance(kind, tuple) and kind[0] == 0 and isinstance(kind[1], int):
+            counts[kind[1]] = LARGE
+    return counts, truths
+
+
+def _instructions(
+    logic: LadderLogic, lowered: LoweredProgram, counts: Mapping[int, int], truths: Mapping[int, set[int]]
+) -> Iterator[tuple[int, bool]]:
+    """Yield each instruction of the program's own lines, and whether it had power behind it."""
+    readings = noting(lowered).readings
+    place_of = {key: place for place, key in enumerate(lines_of(lowered))}
+    for routine in own_routines(logic, lowered):
+        for line in routine.lines:
+            place = place_of[routine.name.upper(), line.number]
+            for at, step in enumerate(steps_of(line.nodes)):
+                yield step.site, at in truths.get(place, ()) or _had_power(readings[place], at, counts)
+
+
+def _had_power(reading: Reading, at: int, counts: Mapping[int, int]) -> bool:
+    if at >= len(reading):
+        return True  # nothing is noted of it: no gap is claimed
+    place, above, further = reading[at]
+    return counts.get(place, -1) > above and all(counts.get(other, -1) > least for other, least in further)

@@ -1,0 +1,62 @@
+"""The report of a failure: the file `report.txt` beside its trace."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from scanrack.io_images.times import seconds
+
+from .explain.futures import PointOfNoReturn
+from .folder_lock import write_text
+from .scenarios.words import told
+from .search import Counterexample
+
+
+def report(
+    found: Counterexample,
+    late: PointOfNoReturn | None,
+    cause: Sequence[str],
+    chart: Sequence[str],
+    again: Sequence[str],
+    check: str,
+) -> str:
+    """Return the text of a failure's report.
+
+    Args:
+        late: since when it was inevitable; None if there was no time to look for it.
+        cause: the chain behind the output that changed last.
+        chart: links to its picture, complete and around the failure.
+        again: commands that repeat it, and obstacles.
+        check: the command that tests a changed program.
+    """
+    broken = found.broken
+    parts = [
+        ("What it takes:", told(found.scenario)),
+        (f"At the end of scan {broken.scan}, {seconds(broken.now_ns)} s:", broken.shows),
+        ("Rules that fired in that scan:", broken.rules or ["none"]),
+        ("Since when it was inevitable, whatever people do:", NOT_LOOKED_FOR if late is None else late.lines),
+        *([("Why the last output came on before it:", cause)] if cause else []),
+        ("Its picture, and the part around the failure:", chart),
+        ("Run it again:", again),
+        ("Look whether the program still does it, after a change:", [check]),
+    ]
+    return "\n".join([str(broken), *(line for title, lines in parts for line in _part(title, lines))]) + "\n"
+
+
+def _part(title: str, lines: Sequence[str]) -> Iterator[str]:
+    yield ""
+    yield title
+    yield from (f"    {line}" for line in lines)
+
+
+def mended(file: Path) -> None:
+    """Note in a failure's report that the program no longer has it."""
+    if file.is_file():
+        text = file.read_text(encoding="utf-8")
+        write_text(file, f"{MENDED}\n\n{text.removeprefix(MENDED).lstrip()}")
+
+
+NOT_LOOKED_FOR = ("not looked for: the time of the search was over",)
+
+MENDED = "Mended: a later run of the program under these conditions kept it."

@@ -1,0 +1,471 @@
+"""One run of a program in one scenario, under invariants."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import dataclass, field, replace
+from io import TextIOBase
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.amci3601.words import profile_of
+from scanrack.io_images.times import seconds
+from scanrack.ladder import Engine
+from scanrack.ladder.python.sequences import Sequence as LogicSequence
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.live.operator_actions import AppliedAction, OperatorActions
+from scanrack.runtime.loop.cpu import Cpu, ScanFlag
+from scanrack.runtime.loop.events import JsonValue
+from scanrack.runtime.loop.faults import Cause, CpuFault, Fault
+from scanrack.runtime.loop.listeners import QuietListener, ScanListener
+from scanrack.runtime.loop.pace import wall_ns
+from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime.loop.scan import ScanLogic
+from typing_extensions import override
+
+from ..load.building import build_cpu, build_rack
+from ..record.logic_wrapper import LogicWrapper, unwrapped
+from ..record.order_repeater import OrderRepeater
+from ..record.sequence_watch import sequences_in, standing
+from .aim.explored_states import ExploredStates, ExploredStateStop
+from .aim.probe import Probe
+from .aim.python_state import namespace_of
+from .invariants.busy import axes_in
+from .invariants.goals import MaximumGoal, Sometimes
+from .invariants.invariants import Invariant, Watch
+from .invariants.output_line import Places
+from .invariants.scan_view import ProgramState, Snapshot
+from .scenarios.panel import PanelTag
+from .scenarios.scenario import Scenario
+from .scenarios.tearing import Rung, TornScans
+
+NO_FAULT = "no-fault"
+"""Name of the permanent invariant: the program does not fault the CPU."""
+
+PROGRAM, RUNNING, ASKING, BUILDING = "the program", "modules and scan loop", "invariants", "making racks"
+"""Parts of a run's time."""
+
+HANGS = "watchdog"
+"""Cause of a watchdog fault, whose place is random."""
+
+SENTENCES = ("rule", "refusal", "adapter")
+"""Kinds of events that explain a bit."""
+
+FAULT = ScanFlag.FAULT.value
+
+NOTHING: Mapping[str, Any] = {}
+
+
+@dataclass(frozen=True, slots=True)
+class BrokenInvariant:
+    """An invariant that did not hold.
+
+    Attributes:
+        why: its violation in words.
+        shows: the state of each slot at the end of that scan, in words, and the waits of the program's
+            sequences.
+        rules: sentences of the manual's rules that fired in that scan, and of an adapter's refusals,
+            with their ids.
+        cause: distinguishes it from other failures of the same invariant: of a fault, its place; of others
+            the rule that refused a command in that scan (or in the one that started a clock), or else the
+            line that last changed an output word, the waits of the program's sequences, or of a ladder
+            program the commands in force.
+    """
+
+    invariant: str
+    sentence: str
+    scan: int
+    now_ns: int
+    why: str
+    shows: tuple[str, ...] = ()
+    rules: tuple[str, ...] = ()
+    cause: str = ""
+
+    @property
+    def key(self) -> str:
+        """Identity of a failure: the invariant, and its cause if it has one."""
+        return f"{self.invariant} {self.cause}".rstrip()
+
+    def __str__(self) -> str:
+        what = f"{self.sentence.rstrip('.')} [{self.invariant}]"
+        return f"broken: {what}: scan {self.scan}, {seconds(self.now_ns)} s: {self.why}"
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """The result of a run."""
+
+    scans: int
+    rules: Mapping[str, int]  # number of firings of each rule of the manual, by id
+    broken: BrokenInvariant | None = None  # the first invariant that did not hold, or None
+    spent: Mapping[str, int] = field(default_factory=dict, compare=False)  # parts of its time, ns
+    applied: frozenset[str] = frozenset()  # names of the invariants that had something to check
+    printed: int = 0  # number of lines that the program printed, which are not shown
+    greatest: Mapping[str, float] = field(default_factory=dict)  # values of what was to be maximized, by name
+
+
+TIMED = 16
+"""Every so many scans the time of the program and of the invariants is taken: a clock costs, too."""
+
+
+class _TimedLogic(LogicWrapper):
+    """A logic whose time is taken."""
+
+    def __init__(self, logic: ScanLogic) -> None:
+        super().__init__(logic)
+        self.spent_ns = 0
+        self._calls = 0
+
+    def __call__(self, scan: Any) -> None:
+        self._calls += 1
+        if self._calls % TIMED:
+            self._logic(scan)
+            return
+        start_ns = wall_ns()
+        self._logic(scan)
+        self.spent_ns += (wall_ns() - start_ns) * TIMED
+
+
+class _LineCounter(TextIOBase):
+    """The program's standard output; it only counts the lines."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.lines = 0
+
+    @override
+    def writable(self) -> bool:
+        return True
+
+    def write(self, text: str, /) -> int:
+        """Count the lines of a text."""
+        self.lines += text.count("\n")
+        return len(text)
+
+
+class _InvariantWatch:
+    """An invariant in one run."""
+
+    __slots__ = ("broken", "invariant", "watch")
+
+    def __init__(self, invariant: Invariant) -> None:
+        self.invariant = invariant
+        self.watch: Watch = invariant.start()
+        self.broken = False  # whether it was broken in the previous scan: failures count once
+
+
+class _Watcher(QuietListener):
+    """A listener that looks at every scan and stops the CPU when an invariant is broken.
+
+    Args:
+        known: keys of failures that are passed over: the run continues past them.
+        place: returns what a failure is known by where no rule has fired.
+    """
+
+    def __init__(
+        self, asked: Sequence[_InvariantWatch], known: Collection[str], place: Callable[[], str]
+    ) -> None:
+        self._asked = asked
+        self._known = known
+        self._place = place
+        self.snapshot: Snapshot
+        self.cpu: Cpu
+        self.rules: Counter[str] = Counter()
+        self.broken: BrokenInvariant | None = None
+        self.spent_ns = 0
+        self.sequences: tuple[LogicSequence, ...] = ()
+        self._stood: tuple[str, ...] = ()
+        self._told: list[str] = []
+        self._fired: dict[int, list[str]] = {}
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Note the rules that fire, and an adapter's messages beside them."""
+        if fields.get("kind") in SENTENCES:
+            name = str(fields["name"])
+            self._told.append(f"{fields['text']} [{name}]")
+            if fields["kind"] == "rule":
+                self.rules[name] += 1
+                self._fired.setdefault(scan, []).append(name)
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Ask every invariant, unless the scan was not finished."""
+        if flags & FAULT:
+            self._stood = self._standing(scan)  # before the CPU closes them
+            return
+        start_ns = 0 if scan % TIMED else wall_ns()
+        snapshot = self.snapshot
+        snapshot.move_on(scan, now_ns, flags)
+        snapshot.rules = self._fired.get(scan, ())
+        for each in self._asked:
+            why = each.watch(snapshot)
+            if why is None:
+                each.broken = False
+            elif not each.broken:
+                each.broken = True
+                if self._counts(each, why):
+                    self.cpu.stop()
+                    return
+        self._told.clear()
+        if start_ns:
+            self.spent_ns += (wall_ns() - start_ns) * TIMED
+
+    def _counts(self, asked: _InvariantWatch, why: str) -> bool:
+        """Note a failure unless it is a known one; return whether it is noted."""
+        broken = self.told(asked.invariant.name, asked.invariant.sentence, why)
+        origin = getattr(asked.watch, "origin_scan", broken.scan)
+        refusals = [profile_of(slot.words).refusals for slot in self.cpu.rack.slots.values()]
+        fired = self._fired.get(origin, ())
+        refused = next((rule for rule in fired if any(rule in each for each in refusals)), "")
+        broken = replace(broken, cause=refused or self._place())
+        if broken.key in self._known:
+            return False
+        self.broken = broken
+        return True
+
+    def waits(self) -> bool:
+        """Return whether the clock of an invariant runs."""
+        return any(getattr(each.watch, "waiting", False) for each in self._asked)
+
+    def note_goals(self, note: Callable[[str, Hashable, int], None]) -> None:
+        """Note where goals are reached."""
+        for each in self._asked:
+            if isinstance(each.watch, Sometimes | MaximumGoal):
+                each.watch.note = note
+
+    @property
+    def greatest(self) -> dict[str, float]:
+        """The greatest values of what is to be maximized, by name."""
+        watches = [(each.invariant.name, each.watch) for each in self._asked]
+        return {
+            name: watch.greatest
+            for name, watch in watches
+            if isinstance(watch, MaximumGoal) and watch.greatest is not None
+        }
+
+    @property
+    def applied(self) -> frozenset[str]:
+        """Names of the invariants that have had something to check."""
+        return frozenset(each.invariant.name for each in self._asked if getattr(each.watch, "applied", True))
+
+    def told(self, name: str, sentence: str, why: str) -> BrokenInvariant:
+        """Return the broken invariants of this moment."""
+        now = self.snapshot
+        shows = tuple(f"slot {number}: {slot}" for number, slot in now.slot.items())
+        shows += self._stood or self._standing(now.scan)
+        return BrokenInvariant(name, sentence, now.scan, now.ns, why, shows, tuple(self._told))
+
+    def _standing(self, scan: int) -> tuple[str, ...]:
+        """Return where the program's sequences wait, a sentence each."""
+        return tuple(str(standing(each, scan)) for each in self.sequences)
+
+    def faulted(self, fault: Fault) -> BrokenInvariant:
+        """Return that the CPU has faulted."""
+        self.snapshot.scan, self.snapshot.ns = fault.scan, fault.now_ns
+        broken = self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
+        return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
+
+
+Listeners = Callable[[RackSpec, Rack], Iterable[ScanListener]]
+
+
+def _no_listeners(_spec: RackSpec, _rack: Rack) -> Iterable[ScanListener]:
+    return ()
+
+
+def _state_of(logic: ScanLogic) -> ProgramState:
+    inside = unwrapped(logic)
+    if isinstance(inside, Engine):
+        return ProgramState()
+    return ProgramState(getattr(inside, "__dict__", NOTHING), namespace_of(inside))
+
+
+UNPLACED = "?"
+"""Cause of a failure with an unknown place: the run is repeated with its lines traced."""
+
+
+@dataclass(frozen=True, slots=True)
+class TrialBench:
+    """The constant part of all trials."""
+
+    spec: RackSpec
+    fresh_logic: Callable[[], ScanLogic]
+    invariants: Sequence[Invariant]
+    scans: int
+    tags_of: Callable[[ScanLogic], Any] = field(default=lambda _logic: NOTHING)  # returns a logic's tags
+    rungs: tuple[Rung, ...] = ()  # where a tear makes a difference, see `scenarios.tearing`
+    settings: tuple[PanelTag, ...] = ()  # tags that an operator writes
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of all that must hold, including `NO_FAULT`."""
+        return frozenset({NO_FAULT, *(each.name for each in self.invariants if not each.is_goal)})
+
+    @property
+    def goals(self) -> tuple[Invariant, ...]:
+        """What the search is to bring about."""
+        return tuple(each for each in self.invariants if each.is_goal)
+
+    def run(
+        self,
+        scenario: Scenario,
+        *,
+        without: Iterable[str] = (),
+        listeners: Listeners = _no_listeners,
+        probe: Probe | None = None,
+        rests: ExploredStates | None = None,
+        aloud: bool = False,
+    ) -> Verdict:
+        """Run the program in a scenario until an invariant is broken or the time is over.
+
+        Args:
+            without: names of invariants to skip, and keys of failures to ignore.
+            probe: notes what changes.
+            rests: what other runs with a probe have gone through, where this one may end.
+
+        Raises:
+            InvariantError: an invariant raised.
+        """
+        start_ns = wall_ns()
+        run = _Run(self, scenario, frozenset(without), traced=False, probe=probe)
+        run.rester = None if rests is None else rests.begin(scenario, self.spec)
+        verdict = run.go(listeners, aloud=aloud)
+        if verdict.broken is not None and verdict.broken.cause == UNPLACED:
+            verdict = _Run(self, scenario, frozenset(without), traced=True).go(_no_listeners, aloud=False)
+        spent = {**verdict.spent, BUILDING: 0}
+        return replace(verdict, spent={**spent, BUILDING: wall_ns() - start_ns - sum(spent.values())})
+
+
+@dataclass(frozen=True, slots=True)
+class _OrderDesk:
+    """The tags of a program, which a scenario's orders set."""
+
+    tags: Any
+
+    def force(self, tag: str, value: object) -> None:
+        """Refuse to hold a tag."""
+        raise ValueError(f"{tag} is a tag: a scenario writes tags, and forces images")
+
+    def unforce(self, tag: str | None = None) -> None:
+        """Release nothing: no tag is forced."""
+
+
+class _Run:
+    """One run: a new rack, a new logic, fresh watches.
+
+    Args:
+        traced: find the lines that write outputs, which makes the program slower.
+    """
+
+    def __init__(
+        self,
+        bench: TrialBench,
+        scenario: Scenario,
+        without: frozenset[str],
+        *,
+        traced: bool,
+        probe: Probe | None = None,
+    ) -> None:
+        self.rester: ExploredStateStop | None = None
+        self._scans = bench.scans
+        self._without = without
+        self._printed = _LineCounter()
+        self._spec, self._orders = scenario.laid_over(bench.spec), scenario.orders
+        self._rack = build_rack(self._spec)
+        with self._kept_quiet(aloud=False):
+            logic = bench.fresh_logic()
+        self._probe = probe
+        if probe is not None:
+            logic = probe.prepared(logic)
+            probe.watch(logic, self._rack)
+        self._torn = TornScans(logic, scenario.tears, self._spec.scan_ns) if scenario.tears else None
+        called: ScanLogic = self._torn or logic
+        self._places = Places(called, self._rack) if traced else None
+        self._timed = _TimedLogic(self._places or called)
+        asked = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
+        self._watcher = _Watcher(asked, without, self._place)
+        tags = bench.tags_of(logic)
+        self._watcher.snapshot = Snapshot(self._rack, tags, axes_in(logic, tags), _state_of(logic))
+        self._watcher.sequences = sequences_in(logic)
+        if probe is not None:
+            self._watcher.note_goals(probe.edges.add)
+
+    def go(self, listeners: Listeners, *, aloud: bool) -> Verdict:
+        """Run; return the verdict.
+
+        Raises:
+            InvariantError: an invariant raised.
+            ValueError: an order of the scenario can't be carried out.
+        """
+        watcher = self._watcher
+        probes = [] if self._probe is None else [self._probe]
+        listening = [*listeners(self._spec, self._rack), *probes, watcher]
+        watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=listening)
+        if self._torn is not None:
+            self._torn.cpu = cpu
+        repeated = self._operator(cpu)
+        start_ns = wall_ns()
+        try:
+            with self._kept_quiet(aloud=aloud):
+                self._run_scans(cpu)
+                cpu.close()
+        except CpuFault as error:
+            if error.fault.cause is Cause.LISTENER and error.__cause__ is not None:
+                raise error.__cause__ from None  # an invariant that raised, not the program
+            broken = watcher.faulted(error.fault)
+            watcher.broken = None if {NO_FAULT, broken.key} & self._without else broken
+        if repeated is not None and repeated.refused:
+            raise ValueError(f"scenario: {repeated.refused[0]}")
+        spent = {PROGRAM: self._timed.spent_ns, ASKING: watcher.spent_ns}
+        spent[RUNNING] = wall_ns() - start_ns - sum(spent.values())
+        return Verdict(
+            cpu.scan,
+            watcher.rules,
+            watcher.broken,
+            spent,
+            watcher.applied,
+            self._printed.lines,
+            watcher.greatest,
+        )
+
+    def _run_scans(self, cpu: Cpu) -> None:
+        if self.rester is None or self._probe is None:
+            cpu.run(self._scans)
+            return
+        self.rester.run(cpu, self._probe, self._scans, self._watcher.waits)
+        if self._watcher.broken is None:
+            self.rester.learn()
+
+    def _operator(self, cpu: Cpu) -> OrderRepeater | None:
+        """Return the giver of the scenario's orders; None without any."""
+        if not self._orders:
+            return None
+        given = [AppliedAction(each.at_ns // self._spec.scan_ns, each.order) for each in self._orders]
+        repeated = OrderRepeater(
+            cpu, OperatorActions(cpu, self._rack, _OrderDesk(self._watcher.snapshot.tags)), given
+        )
+        cpu.add_listener(repeated)
+        repeated.begin()
+        return repeated
+
+    def _place(self) -> str:
+        """Return the line that last changed an output word.
+
+        If an axis of the program writes them, return the waits of the sequences; else the commands in force.
+        """
+        if self._places is None:
+            return UNPLACED
+        commands = [name for slot in self._watcher.snapshot.slot.values() for name in slot.commands]
+        waiting = [each for each in self._watcher.sequences if not each.over]
+        places = [f"{each.name} at {Path(each.file or '').name}:{each.line}" for each in waiting]
+        return self._places.last or " ".join(places or commands)
+
+    @contextmanager
+    def _kept_quiet(self, *, aloud: bool) -> Iterator[None]:
+        """Hide the program's output from the terminal, and count its lines."""
+        if aloud:
+            yield
+        else:
+            with redirect_stdout(self._printed), redirect_stderr(self._printed):
+                yield

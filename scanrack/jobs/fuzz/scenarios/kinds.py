@@ -1,0 +1,89 @@
+"""The kinds of random events, and what a rack has for them: buttons, sensors, modules that stop answering."""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime.modules.record import Trait
+
+
+class Kind(Enum):
+    """A kind of random event."""
+
+    INPUTS = "inputs"
+    """Buttons are pressed, sensors stick or break, a panel writes tags."""
+    MACHINE = "machine"
+    """Switches are displaced, steps are lost, master encoders turn."""
+    LINK = "link"
+    """Modules stop answering for a time."""
+    POWER = "power"
+    """Modules lose power for a moment."""
+    MODE = "mode"
+    """The CPU's key is turned to program and back."""
+    TORN = "torn"
+    """An update falls into the middle of a scan, and some words come late."""
+    FIRMWARE = "firmware"
+    """Modules are of another version."""
+    LINE = "line"
+    """The line between an adapter and its controller fails, or the controller's power does."""
+
+
+def possible_kinds(spec: RackSpec) -> frozenset[Kind]:
+    """Return the kinds that are possible in a rack: some need a 3601, some an adapter."""
+    possible = frozenset(kind for kind in Kind if kind not in _NEEDS or with_trait(spec, _NEEDS[kind]))
+    return possible | {Kind.INPUTS} if card_buttons(spec) or card_signals(spec) else possible
+
+
+def card_buttons(spec: RackSpec) -> list[tuple[int, str]]:
+    """Return the contacts of cards that a person operates: slot and name."""
+    return [(slot.number, name) for slot in spec.slot for name in slot.record.buttons(slot.options)]
+
+
+def card_signals(spec: RackSpec) -> list[tuple[int, str, float]]:
+    """Return test values of the cards' analog inputs: slot, name, value."""
+    return [
+        (slot.number, name, value)
+        for slot in spec.slot
+        for name, values in slot.record.signals(slot.options).items()
+        for value in values
+    ]
+
+
+def masters(spec: RackSpec) -> list[tuple[int, int]]:
+    """Return slot and greatest speed, counts/s, of the master encoders."""
+    speeds = [(slot.number, slot.machine.master_speed) for slot in spec.slot]
+    return [(number, speed) for number, speed in speeds if speed is not None]
+
+
+_NEEDS = {
+    Kind.INPUTS: Trait.MACHINE,
+    Kind.MACHINE: Trait.MACHINE,
+    Kind.LINK: Trait.STOPS_ANSWERING,
+    Kind.FIRMWARE: Trait.FIRMWARE,
+    Kind.LINE: Trait.LINE,
+}
+"""Kinds that need a module with a trait."""
+
+
+def kinds_for(spec: RackSpec) -> frozenset[Kind]:
+    """Return the likely kinds: torn updates only where exchanges do not wait for the scan's end."""
+    torn = spec.controller == "compactlogix"
+    return frozenset(kind for kind in possible_kinds(spec) if kind is not Kind.TORN or torn)
+
+
+def with_trait(spec: RackSpec, trait: Trait) -> list[int]:
+    """Return the numbers of the slots whose modules have a trait."""
+    return [slot.number for slot in spec.slot if slot.has(trait)]
+
+
+def sensors(slot: SlotSpec) -> list[InputBit]:
+    """Return the inputs that the machine energizes."""
+    fed = {bit for bit in InputBit if slot.machine.fed_inputs & bit.value}
+    return sorted(fed | {each.input for each in slot.machine.timeline})
+
+
+def buttons(slot: SlotSpec) -> list[InputBit]:
+    """Return the inputs that only a person energizes."""
+    return [bit for bit in InputBit if bit not in sensors(slot)]

@@ -1,0 +1,86 @@
+"""The tags that an operator's panel writes, with the values at which a ladder program decides.
+
+They are those that clients may write (`[server]`), that the rack file calls written outside or free
+(`[prove]`), and that have a name of a panel: `HMI`, `RECIPE`, `SETPOINT` and so on.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from scanrack.ladder.debug.crossref import mentions_of
+from scanrack.ladder.model.operands import Constant, Place, first_leaf
+from scanrack.ladder.model.tags import Leaf
+from scanrack.ladder.state.lowered import LoweredProgram, LoweredStep, steps_of
+from scanrack.runtime.config.rackspec import RackSpec
+
+from ...check.rungs.number_ranges import BY_PEOPLE
+
+MOST_SETTINGS, MOST_VALUES = 200, 24
+"""Largest number of tags that are written, and of values of one of them."""
+
+NEAR = (0, -1, 1)
+"""Distances from a number that the program compares."""
+
+
+@dataclass(frozen=True, slots=True)
+class PanelTag:
+    """A tag that someone outside writes, and values to try."""
+
+    tag: str
+    values: tuple[bool | int | float, ...]
+
+
+def settings_of(lowered: LoweredProgram, spec: RackSpec) -> tuple[PanelTag, ...]:
+    """Return the settings of a program in the order of its tags."""
+    patterns = [
+        each.upper() for each in (*spec.server.writable, *spec.prove.written_outside, *spec.prove.free)
+    ]
+    leaves = [each for each in lowered.layout.leaves.values() if _is_set(each, patterns)][:MOST_SETTINGS]
+    if not leaves:
+        return ()
+    compared = _compared(lowered)
+    return tuple(PanelTag(each.path, tuple(_values(each, compared[each.ident]))) for each in leaves)
+
+
+def _is_set(leaf: Leaf, patterns: list[str]) -> bool:
+    path = leaf.path.upper()
+    if leaf.slot is not None or leaf.dims or leaf.frame or path.startswith(("S:", "~")):
+        return False
+    named = path.replace("\\", "PROGRAM:", 1) if path.startswith("\\") else path
+    below = (fnmatchcase(named, each) or fnmatchcase(named, f"{each}.*") for each in patterns)
+    return bool(BY_PEOPLE.search(path)) or any(below)
+
+
+def _compared(lowered: LoweredProgram) -> defaultdict[str, list[int | float]]:
+    """Return the constants that stand beside each tag in an instruction, by the tag's identifier."""
+    found: defaultdict[str, list[int | float]] = defaultdict(list)
+    for routine in lowered.routines.values():
+        for line in routine.lines:
+            for step in steps_of(line.nodes):
+                numbers = list(_constants(step))
+                for each in mentions_of(lowered.sites[step.site], step) if numbers else ():
+                    if each.reads and isinstance(each.where, Place):
+                        found[first_leaf(each.where).ident] += numbers
+    return found
+
+
+def _constants(step: LoweredStep) -> Iterator[int | float]:
+    return (each.value for each in step.operands if isinstance(each, Constant))
+
+
+def _values(leaf: Leaf, constants: list[int | float]) -> Iterator[bool | int | float]:
+    if leaf.type.is_bool:
+        yield from (True, False)
+        return
+    near = [number + distance for number in (0, *constants) for distance in NEAR]
+    if leaf.type.is_real:
+        yield from dict.fromkeys(map(float, near[:MOST_VALUES]))
+        return
+    least = -(1 << leaf.type.bits - 1) if leaf.type.is_signed else 0
+    most = least + (1 << leaf.type.bits) - 1
+    fitting = [int(each) for each in near if least <= each <= most]
+    yield from dict.fromkeys(fitting[:MOST_VALUES])

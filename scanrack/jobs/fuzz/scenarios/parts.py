@@ -1,0 +1,55 @@
+"""A scenario as a list of parts: taken apart, put together, with one more."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import fields, replace
+from typing import Any
+
+from scanrack.runtime.loop.incidents import InjectedFault
+
+from .scenario import ContactPress, OperatorAction, Press, Scenario, Signal, TornUpdate, Turn
+
+Part = tuple[str, Any]
+"""A part of a scenario: its field, and itself."""
+
+FIELDS = tuple(each.name for each in fields(Scenario))
+
+TIMED = {
+    Press: "presses",
+    ContactPress: "pushes",
+    Signal: "signals",
+    Turn: "turns",
+    InjectedFault: "incidents",
+    TornUpdate: "tears",
+    OperatorAction: "orders",
+}
+"""Fields of the parts with an instant."""
+
+Lasting = Press | ContactPress | Signal | Turn | InjectedFault
+"""A part with an instant and a duration."""
+
+Timed = Lasting | TornUpdate | OperatorAction
+"""A part with an instant."""
+
+
+def parts_of(scenario: Scenario) -> list[Part]:
+    """Return the parts of a scenario; the inverse of `scenario_of`."""
+    return [(name, part) for name in FIELDS for part in getattr(scenario, name)]
+
+
+def scenario_of(parts: Iterable[Part]) -> Scenario:
+    """Return the scenario of some parts."""
+    given = list(parts)
+    return Scenario(**{name: tuple(part for field, part in given if field == name) for name in FIELDS})
+
+
+def timed_parts(scenario: Scenario) -> list[Timed]:
+    """Return the parts of a scenario that have an instant."""
+    return [part for field in TIMED.values() for part in getattr(scenario, field)]
+
+
+def with_part(scenario: Scenario, part: Timed) -> Scenario:
+    """Return a scenario with a further part."""
+    field = TIMED[type(part)]
+    return replace(scenario, **{field: (*getattr(scenario, field), part)})

@@ -1,0 +1,151 @@
+"""Rack files with a scenario, so that `scanrack run` shows a failure, or with none."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from decimal import Decimal
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+from scanrack.io_images.input_files import read_input_text
+from scanrack.io_images.text_limits import TextKind
+from scanrack.runtime.config.rackfile import parse_toml
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.incidents import InjectedFault
+from scanrack.runtime.machine import MasterTurn, TimelineEntry
+from scanrack.runtime.machine.spec import input_name
+from scanrack.traces.files.portable import relative
+
+from ...load.program import is_python
+from .scenario import ContactPress, Scenario, entries_of, in_succession, signal_entries
+
+Table = dict[str, Any]
+
+
+def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, folder: Path) -> str:
+    """Return the text of a rack file with a scenario; its trace is `again.mcap` beside it.
+
+    Args:
+        rack_file: the base of the scenario, TOML.
+        folder: of the new file; the base of the paths in it.
+
+    Raises:
+        OSError: the rack file can't be read.
+    """
+    document: Table = parse_toml(read_input_text(rack_file, TextKind.TOML), rack_file)
+    for table in (document, *document.get("unit", ())):
+        if "program" in table:
+            table["program"] = relative(rack_file.parent / str(table["program"]), folder)
+    _move_files(document, rack_file.parent, folder)
+    document["run_for_s"] = _seconds(scans * spec.scan_ns)
+    document["trace"] = "again.mcap"
+    versions = dict(scenario.firmware)
+    for table, slot in zip(document["slot"], spec.slot, strict=True):
+        if slot.number in versions:
+            table["firmware"] = versions[slot.number]
+        machine: Table = table.setdefault("machine", {})
+        for shift in scenario.shifts:
+            if shift.slot == slot.number:
+                _shift(machine, shift.steps)
+        lost = [each for each in scenario.lost if each.slot == slot.number]
+        _extend(machine, "slips", ({"at": each.at, "steps": each.steps} for each in lost))
+        presses = [each for each in scenario.presses if each.slot == slot.number]
+        entries = [entry for each in presses for entry in entries_of(each, slot.machine)]
+        _extend(machine, "timeline", map(_entry, entries))
+        if turns := [each for each in scenario.turns if each.slot == slot.number]:
+            machine["turns"] = [_turn(each) for each in in_succession(slot.machine.turns, turns)]
+        pushes = [_push(each) for each in scenario.pushes if each.slot == slot.number]
+        signals = [each for each in scenario.signals if each.slot == slot.number]
+        if pushes or signals:
+            options: Table = table.setdefault("options", {})
+            given = list(options.get("timeline", ()))
+            rows = (
+                {name: _plain(value) for name, value in row.items()} for row in signal_entries(signals, given)
+            )
+            _extend(options, "timeline", [*pushes, *rows])
+    _extend(document, "incident", map(_incident, scenario.incidents))
+    return tomli_w.dumps(document)
+
+
+def bare_rack_text(rack_file: Path, program: str) -> str:
+    """Return the text of a rack file without events by time, with simulated controllers only.
+
+    Raises:
+        OSError: the rack file can't be read.
+    """
+    document: Table = parse_toml(read_input_text(rack_file, TextKind.TOML), rack_file)
+    document["program"] = program
+    document.pop("incident", None)
+    document.pop("trace", None)
+    for table in document["slot"]:
+        table.get("machine", {}).pop("timeline", None)
+        for key in ("port", "address"):
+            table.pop(key, None)
+    return tomli_w.dumps(document)
+
+
+def _move_files(document: Table, before: Path, folder: Path) -> None:
+    """Make the paths of modules and stubs relative to a new folder."""
+    modules, stubs = document.get("modules", {}), document.get("stubs", {})
+    for name, given in modules.items():
+        modules[name] = relative(before / given, folder)
+    for name, given in stubs.items():
+        if isinstance(given, str) and is_python(given):
+            stubs[name] = relative(before / given, folder)
+
+
+def _extend(table: Table, key: str, more: Iterable[Table]) -> None:
+    rows = [*table.get(key, ()), *more]
+    if rows:
+        table[key] = rows
+
+
+def _shift(machine: Table, steps: int) -> None:
+    for switch in machine.get("switches", ()):
+        for end in ("first", "last"):
+            if end in switch:
+                switch[end] += steps
+    for station in machine.get("stations", ()):
+        station["position"] += steps
+
+
+def _seconds(time_ns: int) -> Decimal | int:
+    whole, rest = divmod(time_ns, 1_000_000_000)
+    return Decimal(time_ns).scaleb(-9).normalize() if rest else whole
+
+
+def _ms(time_ns: int) -> Decimal | int:
+    whole, rest = divmod(time_ns, 1_000_000)
+    return Decimal(time_ns).scaleb(-6) if rest else whole
+
+
+def _entry(entry: TimelineEntry) -> Table:
+    level = "wired" if entry.energised is None else entry.energised
+    return {"at_ms": _ms(entry.at_ns), "input": input_name(entry.input), "energised": level}
+
+
+def _push(push: ContactPress) -> Table:
+    return {"at_ms": _ms(push.at_ns), "input": push.input, "for_ms": _ms(push.for_ns)}
+
+
+def _turn(turn: MasterTurn) -> Table:
+    return {"at_ms": _ms(turn.at_ns), "counts": turn.counts, "for_ms": _ms(turn.for_ns)}
+
+
+def _plain(value: object) -> object:
+    """Return a whole number without a fraction, as a person would write it."""
+    return int(value) if isinstance(value, float) and value == int(value) else value
+
+
+def _incident(incident: InjectedFault) -> Table:
+    table: Table = {"at_ms": _ms(incident.at_ns), "what": incident.what.value}
+    if incident.slot:
+        table["slot"] = incident.slot
+    if incident.for_ns:
+        table["for_ms"] = _ms(incident.for_ns)
+    if incident.late_words:
+        table["late_words"] = list(incident.late_words)
+    if incident.state:
+        table["state"] = incident.state
+    return table

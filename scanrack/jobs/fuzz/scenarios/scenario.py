@@ -1,0 +1,381 @@
+"""A scenario: the conditions of a program in one run, added to the rack of its file.
+
+It is data: the same scenario gives the same run, it can be written to a file and read again, and
+each part of it can be left out for shrinking.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from decimal import Decimal
+from typing import Annotated, Any, ClassVar
+
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    PlainSerializer,
+    PlainValidator,
+    StrictBool,
+    StrictInt,
+    StrictStr,
+    TypeAdapter,
+    ValidationError,
+)
+from scanrack.io_images.amci3601.firmware import Firmware
+from scanrack.runtime.config.rackspec import InjectedFaultSpec, RackSpec, SlotSpec
+from scanrack.runtime.live.actions import Action, Force, Mode, Unforce, Write, action_of, said_of
+from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
+from scanrack.runtime.machine import MachineSpec, MasterTurn, Slip, TimelineEntry
+from scanrack.runtime.machine.spec import InputName
+from scanrack.runtime.modules.cards.options import InputPress
+
+Time = Annotated[StrictInt, Field(ge=0)]
+NO_MORE_KEYS = ConfigDict(extra="forbid")
+
+
+def _versions(given: object) -> object:
+    """Return pairs of slot and version from a JSON object."""
+    if not isinstance(given, Mapping):
+        return given
+    return tuple((int(slot), str(Firmware.parse(str(version)))) for slot, version in given.items())
+
+
+def _object(versions: tuple[tuple[int, str], ...]) -> dict[str, str]:
+    return {str(slot): version for slot, version in versions}
+
+
+Versions = Annotated[tuple[tuple[int, str], ...], BeforeValidator(_versions), PlainSerializer(_object)]
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """An event or a condition of a slot."""
+
+    __pydantic_config__ = NO_MORE_KEYS
+
+    slot: StrictInt
+
+
+@dataclass(frozen=True, slots=True)
+class Press(Part):
+    """An input is held at a level for a time; on an input with a switch, the switch fails."""
+
+    input: InputName
+    energised: StrictBool
+    at_ns: Time
+    for_ns: Time
+
+
+@dataclass(frozen=True, slots=True)
+class ContactPress(Part):
+    """A contact of a card is operated for a time: a button, a selector switch."""
+
+    input: StrictStr
+    at_ns: Time
+    for_ns: Annotated[Time, Field(gt=0)]
+
+
+@dataclass(frozen=True, slots=True)
+class Signal(Part):
+    """An analog input of a card has another value for a time."""
+
+    input: StrictStr
+    value: float  # V or mA of a channel with a range, else the raw number
+    at_ns: Time
+    for_ns: Annotated[Time, Field(gt=0)]
+
+
+@dataclass(frozen=True, slots=True)
+class Turn(Part):
+    """A master encoder turns; one that still turns from the part before begins when that ends."""
+
+    counts: StrictInt  # x4, negative counts down
+    at_ns: Time
+    for_ns: Annotated[Time, Field(gt=0)]
+
+
+@dataclass(frozen=True, slots=True)
+class SwitchOffset(Part):
+    """A machine whose switches are displaced from the drawing."""
+
+    steps: StrictInt
+
+
+@dataclass(frozen=True, slots=True)
+class LostSteps(Part):
+    """Steps that a motor loses."""
+
+    at: StrictInt  # shaft position, steps
+    steps: StrictInt
+
+
+@dataclass(frozen=True, slots=True)
+class TornUpdate:
+    """An exchange within a scan: from a rung on the program sees the next inputs.
+
+    It is due before the next scan, or nothing happens; so it is where the routine does not come to the rung.
+    """
+
+    __pydantic_config__ = NO_MORE_KEYS
+
+    routine: StrictStr
+    rung: Time  # its number; of structured text the line's
+    at_ns: Time
+    for_ns: ClassVar[int] = 0
+
+
+@dataclass(frozen=True, slots=True)
+class OperatorAction:
+    """An operator's order before a scan: a tag is written, forced or released, or the key is turned."""
+
+    at_ns: int
+    order: Action
+
+
+OPERATOR = {"write": Write, "force": Force, "unforce": Unforce, "mode": Mode}
+"""The orders in a scenario, by name."""
+
+
+def _orders(given: object) -> object:
+    """Return orders from JSON objects: `{"at_ns": 0, "do": "write", "tag": "Start", "value": true}`."""
+    rows = list(given) if isinstance(given, list | tuple) else [given]
+    return tuple(each if isinstance(each, OperatorAction) else _order(each) for each in rows)
+
+
+def _order(given: object) -> OperatorAction:
+    if not isinstance(given, Mapping) or type(given.get("at_ns")) is not int or given["at_ns"] < 0:
+        raise ValueError("an order is an object with at_ns, a whole number from 0, and do")
+    return OperatorAction(
+        given["at_ns"], action_of({key: each for key, each in given.items() if key != "at_ns"}, OPERATOR)
+    )
+
+
+def _order_rows(orders: tuple[OperatorAction, ...]) -> list[dict[str, Any]]:
+    return [{"at_ns": each.at_ns, **said_of(each.order)} for each in orders]
+
+
+Orders = Annotated[tuple[OperatorAction, ...], PlainValidator(_orders), PlainSerializer(_order_rows)]
+
+
+@dataclass(frozen=True, slots=True)
+class Scenario:
+    """The conditions of a program in one run."""
+
+    __pydantic_config__ = NO_MORE_KEYS
+
+    firmware: Versions = ()  # versions of modules, by slot number, if they differ from the rack file
+    presses: tuple[Press, ...] = ()
+    incidents: tuple[InjectedFault, ...] = ()
+    shifts: tuple[SwitchOffset, ...] = ()  # displaced switches
+    lost: tuple[LostSteps, ...] = ()  # lost steps
+    pushes: tuple[ContactPress, ...] = ()  # people's actions on the contacts of cards
+    signals: tuple[Signal, ...] = ()
+    turns: tuple[Turn, ...] = ()  # of master encoders
+    orders: Orders = ()  # an operator's, of a proof's scenario
+    tears: tuple[TornUpdate, ...] = ()  # scans within which the inputs change
+
+    def laid_over(self, spec: RackSpec) -> RackSpec:
+        """Return a rack with this scenario added."""
+        slots = tuple(self._slot(slot) for slot in spec.slot)
+        incidents = tuple(_incident_spec(each) for each in self.incidents)
+        return spec.model_copy(update={"slot": slots, "incident": (*spec.incident, *incidents)})
+
+    def _slot(self, slot: SlotSpec) -> SlotSpec:
+        firmware = dict(self.firmware).get(slot.number, slot.firmware)
+        machine = slot.machine
+        for shift in self.shifts:
+            if shift.slot == slot.number:
+                machine = shifted(machine, shift.steps)
+        slips = tuple(Slip(each.at, each.steps) for each in self.lost if each.slot == slot.number)
+        presses = [each for each in self.presses if each.slot == slot.number]
+        entries = tuple(entry for each in presses for entry in entries_of(each, machine))
+        if slips or entries:
+            machine = replace(machine, slips=(*machine.slips, *slips), timeline=(*machine.timeline, *entries))
+        if own := [each for each in self.turns if each.slot == slot.number]:
+            machine = replace(machine, turns=in_succession(machine.turns, own))
+        options = slot.options
+        rows: Any = options.get("timeline", ())
+        more = [push_entry(each) for each in self.pushes if each.slot == slot.number]
+        more += signal_entries([each for each in self.signals if each.slot == slot.number], rows)
+        if more:
+            timeline: Any = one_at_a_time([*rows, *more])
+            options = {**options, "timeline": timeline}
+        return slot.model_copy(update={"firmware": firmware, "machine": machine, "options": options})
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the scenario in JSON's types; the inverse of `from_json`."""
+        written: dict[str, Any] = _SCENARIO.dump_python(self, mode="json")
+        return written
+
+    @classmethod
+    def from_json(cls, given: object) -> Scenario:
+        """Return the scenario of `to_json`.
+
+        Raises:
+            ValueError: an illegal one; the message names the key.
+        """
+        try:
+            return _SCENARIO.validate_python(given)
+        except ValidationError as error:
+            raise ValueError(f"scenario: {first_mistake(error)}") from None
+
+    def check(self, spec: RackSpec) -> None:
+        """Refuse a scenario that does not belong to a rack.
+
+        Raises:
+            ValueError: it has a slot that the rack lacks.
+        """
+        have = [slot.number for slot in spec.slot]
+        happening = (each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE)
+        parts: tuple[Part | InjectedFault, ...]
+        parts = (
+            *self.presses,
+            *self.pushes,
+            *self.signals,
+            *happening,
+            *self.shifts,
+            *self.lost,
+            *self.turns,
+        )
+        for slot in (*dict(self.firmware), *(part.slot for part in parts)):
+            if slot not in have:
+                slots = ", ".join(map(str, have))
+                raise ValueError(f"scenario: no slot {slot}; the rack has {slots}")
+        buttons = {slot.number: slot.record.buttons(slot.options) for slot in spec.slot}
+        for push in self.pushes:
+            if push.input not in buttons[push.slot]:
+                names = ", ".join(buttons[push.slot]) or "none"
+                raise ValueError(f"scenario: slot {push.slot} has no button {push.input!r}, only {names}")
+        analog = {slot.number: slot.record.signals(slot.options) for slot in spec.slot}
+        for signal in self.signals:
+            if signal.input not in analog[signal.slot]:
+                names = ", ".join(analog[signal.slot]) or "none"
+                raise ValueError(
+                    f"scenario: slot {signal.slot} has no analog input {signal.input!r}, only {names}"
+                )
+
+    def is_possible(self, spec: RackSpec) -> bool:
+        """Return whether no module has an older firmware here than the rack's program needs."""
+        needed = {slot.number: Firmware.parse(slot.needs_firmware) for slot in spec.slot}
+        return all(
+            Firmware.parse(version) >= needed[slot] for slot, version in self.firmware if slot in needed
+        )
+
+    @property
+    def size(self) -> int:
+        """Number of its parts."""
+        return sum(len(getattr(self, each.name)) for each in fields(self))
+
+
+_SCENARIO = TypeAdapter(Scenario)
+
+
+def first_mistake(error: ValidationError) -> str:
+    """Return the first mistake: key, value, problem."""
+    first = error.errors(include_url=False)[0]
+    kind, path = first["type"], first["loc"]
+    key, names = ".".join(map(str, path)), ", ".join(each.name for each in fields(Scenario))
+    if not path:
+        return f"an object with {names} is needed, not {first['input']!r:.40}"
+    if kind == "unexpected_keyword_argument" and len(path) == 1:
+        return f"unknown key {key}; choose from {names}"
+    if kind == "missing":
+        return f"key {key} is missing"
+    return f"{key} = {first['input']!r:.40}: {first.get('ctx', {}).get('error', first['msg'])}"
+
+
+def in_succession(own: Iterable[MasterTurn], turns: Iterable[Turn]) -> tuple[MasterTurn, ...]:
+    """Return movements of a master encoder in order of time, each no earlier than the one before ends.
+
+    >>> in_succession([MasterTurn(5, 3, 10)], [Turn(1, 40, 7, 20)])
+    (MasterTurn(at_ns=5, counts=3, for_ns=10), MasterTurn(at_ns=15, counts=40, for_ns=20))
+    """
+    made: list[MasterTurn] = []
+    given = [*own, *(MasterTurn(each.at_ns, each.counts, each.for_ns) for each in turns)]
+    for turn in sorted(given, key=lambda turn: turn.at_ns):
+        free_ns = made[-1].end_ns if made else 0
+        made.append(replace(turn, at_ns=max(turn.at_ns, free_ns)))
+    return tuple(made)
+
+
+def push_entry(push: ContactPress) -> dict[str, Any]:
+    """Return a push as a row of a card's timeline."""
+    return {"at_ms": push.at_ns / 1e6, "input": push.input, "for_ms": push.for_ns / 1e6}
+
+
+def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """Return rows of a card's timeline without simultaneous operations of an input, as the card requires.
+
+    Overlapping presses are combined; of two values at one instant the later row counts.
+    """
+    kept: dict[str, list[Mapping[str, Any]]] = {}
+    for row in sorted(rows, key=lambda row: InputPress(**row).begin_ns):
+        before = kept.setdefault(row["input"], [])
+        press, last = InputPress(**row), InputPress(**before[-1]) if before else None
+        if last is None or last.value is not None:
+            if last is not None and last.begin_ns == press.begin_ns:
+                before.pop()
+            before.append(row)
+        elif last.end_ns is not None and press.begin_ns >= last.end_ns:
+            before.append(row)
+        elif last.end_ns is not None:
+            end_ns = None if press.end_ns is None else max(press.end_ns, last.end_ns)
+            lasts = {} if end_ns is None else {"for_ms": (end_ns - last.begin_ns) / 1e6}
+            before[-1] = {"at_ms": last.begin_ns / 1e6, "input": row["input"], **lasts}
+    return [row for each in kept.values() for row in each]
+
+
+def signal_entries(
+    signals: Sequence[Signal], rows: Sequence[Mapping[str, Any]]
+) -> list[dict[str, str | int | float]]:
+    """Return signals as rows of a card's timeline, each with the return to the value without it."""
+    made: list[dict[str, str | int | float]] = []
+    for each in signals:
+        end_ms = (each.at_ns + each.for_ns) / 1e6
+        own = [(InputPress(**row).begin_ns, row["value"]) for row in rows if row["input"] == each.input]
+        before = [(at_ns, value) for at_ns, value in own if at_ns <= each.at_ns + each.for_ns]
+        back = max(before, key=lambda row: row[0])[1] if before else 0
+        made.append({"at_ms": each.at_ns / 1e6, "input": each.input, "value": each.value})
+        made.append({"at_ms": end_ms, "input": each.input, "value": back})
+    return made
+
+
+def _incident_spec(incident: InjectedFault) -> InjectedFaultSpec:
+    """Return an incident as a rack file has it."""
+    return InjectedFaultSpec(
+        at_ms=Decimal(incident.at_ns).scaleb(-6),
+        what=incident.what,
+        slot=incident.slot or None,
+        for_ms=Decimal(incident.for_ns).scaleb(-6) if incident.for_ns else None,
+        late_words=incident.late_words,
+        state=incident.state,
+    )
+
+
+def shifted(machine: MachineSpec, steps: int) -> MachineSpec:
+    """Return a machine with all switches and stations displaced."""
+
+    def moved(position: int | None) -> int | None:
+        return None if position is None else position + steps
+
+    switches = tuple(
+        replace(each, first=moved(each.first), last=moved(each.last)) for each in machine.switches
+    )
+    stations = tuple(replace(each, position=each.position + steps) for each in machine.stations)
+    return replace(machine, switches=switches, stations=stations)
+
+
+def entries_of(press: Press, machine: MachineSpec) -> tuple[TimelineEntry, TimelineEntry]:
+    """Return the timeline entries of a press; afterwards the input returns to the value without it."""
+    end_ns = press.at_ns + press.for_ns
+    if machine.fed_inputs & press.input.value:
+        level: bool | None = None
+    else:
+        before = [each for each in machine.timeline if each.input is press.input and each.at_ns <= end_ns]
+        level = max(before, key=lambda each: each.at_ns).energised if before else False
+    return (
+        TimelineEntry(press.at_ns, press.input, press.energised),
+        TimelineEntry(end_ns, press.input, level),
+    )

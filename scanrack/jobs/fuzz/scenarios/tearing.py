@@ -1,0 +1,102 @@
+"""Exchanges within a scan: of a CompactLogix's ladder program, whose inputs change between two rungs.
+
+    scan n        rung 0   rung 1  |  rung 2   rung 3
+    inputs        R0       R0      |  R1       R1        a tear before rung 2
+
+The interpreter runs such a scan; all others run as they are compiled. A program in Python has no tears: its
+inputs are those of the latch by contract (`runtime.loop.scan.LogicScan`), on every controller.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from scanrack.ladder.debug.crossref import mentions_of
+from scanrack.ladder.interpreter.between import PausingInterpreter
+from scanrack.ladder.model.operands import Group, Place, first_leaf
+from scanrack.ladder.run.engine import Engine
+from scanrack.ladder.state.lowered import (
+    ADD_ON,
+    AddOnCall,
+    LoweredLine,
+    LoweredProgram,
+    LoweredStep,
+    steps_of,
+)
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.scan import LogicScan, ScanLogic
+from typing_extensions import override
+
+from ...record.logic_wrapper import LogicWrapper, unwrapped
+from .scenario import TornUpdate
+
+Rung = tuple[str, int]
+"""A routine and the number of its rung, or of a line of structured text."""
+
+
+def reading_rungs(lowered: LoweredProgram) -> tuple[Rung, ...]:
+    """Return the rungs that read an input image: only before them a tear makes a difference."""
+    return tuple(
+        {
+            (routine.name, line.number): None
+            for routine in lowered.routines.values()
+            for line in routine.lines
+            if _reads_inputs(lowered, line)
+        }
+    )
+
+
+def _reads_inputs(lowered: LoweredProgram, line: LoweredLine) -> bool:
+    return any(
+        _of_inputs(where)
+        for step in steps_of(line.nodes)
+        for where in (
+            *(each.where for each in mentions_of(lowered.sites[step.site], step) if each.reads),
+            *_handed(step),
+        )
+    )
+
+
+def _handed(step: LoweredStep) -> Iterable[Place | Group]:
+    """Return what an add-on instruction gets as it is."""
+    if step.name != ADD_ON:
+        return ()
+    call: AddOnCall = step.operands[0]
+    return call.handed.values()
+
+
+def _of_inputs(where: Place | Group) -> bool:
+    leaf = first_leaf(where)
+    return leaf.slot is not None and not leaf.output
+
+
+class TornScans(LogicWrapper):
+    """A ladder program with tears.
+
+    Attributes:
+        cpu: that of the run, set before its first scan.
+    """
+
+    cpu: Cpu
+
+    def __init__(self, logic: ScanLogic, tears: Iterable[TornUpdate], scan_ns: int) -> None:
+        super().__init__(logic)
+        inside = unwrapped(logic)
+        self._engine = inside if isinstance(inside, Engine) else None
+        self._tears = {each.at_ns // scan_ns: each for each in tears}
+
+    @override
+    def __call__(self, scan: LogicScan) -> None:
+        tear, engine = self._tears.get(scan.number), self._engine
+        if tear is None or engine is None:
+            self._logic(scan)
+            return
+        interpreter = PausingInterpreter(engine.lowered, engine.memory, engine.fault_log, engine.call_python)
+        interpreter.at = tear.routine.upper(), tear.rung
+        interpreter.pause = lambda: self._read_again(engine, scan)
+        engine.scan_by(interpreter, scan)
+
+    def _read_again(self, engine: Engine, scan: LogicScan) -> None:
+        if self.cpu.exchange_early():
+            engine.memory.take_inputs(updated=True)
+            engine.memory.take_faults(scan.slot)

@@ -1,0 +1,320 @@
+"""The search: scenario after scenario, until an invariant is broken, and then the smallest that breaks it.
+
+the run without events         shows where something changes, see `aim.probe`
+drawn scenarios (`aim.draws`)  one breaks something that is not known yet
+delta debugging (`shrink`)     the smallest that breaks the same
+confirmation                   the same failure in another process
+and the search continues, past what is known
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
+from random import Random
+from typing import Any
+
+from scanrack.runtime.loop.pace import wall_ns
+
+from .aim.chooser import Chooser
+from .aim.corpus import Corpus
+from .aim.draws import Draws
+from .aim.edges import Edges
+from .aim.explored_states import ExploredStates
+from .aim.probe import Probe
+from .aim.sweep import Sweep
+from .aim.times import times_of
+from .run import ASKING, BUILDING, HANGS, PROGRAM, RUNNING, BrokenInvariant, TrialBench, Verdict
+from .scenarios.kinds import Kind, buttons, possible_kinds, sensors
+from .scenarios.scenario import Scenario
+from .scenarios.words import told
+from .shrink import smallest
+from .steady import NondeterminismSources
+
+DRAWING, CONFIRMING = "drawing scenarios", "confirming"
+LEAST_SHRINKING = 30
+"""Runs that shrink a failure in any case, even if the time of the search is over."""
+
+SPENT = (PROGRAM, RUNNING, ASKING, BUILDING, DRAWING, CONFIRMING)
+"""Parts of a search's time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Counterexample:
+    """A scenario in which an invariant is broken."""
+
+    scenario: Scenario
+    broken: BrokenInvariant
+    after: int  # number of runs until its first failure
+
+
+@dataclass(slots=True)
+class SearchReport:
+    """The result of a search."""
+
+    runs: int = 0  # their number, including those of shrinking
+    scans: int = 0
+    rules: Counter[str] = field(default_factory=Counter)
+    found: list[Counterexample] = field(default_factory=list)  # the failures, each once
+    shrinking: int = 0
+    unshrunk: int = 0  # number of failures that were not shrunk to the end
+    spent: Counter[str] = field(default_factory=Counter)  # parts of its time, ns, by the names of `SPENT`
+    applied: set[str] = field(default_factory=set)  # names of the invariants that had something to check
+    printed: int = 0  # number of lines that the program has printed in all runs
+    greatest: dict[str, float] = field(default_factory=dict)  # values of what is to be maximized, by name
+    steps: bytes = b""  # digest of its runs, one after the other: equal steps, equal digests
+    processor_ns: int = 0
+    told: list[Counterexample] = field(default_factory=list)  # the failures before they were shrunk
+    corpus: Corpus = field(default_factory=Corpus)  # scenarios with something new, those given included
+
+    def add(self, scenario: Scenario, verdict: Verdict) -> None:
+        """Count a run."""
+        self.runs += 1
+        self.scans += verdict.scans
+        self.rules.update(verdict.rules)
+        self.spent.update(verdict.spent)
+        self.applied |= verdict.applied
+        self.printed += verdict.printed
+        keep_greatest(self.greatest, verdict.greatest)
+        key = verdict.broken.key if verdict.broken else ""
+        self.steps = sha256(self.steps + repr((scenario, key)).encode()).digest()
+
+
+def keep_greatest(known: dict[str, float], more: Mapping[str, float]) -> None:
+    """Add values to the greatest ones that are known."""
+    for name, value in more.items():
+        known[name] = max(value, known.get(name, value))
+
+
+class NondeterministicError(ValueError):
+    """A program that behaves differently in two runs of the same scenario."""
+
+
+Confirm = Callable[[Counterexample, Collection[str]], bool]
+"""Repeats a failure in another process, which ignores known ones.
+
+Returns False if the machine may have caused it; raises `NondeterministicError` if the program did.
+"""
+
+
+def _taken_at_its_word(_found: Counterexample, _without: Collection[str]) -> bool:
+    return True
+
+
+def search(
+    bench: TrialBench,
+    kinds: Collection[Kind],
+    *,
+    examples: int,
+    start: int = 0,
+    base: Scenario | None = None,
+    corpus: Corpus | None = None,
+    known: Iterable[str] = (),
+    again: Iterable[Scenario] = (),
+    told: Callable[[Counterexample], None] = lambda _found: None,
+    progress: Callable[[int], None] = lambda _runs: None,
+    confirm: Confirm = _taken_at_its_word,
+    go_on: Callable[[], bool] = lambda: True,
+) -> SearchReport:
+    """Search for scenarios that break invariants.
+
+    A failure is shrunk and confirmed, and the search continues until the examples are used up.
+    Failures of one invariant differ by their cause.
+
+    Args:
+        kinds: random events, as far as they are possible in the rack.
+        examples: number of scenarios in all, without those of shrinking.
+        start: seed of the search; the same seed gives the same results.
+        base: a scenario to vary; None = none.
+        corpus: what other searches have found, see `aim.corpus`; it grows.
+        known: names of invariants, and keys of failures, to ignore.
+        again: scenarios to run first; those that show something new become entries of the corpus.
+        told: called with a failure at once, before it is shrunk.
+        go_on: whether there is time left; asked before every run, except those of `again`.
+
+    Raises:
+        InvariantError: an invariant raised.
+        NondeterministicError: the program is not deterministic.
+    """
+    report = SearchReport(corpus=corpus or Corpus())
+    start_ns = wall_ns()
+    hunt = _Hunt(bench, report, set(known))
+    random = Random(start)
+    draws = Draws(bench.spec, bench.scans, kinds, random, bench.rungs, bench.settings)
+    chooser = Chooser(
+        draws,
+        Sweep(bench.spec, possible_kinds(bench.spec).intersection(kinds), random, report.corpus, bench.rungs),
+        random,
+        report.corpus,
+        base,
+    )
+    waiting = deque(again)
+    while hunt.runs < examples and bench.names - hunt.known and (waiting or go_on()):
+        repeated = bool(waiting)
+        scenario = waiting.popleft() if repeated else chooser.next(hunt.shown)
+        edges = Edges()
+        found = hunt.try_one(scenario, edges)
+        if hunt.runs == 1:
+            draws.times = times_of(hunt.logic, draws.scan_ns, draws.scans)
+        progress(report.runs)
+        if found is None:
+            if not repeated:
+                chooser.ran(scenario, edges)
+            elif (entry := report.corpus.take(scenario, edges, bench.spec.scan_ns)) is not None:
+                entry.wanted = ()  # it has been trimmed
+            continue
+        report.told.append(found)
+        told(found)
+        without = behind(bench, found.broken, hunt.known)
+        hunt.known.add(found.broken.key)
+        found = shrunk(bench, found, without, report, go_on)
+        found_ns = wall_ns()
+        if confirm(found, without):
+            report.found.append(found)
+        report.spent[CONFIRMING] += wall_ns() - found_ns
+    report.spent[DRAWING] = wall_ns() - start_ns - report.spent.total()
+    return report
+
+
+def undisturbed(
+    bench: TrialBench,
+    scenario: Scenario,
+    known: Iterable[str] = (),
+    *,
+    confirm: Confirm = _taken_at_its_word,
+    go_on: Callable[[], bool] = lambda: True,
+) -> list[Counterexample]:
+    """Run one scenario without random events; return its failures, each once.
+
+    Args:
+        scenario: an empty one, or that of a recording.
+        known: names of invariants to skip, and keys of failures to ignore.
+        go_on: whether there is time to shrink them to the end.
+
+    Raises:
+        InvariantError: an invariant raised.
+        NondeterministicError: the program is not deterministic.
+    """
+    found: list[Counterexample] = []
+    given_up = set(known)
+    while (broken := bench.run(scenario, without=given_up).broken) is not None:
+        without = behind(bench, broken, given_up)
+        given_up.add(broken.key)
+        each = shrunk(bench, Counterexample(scenario, broken, 1), without, go_on=go_on)
+        if confirm(each, without):
+            found.append(each)
+    return found
+
+
+def behind(bench: TrialBench, broken: BrokenInvariant, known: Collection[str]) -> frozenset[str]:
+    """Return the names to ignore in a run for one failure: all other invariants, and earlier failures."""
+    return frozenset({*known, *bench.names} - {broken.invariant, broken.key})
+
+
+def shrunk(
+    bench: TrialBench,
+    found: Counterexample,
+    without: Collection[str],
+    report: SearchReport | None = None,
+    go_on: Callable[[], bool] = lambda: True,
+) -> Counterexample:
+    """Return a failure with the smallest scenario that has it, see `shrink`.
+
+    Args:
+        report: counts the runs.
+        go_on: whether there is time for more than the least number of runs.
+    """
+    runs, whole = 0, True
+
+    def breaks(scenario: Scenario) -> BrokenInvariant | None:
+        nonlocal runs, whole
+        whole = whole and (runs < LEAST_SHRINKING or go_on())
+        if not whole:
+            return None
+        runs += 1
+        verdict = bench.run(scenario, without=without)
+        if report is not None:
+            report.add(scenario, verdict)
+            report.shrinking += 1
+        return verdict.broken if verdict.broken and verdict.broken.key == found.broken.key else None
+
+    inputs = {slot.number: (*buttons(slot), *sensors(slot)) for slot in bench.spec.slot}
+    scenario, broken = smallest(found.scenario, found.broken, breaks, inputs, bench.spec.scan_ns)
+    if report is not None:
+        report.unshrunk += not whole
+    return Counterexample(scenario, broken, found.after)
+
+
+@dataclass(slots=True)
+class _Hunt:
+    """Runs of a search, with what is known."""
+
+    bench: TrialBench
+    report: SearchReport
+    known: set[str]
+    runs: int = 0  # without those of shrinking
+    logic: Any = None  # of the last run
+    rests: ExploredStates = field(default_factory=ExploredStates)
+
+    def try_one(self, scenario: Scenario, edges: Edges) -> Counterexample | None:
+        """Run a scenario and note its changes; return its failure, or None.
+
+        Raises:
+            NondeterministicError: the program is not deterministic.
+        """
+        self.runs += 1
+        probe = Probe(edges)
+        broken = self._run(scenario, probe)
+        self.logic = probe.logic
+        edges.close()
+        if broken is None:
+            return None
+        found = Counterexample(scenario, broken, self.report.runs)
+        again = self._run(scenario, None)
+        if again is not None and again.key == broken.key:
+            return found
+        if broken.cause == HANGS:  # the machine may have been busy
+            return None
+        raise NondeterministicError(unsteady(found, self._uses(scenario)))
+
+    def shown(self, scenario: Scenario) -> Edges | None:
+        """Run a scenario; return its changes, None if something is broken."""
+        self.runs += 1
+        edges = Edges()
+        broken = self._run(scenario, Probe(edges))
+        edges.close()
+        return None if broken else edges
+
+    def _run(self, scenario: Scenario, probe: Probe | None) -> BrokenInvariant | None:
+        verdict = self.bench.run(scenario, without=self.known, probe=probe, rests=self.rests)
+        self.report.add(scenario, verdict)
+        return verdict.broken
+
+    def _uses(self, scenario: Scenario) -> str:
+        """Return the program's sources of differences between runs."""
+        uses = NondeterminismSources()
+        uses.watching(self.bench).run(scenario)
+        return str(uses)
+
+
+def unsteady(found: Counterexample, uses: str = "") -> str:
+    """Return the sentence that a program is not deterministic, and the cause.
+
+    Args:
+        uses: its sources of differences, such as "the clock (line.py:12)"; empty without any.
+    """
+    why = f"It uses {uses}." if uses else UNSEEN
+    return (
+        "results differ between identical runs "
+        f"({'; '.join(told(found.scenario))}): it broke {found.broken.invariant} in one run and not in "
+        f"another. {why}"
+    )
+
+
+UNSEEN = (
+    "It keeps something from run to run, or uses state of its process: the order of a set of texts, a file, "
+    "an object's address."
+)
+"""Text for a program that used neither chance nor clock nor threads."""

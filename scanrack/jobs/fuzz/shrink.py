@@ -1,0 +1,194 @@
+"""Delta debugging: the smallest scenario with the same failure as a given one.
+
+Two kinds of steps are repeated until neither helps:
+
+    parts     leave some out: a half of them, a quarter, ..., at last each by itself
+    numbers   make a part's time, duration or count rounder; and select the simplest input, the
+              newest firmware, the fewest late words that suffice
+
+At the end no single part can be left out, and no number can be rounder: a number is rounder if it has fewer
+significant digits in decimal (166 ms, 170 ms, 200 ms, 0), or the same number and is less. The candidates for
+a
+number are 0, 1, 2 or 5 in every decade below it, and its neighbors with fewer digits, above and below.
+Times stay on the grid of the scans.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import takewhile
+from types import MappingProxyType
+from typing import Any
+
+from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.io_images.amci3601.firmware import KNOWN
+from scanrack.runtime.loop.incidents import InjectedFault
+
+from .run import BrokenInvariant
+from .scenarios.parts import Lasting, Part, Timed, parts_of, scenario_of
+from .scenarios.scenario import LostSteps, Press, Scenario, Signal, SwitchOffset, Turn
+
+Inputs = Mapping[int, Sequence[InputBit]]
+"""Inputs by slot number, those that are simpler to press first."""
+
+STEPS = (1, 2, 5)
+"""Leading digits of round numbers."""
+
+
+def smallest(
+    scenario: Scenario,
+    broken: BrokenInvariant,
+    breaks: Callable[[Scenario], BrokenInvariant | None],
+    inputs: Inputs = MappingProxyType({}),
+    scan_ns: int = 2_000_000,
+) -> tuple[Scenario, BrokenInvariant]:
+    """Return the smallest scenario with the same failure, and that failure.
+
+    Args:
+        breaks: runs a scenario; returns its failure if that is the same, else None.
+        inputs: of each slot the inputs that may be pressed, the simplest first.
+        scan_ns: time from scan to scan; candidate times are multiples of it.
+    """
+    shrinking = _Shrinker(scenario, broken, breaks, inputs, scan_ns)
+    while shrinking.drops_parts() or shrinking.simplifies_parts():
+        pass
+    return shrinking.scenario, shrinking.broken
+
+
+class _Shrinker:
+    """A scenario on its way to the smallest one."""
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        broken: BrokenInvariant,
+        breaks: Callable[[Scenario], BrokenInvariant | None],
+        inputs: Inputs,
+        scan_ns: int,
+    ) -> None:
+        self.scenario, self.broken = scenario, broken
+        self._breaks = breaks
+        self._inputs, self._scan_ns = inputs, scan_ns
+        self._tried = {scenario}
+
+    def drops_parts(self) -> bool:
+        """Leave out dispensable parts; return whether there were any."""
+        before = self.scenario
+        count = len(parts_of(before)) or 1
+        while count:
+            start = 0
+            while start < len(parts := parts_of(self.scenario)):
+                if not self._take([*parts[:start], *parts[start + count :]]):
+                    start += count
+            count //= 2
+        return self.scenario != before
+
+    def simplifies_parts(self) -> bool:
+        """Make numbers and other values simpler; return whether any could be."""
+        before = self.scenario
+        for place in range(len(parts_of(before))):
+            while self._simplifies(place):
+                pass
+        return self.scenario != before
+
+    def _simplifies(self, place: int) -> bool:
+        parts = parts_of(self.scenario)
+        field, part = parts[place]
+        return any(
+            self._take([*parts[:place], (field, simpler), *parts[place + 1 :]])
+            for simpler in simpler_parts(part, self._inputs, self._scan_ns)
+        )
+
+    def _take(self, parts: Sequence[Part]) -> bool:
+        """Continue with these parts if they have the same failure."""
+        scenario = scenario_of(parts)
+        if scenario in self._tried:
+            return False
+        self._tried.add(scenario)
+        broken = self._breaks(scenario)
+        if broken is None:
+            return False
+        self.scenario, self.broken = scenario, broken
+        return True
+
+
+def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
+    """Yield simpler versions of a part, the simplest of each kind first."""
+    if isinstance(part, Timed):
+        yield from (replace(part, at_ns=time_ns) for time_ns in _rounder_times(part.at_ns, scan_ns))
+    if isinstance(part, Lasting) and part.for_ns:
+        yield from (
+            replace(part, for_ns=time_ns) for time_ns in _rounder_times(part.for_ns, scan_ns) if time_ns
+        )
+    if isinstance(part, Press):
+        simpler = takewhile(lambda bit: bit is not part.input, inputs.get(part.slot, ()))
+        yield from (replace(part, input=bit) for bit in simpler)
+    if isinstance(part, Signal) and part.value == int(part.value):
+        yield from (replace(part, value=float(value)) for value in rounder(int(part.value)))
+    if isinstance(part, Turn):
+        yield from (replace(part, counts=counts) for counts in rounder(part.counts) if counts)
+    if isinstance(part, InjectedFault) and len(part.late_words) > 1:
+        words = part.late_words
+        fewer = (words[:place] + words[place + 1 :] for place in range(len(words)))
+        yield from (replace(part, late_words=each) for each in fewer)
+    if isinstance(part, LostSteps):
+        yield from (replace(part, at=at) for at in rounder(part.at))
+    if isinstance(part, LostSteps | SwitchOffset):
+        yield from (replace(part, steps=steps) for steps in rounder(part.steps) if steps)
+    if isinstance(part, tuple):  # a slot and its firmware
+        slot, version = part
+        yield from ((slot, newer) for newer in _newer(version))
+
+
+def _newer(version: str) -> Iterator[str]:
+    """Yield the versions after one, the newest first."""
+    names = [str(known) for known in KNOWN]
+    if version in names:
+        yield from reversed(names[names.index(version) + 1 :])
+
+
+def digits(number: int) -> int:
+    """Return the number of significant decimal digits.
+
+    >>> digits(0), digits(200_000_000), digits(-1_500)
+    (0, 1, 2)
+    """
+    return len(str(abs(number)).rstrip("0")) if number else 0
+
+
+def _rounder_times(time_ns: int, scan_ns: int) -> Iterator[int]:
+    """Yield rounder times on the grid of the scans: whole decimals of a second, then of scans."""
+    decimal = (each for each in rounder(time_ns) if each % scan_ns == 0)
+    in_scans = (each * scan_ns for each in rounder(time_ns // scan_ns))
+    given = digits(time_ns), time_ns
+    yield from (each for each in dict.fromkeys((*decimal, *in_scans)) if (digits(each), each) < given)
+
+
+def rounder(number: int) -> Iterator[int]:
+    """Yield rounder numbers with the same sign, the roundest first.
+
+    >>> list(rounder(166))
+    [0, 1, 2, 5, 10, 20, 50, 100, 200, 160, 170]
+    >>> list(rounder(-20)), list(rounder(0))
+    ([0, -1, -2, -5, -10], [])
+    """
+    size, sign = abs(number), -1 if number < 0 else 1
+    candidates = [0, *_round_below(size), *_neighbours(size)] if size else []
+    yield from (sign * candidate for candidate in dict.fromkeys(candidates))
+
+
+def _round_below(size: int) -> Iterator[int]:
+    decade = 1
+    while decade < size:
+        yield from (step * decade for step in STEPS if step * decade < size)
+        decade *= 10
+
+
+def _neighbours(size: int) -> Iterator[int]:
+    """Yield the next numbers of fewer digits, below and above."""
+    length = len(str(size))
+    for kept in range(1, digits(size)):
+        unit = 10 ** (length - kept)
+        below = size // unit * unit
+        yield from (below, below + unit)

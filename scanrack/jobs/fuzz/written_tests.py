@@ -1,0 +1,148 @@
+"""Tests that a campaign leaves behind: runs that together reach all that it has reached, for pytest.
+
+The folder has one file of tests and a scenario for each. It names the user's rack file and invariants, so the
+tests follow a change of the program; what a run reaches is named without numbers of lines and rungs.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.input_files import read_input_text
+from scanrack.io_images.text_limits import TextKind
+from scanrack.traces.files.guard import OwnedError
+from scanrack.traces.files.portable import relative
+
+from ..load.loading import LoadedRack, load_job
+from .explain.coverage import places_in
+from .folder_lock import write_text
+from .job import Setup, bench_of, replay
+from .run import TrialBench
+from .scenarios.kinds import Kind
+from .scenarios.scenario import Scenario
+
+FILE = "test_reached.py"
+
+TEXT = '''\
+"""What a search reached in {rack} without a failure: written by scanrack fuzz, yours to edit."""
+
+from pathlib import Path
+
+import pytest
+from scanrack.jobs.fuzz.written_tests import play
+
+HERE = Path(__file__).parent
+RACK = HERE / {path!r}
+INVARIANTS = [HERE / each for each in {invariants!r}]
+CHECKS = {checks!r}
+SCANS = {scans}
+REACHED = {{
+{reached}
+}}
+
+
+@pytest.mark.parametrize("scenario", REACHED)
+def test_reached(scenario: str) -> None:
+    went = play(RACK, HERE / scenario, SCANS, INVARIANTS, CHECKS)
+    assert went.broken == []
+    assert sorted(set(REACHED[scenario]) - went.reached) == []
+'''
+
+
+@dataclass(frozen=True, slots=True)
+class RunOutcome:
+    """Outcome of one run.
+
+    Attributes:
+        broken: each broken invariant, a sentence each.
+        reached: instructions that passed power, branches that were taken, each with its routine or file.
+    """
+
+    broken: list[str]
+    reached: frozenset[str]
+
+
+def play(
+    rack: Path, scenario: Path, scans: int, invariants: Sequence[Path] = (), checks: Sequence[str] = ()
+) -> RunOutcome:
+    """Run a scenario of a file on a rack.
+
+    Args:
+        scans: length of the run.
+        invariants: files with what must hold.
+        checks: names of what must hold, as for `scanrack fuzz --check`.
+
+    Raises:
+        ValueError: an unusable file.
+        OSError: a file can't be read.
+    """
+    setup = Setup(str(rack), tuple(invariants), tuple(checks), scans, frozenset(Kind))
+    given = Scenario.from_json(json_value(read_input_text(scenario, TextKind.SCENARIO), TextKind.SCENARIO))
+    given.check(bench_of(setup).spec)
+    return _went(bench_of(setup), given, load_job(setup.rack))
+
+
+def _went(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> RunOutcome:
+    broken = [str(each.broken) for each in replay(bench, scenario)]
+    return RunOutcome(broken, places_in(bench, scenario, job))
+
+
+def check_new(folder: Path) -> None:
+    """Refuse a folder that has something in it.
+
+    Raises:
+        OwnedError: it has.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise OwnedError(f"{folder} has something in it: give --write-tests a new folder")
+
+
+def write_tests(folder: Path, setup: Setup, job: LoadedRack, scenarios: Iterable[Scenario]) -> int:
+    """Write the tests of a campaign; return their number.
+
+    Args:
+        job: the rack and program.
+        scenarios: runs, those that break something are left out.
+
+    Raises:
+        OwnedError: the folder has something in it.
+        OSError: a file can't be written.
+    """
+    check_new(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    chosen = list(_chosen(bench_of(setup), job, scenarios))
+    rows = []
+    for number, (scenario, new) in enumerate(chosen, 1):
+        name = f"scenario-{number}.json"
+        given = {key: value for key, value in scenario.to_json().items() if value}
+        write_text(folder / name, json.dumps(given, indent=1) + "\n")
+        rows += [f"    {name!r}: [", *(f"        {each!r}," for each in sorted(new)), "    ],"]
+    text = TEXT.format(
+        rack=Path(setup.rack).name,
+        path=relative(setup.rack, folder),
+        invariants=[relative(each, folder) for each in setup.invariants],
+        checks=list(setup.checks),
+        scans=setup.scans,
+        reached="\n".join(rows),
+    )
+    write_text(folder / FILE, text)
+    return len(chosen)
+
+
+def _chosen(
+    bench: TrialBench, job: LoadedRack, scenarios: Iterable[Scenario]
+) -> Iterator[tuple[Scenario, frozenset[str]]]:
+    """Yield few of the runs, the one that reaches most that is new first, with what is new in each."""
+    runs = [(each, _went(bench, each, job)) for each in scenarios]
+    left = [(each, went.reached) for each, went in runs if not went.broken]
+    reached: frozenset[str] = frozenset()
+    while left:
+        scenario, best = max(left, key=lambda each: len(each[1] - reached))
+        if not best - reached:
+            return
+        yield scenario, best - reached
+        reached |= best

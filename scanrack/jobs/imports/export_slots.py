@@ -1,0 +1,140 @@
+"""Slots of a rack file for an export.
+
+| the export has | the rack file has |
+|---|---|
+| a 3601: by name, by its words, or by the user's choice | `amci3601` |
+| a card that is simulated here | that card |
+| any other module | a comment: its tags are memory of the true size |
+| no simulated module | `amci3601` in the first free slot: a rack needs one module |
+
+The export's tree has precedence: no other module gets an occupied slot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from scanrack.io_images.cards import KINDS
+from scanrack.runtime.modules.record import Trait
+from scanrack.runtime.modules.registry import OWN
+
+from .toml_text import comment, text
+
+STEPPER = "amci3601"
+
+
+@dataclass(frozen=True, slots=True)
+class ExportSlot:
+    """A slot of an export."""
+
+    number: int  # from 1
+    catalog: str
+    name: str = ""  # name of the module, "" without one
+    tags: str = ""  # names and sizes of its inputs and outputs
+    module: str | None = None  # its name in a rack file, None if it is not simulated
+    why: str = ""  # the reason for that choice, "" if its catalog number decides
+
+    def __str__(self) -> str:
+        return f"slot {self.number}: {f'{self.catalog} {self.name}'.strip() or 'a module'}"
+
+
+def simulated(catalog: str) -> str | None:
+    """Return the rack file's module of a catalog number, None if it is not simulated.
+
+    >>> simulated("1769-IQ16/A"), simulated("1769-IF8")
+    ('1769-IQ16', None)
+    """
+    name = catalog.partition("/")[0].upper()
+    return next((each for each in OWN if each.upper() == name), None)
+
+
+def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[ExportSlot]:
+    """Return the slots, with the modules that the user names as 3601s.
+
+    Args:
+        named: names of modules, or numbers of slots.
+
+    Raises:
+        ValueError: the export has no such module.
+    """
+    left = {each.upper(): each for each in named}
+    found = []
+    for slot in slots:
+        given = left.pop(slot.name.upper(), None) if slot.name else None
+        given = left.pop(str(slot.number), given)
+        why = f"--stepper {given} says so"
+        found.append(slot if given is None else replace(slot, module=STEPPER, why=why))
+    if left:
+        there = ", ".join(f"{each.name or each.catalog} in slot {each.number}" for each in found) or "none"
+        raise ValueError(
+            f"--stepper {next(iter(left.values()))}: the export has no such module; it has {there}"
+        )
+    return found
+
+
+def slot_tables(slots: Sequence[ExportSlot]) -> Iterator[str]:
+    """Yield the slots of a rack file, with the decisions as comments."""
+    taken: set[int] = set()
+    for slot in sorted(slots, key=lambda each: each.number):
+        yield ""
+        if slot.number in taken:
+            yield comment(f"{slot}: left out, the slot has another module already")
+        elif slot.module is None:
+            yield comment(f"{slot}: not simulated, its tags are memory{slot.tags and f': {slot.tags}'}")
+        else:
+            yield from _table(slot)
+        taken.add(slot.number)
+    if not any(each.module for each in slots):
+        free = next(number for number in range(1, len(taken) + 2) if number not in taken)
+        yield ""
+        yield comment("The export has no module that is simulated here: this one is in the first free slot.")
+        yield from _table(ExportSlot(free, "", module=STEPPER))
+
+
+def _table(slot: ExportSlot) -> Iterator[str]:
+    assert slot.module is not None
+    if slot.catalog or slot.name:
+        yield comment(str(slot) + (f": taken for a 3601, since {slot.why}" if slot.why else ""))
+    yield "[[slot]]"
+    yield f"number = {slot.number}"
+    yield f"module = {text(slot.module)}"
+    yield from _wiring(slot.module)
+
+
+def _wiring(module: str) -> Iterator[str]:
+    """Yield comments for the user to complete."""
+    if Trait.MACHINE in OWN[module].traits:
+        yield "# [slot.machine]"
+        yield "# switches = ["
+        yield '#     { input = "home", first = -1500, last = -1300 },'
+        yield '#     { input = "cw_limit", first = 12000 },'
+        yield "# ]"
+    elif module in KINDS and KINDS[module].inputs:
+        yield "# [slot.options]"
+        yield "# inputs = { start = 0 }"
+        yield '# timeline = [{ at_ms = 500, input = "start", for_ms = 200 }]'
+    elif module in KINDS and KINDS[module].channels_in:
+        yield "# [slot.options]"
+        yield "# inputs = { level = 0 }"
+        yield '# timeline = [{ at_ms = 500, input = "level", value = 4000 }]'
+
+
+def differences(slots: Iterable[ExportSlot], rack: Iterable[tuple[int, str]]) -> Iterator[str]:
+    """Yield the differences between a rack and the export's tree.
+
+    Args:
+        rack: number and module of the slots of the rack.
+    """
+    there = {each.number: each for each in slots}
+    for number, module in rack:
+        slot = there.get(number)
+        if slot is None or slot.module == module or simulated(slot.catalog) == module:
+            continue
+        if slot.module is None and simulated(slot.catalog) is None and slot.catalog in ANY:
+            continue  # a generic profile: the user knows the module
+        yield f"{slot} in the export, and {module} in the rack: its tags are those of the {module}"
+
+
+ANY = ("1769-MODULE", "OTHER")
+"""Catalog numbers of generic profiles."""

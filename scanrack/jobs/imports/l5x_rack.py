@@ -1,0 +1,140 @@
+"""A rack file for an export, as `scanrack l5x --print-rack` prints it; `export_slots` has its slots.
+
+The file runs as printed: instructions without an implementation have a stub, with a comment that
+lists the alternatives; other refused parts do nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Collection, Iterable, Iterator
+from dataclasses import asdict, replace
+from pathlib import Path
+
+from scanrack.ladder.instructions import BY_NAME
+from scanrack.rockwell.l5x import L5xImport
+from scanrack.rockwell.l5x.modules import GENERIC, prefix_of, slot_of
+from scanrack.rockwell.l5x.report import Refusal
+from scanrack.rockwell.l5x.xml.records import ModuleRecord
+from scanrack.runtime.config.rackspec import DECLARE, EMPTY, MISSING_TAGS, REFUSED
+
+from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_steppers
+from .export_start import DOWNLOADED, ExportStart
+from .toml_text import comment, key, text
+
+BYTES_OUT, BYTES_IN = 16, (16, 20)
+"""Sizes of a 3601's connection; 4 more bytes in are the Fault [3601 manual, chapter 2, "16+4"]."""
+
+_CALL = re.compile(r"\b([A-Z_][A-Z0-9_]*)\(", re.IGNORECASE)
+_US_PER_MS = 1000
+
+
+def rack_of(
+    imported: L5xImport,
+    program: Path,
+    steppers: Collection[str] = (),
+    *,
+    recorded: bool = True,
+    export: ExportStart = DOWNLOADED,
+) -> str:
+    """Return a rack file as text; ValueError if the export has no such module.
+
+    Args:
+        imported: the export, imported for a trial.
+        steppers: modules that are 3601s, by name or slot.
+        recorded: whether it names a recording.
+        export: how the export begins.
+    """
+    slots = with_steppers(slots_of(imported.document.modules), steppers)
+    head = _head(imported, program, recorded=recorded)
+    return "\n".join([*head, *_begins(export), *_stubs(imported), *slot_tables(slots)]) + "\n"
+
+
+def _head(imported: L5xImport, program: Path, *, recorded: bool) -> Iterator[str]:
+    report = imported.report
+    name = report.controller or program.stem
+    yield comment(f"{name}: {report.rungs} rungs, {len(report.refused)} refused.")
+    yield ""
+    yield f"name = {text(name)}"
+    yield f"program = {text(program.as_posix())}"
+    yield 'controller = "compactlogix"'
+    rpis = [each.rpi_us for each in imported.document.modules if slot_of(each) and each.rpi_us]
+    if rpis:
+        yield f"rpi_ms = {min(rpis) / _US_PER_MS:g}"
+    yield "scan_ms = 2           # a scan of the continuous task"
+    yield "run_for_s = 10"
+    if recorded:
+        yield f"trace = {text(program.stem + '.mcap')}"
+    yield '# tags = ["*"]        # variables to record, by name or pattern'
+
+
+def _begins(export: ExportStart) -> Iterator[str]:
+    """Yield the table of what differs from a download."""
+    usual = asdict(DOWNLOADED)
+    changed = {name: value for name, value in asdict(export).items() if value != usual[name]}
+    if changed:
+        yield ""
+        yield "[export]"
+        yield from (f"{name} = {json.dumps(value)}" for name, value in changed.items())
+
+
+def _stubs(imported: L5xImport) -> Iterator[str]:
+    report = imported.report
+    tagless = [each for each in report.refused if each.tag]
+    called = dict.fromkeys(_instruction(each) for each in report.refused)
+    missing = [name for name in called if name and name not in BY_NAME]
+    routines = dict.fromkeys(each.routine for each in report.objects if each.routine)
+    declares = bool(tagless or report.declared)
+    if report.complete and not (report.stubs or declares):
+        return
+    yield ""
+    yield '# Stubs for what is not here: "false", "true", "done after 20 ms", or "plant.py:function".'
+    yield "[stubs]"
+    lines = {name: text(stub) for name, stub in report.stubs.items()}
+    for name in missing:
+        lines.setdefault(name, text("false"))
+    for name in routines:
+        lines.setdefault(name, f"{text('false')}    # a routine that is not imported")
+    for name, line in lines.items():
+        yield f"{key(name)} = {line}"
+    if declares:
+        yield f"{MISSING_TAGS} = {text(DECLARE)}    # tags that the export leaves out, from their use"
+    if not report.complete:
+        yield f"{REFUSED} = {text(EMPTY)}    # what is refused all the same does nothing"
+
+
+def _instruction(refused: Refusal) -> str:
+    """Return the instruction at the refused column of a rung, "" without one."""
+    found = _CALL.search(refused.text, refused.column - 1)
+    return found[1].upper() if found else ""
+
+
+def all_modules(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:
+    """Return all modules of an export, those on networks without a slot; not the controller itself."""
+    found = []
+    for each in modules:
+        slot = _slot(slot_of(each) or 0, each)
+        if each.tags or slot.number:
+            found.append(slot if slot.number else replace(slot, module=None))
+    return found
+
+
+def slots_of(modules: Iterable[ModuleRecord]) -> list[ExportSlot]:
+    """Return the slots of the controller's own chassis."""
+    return [_slot(number, each) for each in modules if (number := slot_of(each)) is not None]
+
+
+def _slot(number: int, module: ModuleRecord) -> ExportSlot:
+    kind, why = simulated(module.catalog), ""
+    if "3601" in module.catalog:
+        kind = STEPPER
+    elif module.catalog.partition("/")[0] == GENERIC and _has_the_sizes_of_a_3601(module):
+        kind, why = STEPPER, "it has the words of one; if it is another module, take these lines out"
+    sizes = [f"{prefix_of(module)}:{each.suffix} of {each.size} bytes" for each in module.tags if each.size]
+    return ExportSlot(number, module.catalog, module.name, ", ".join(sizes), kind, why)
+
+
+def _has_the_sizes_of_a_3601(module: ModuleRecord) -> bool:
+    sizes = {each.kind: each.size for each in module.tags}
+    return sizes.get("OutputTag") == BYTES_OUT and sizes.get("InputTag") in BYTES_IN

@@ -1,0 +1,56 @@
+"""A rack file for an export of RSLogix 500; `export_slots` has its slots."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from pathlib import Path
+
+from scanrack.ladder.model.stubs import ALL_MESSAGES
+from scanrack.rockwell.l5x.report import Report
+from scanrack.rockwell.slc import SlcImport
+from scanrack.rockwell.slc.records import SlotRecord
+from scanrack.runtime.config.rackspec import EMPTY, REFUSED
+
+from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_steppers
+from .toml_text import comment, text
+
+MESSAGES = "done after 20 ms"
+"""Result of messages."""
+
+
+def rack_of_slc(imported: SlcImport, path: Path, steppers: Collection[str] = ()) -> str:
+    """Return the text of a rack file; ValueError if the export has no such slot.
+
+    Args:
+        path: the program that the rack file names.
+        steppers: slots of modules that are 3601s.
+    """
+    slots = with_steppers(slots_of_slc(imported.document.slots.values()), steppers)
+    lines = [f"program = {text(path.as_posix())}", 'controller = "micrologix"', *_stubs(imported.report)]
+    lines += slot_tables(slots)
+    for refused in sorted({each.reason for each in imported.report.refused}):
+        lines += [comment(refused)] * ("no instruction" in refused)
+    return "\n".join(lines) + "\n"
+
+
+def _stubs(report: Report) -> Iterator[str]:
+    """Yield the stubs of messages and of what is refused."""
+    messages = [f"{ALL_MESSAGES} = {text(MESSAGES)}"] if ALL_MESSAGES in report.stubs else []
+    refused = [f"{REFUSED} = {text(EMPTY)}    # what is refused does nothing"] * (not report.complete)
+    if messages or refused:
+        yield from ("", "[stubs]", *messages, *refused)
+
+
+def slots_of_slc(slots: Iterable[SlotRecord]) -> list[ExportSlot]:
+    """Return the slots beside the processor's."""
+    return [_slot(each) for each in slots if each.number]
+
+
+def _slot(slot: SlotRecord) -> ExportSlot:
+    kind = STEPPER if slot.is_3601 else simulated(slot.catalog)
+    sizes = [
+        f"{way}:{slot.number} of {words} words"
+        for way, words in (("I", slot.inputs), ("O", slot.outputs))
+        if words
+    ]
+    return ExportSlot(slot.number, slot.catalog, slot.comment, ", ".join(sizes), kind)

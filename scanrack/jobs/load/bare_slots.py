@@ -1,0 +1,23 @@
+"""Slots without modules, to attach a program that does not run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from scanrack.io_images.image import Image
+from scanrack.io_images.module_words import ModuleWords
+
+
+@dataclass(frozen=True, slots=True)
+class BareSlot:
+    """A slot without a module."""
+
+    words: ModuleWords
+    inputs: Image = field(default_factory=Image)  # the input image, all 0
+    outputs: Image = field(default_factory=Image)
+
+
+def bare_slots(words: Mapping[int, ModuleWords]) -> dict[int, BareSlot]:
+    """Return slots by number, from the names of their words."""
+    return {number: BareSlot(each) for number, each in words.items()}

@@ -1,0 +1,39 @@
+"""The claims of a job: the properties of its rack file, and those of its ladder program."""
+
+from __future__ import annotations
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.prove.claims import Claim, ClaimKind, claims_in
+from scanrack.ladder.prove.monitors import MonitoredProgram, monitored, never_routines
+from scanrack.runtime.config.rackspec import RackSpec
+
+from .loading import LoadedRack
+
+
+def claims_of(spec: RackSpec) -> list[Claim]:
+    """Return the assumptions and properties of a rack file, in its order."""
+    given = spec.prove
+    assumed = [Claim(f"assume {text}", ClaimKind.ASSUME, text) for text in given.assume]
+    return assumed + [
+        Claim(each.name, ClaimKind(each.claim), each.condition, each.assume) for each in given.property
+    ]
+
+
+def has_claims(job: LoadedRack) -> bool:
+    """Whether a job claims something: in its rack file, in comments, or in a routine NEVER."""
+    if not isinstance(job.logic, LadderLogic):
+        return False
+    return bool(job.spec.prove.property or claims_in(job.logic.build()) or never_routines(job.logic))
+
+
+def with_monitors(job: LoadedRack) -> MonitoredProgram:
+    """Return a job's ladder program with a monitor for each of its claims.
+
+    Raises:
+        ValueError: a claim that can't be used, or a Python program, which has no claims.
+    """
+    if not isinstance(job.logic, LadderLogic):
+        raise ValueError(
+            f"{job.program}: the program is in Python: what is proved is ladder logic and structured text"
+        )
+    return monitored(job.logic, claims_of(job.spec), [slot.number for slot in job.spec.slot])

@@ -1,0 +1,80 @@
+"""Opens an export: a rack file for it in a temporary folder, as `scanrack l5x --print-rack` prints it."""
+
+from __future__ import annotations
+
+import atexit
+import shutil
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scanrack.io_images.text_limits import TextLimitError
+from scanrack.ladder.model.errors import LadderError
+
+from ..imports.export_start import DOWNLOADED, ExportStart
+from .program import EXPORT_SUFFIXES, SLC_SUFFIXES, ProgramError
+
+if TYPE_CHECKING:
+    from scanrack.rockwell.l5x import L5xImport
+    from scanrack.rockwell.slc import SlcImport
+
+
+def rack_of_export(
+    program: Path, imported: L5xImport | SlcImport | None = None, export: ExportStart = DOWNLOADED
+) -> Path:
+    """Write a rack file for an export into a temporary folder, which stays as long as the process.
+
+    Modules that are not simulated are memory, messages end after 20 ms, and refused parts do nothing.
+
+    Args:
+        imported: the export, imported for a trial; None to tell by its suffix what it is, and to import it.
+        export: how it begins.
+
+    Raises:
+        ProgramError: the export can't be used.
+    """
+    from scanrack.rockwell.slc import SlcImport  # most racks are no exports
+
+    holder = tempfile.TemporaryDirectory(prefix="scanrack-")
+    atexit.register(holder.cleanup)
+    folder = Path(holder.name)
+    slc = program.suffix in SLC_SUFFIXES if imported is None else isinstance(imported, SlcImport)
+    source = program.resolve()
+    if program.suffix not in EXPORT_SUFFIXES:  # its suffix says how a program is read
+        source = folder / f"{program.stem}{'.SLC' if slc else '.L5X'}"
+        shutil.copyfile(program, source)
+    try:
+        text = _slc_text(source, imported) if slc else _l5x_text(source, imported, export)
+    except (LadderError, TextLimitError) as error:
+        raise ProgramError(str(error)) from error
+    path = folder / f"{program.stem}.toml"
+    path.write_text(text, encoding="utf-8", newline="\n")
+    return path
+
+
+def _l5x_text(program: Path, imported: Any, export: ExportStart) -> str:
+    from scanrack.rockwell.l5x import import_l5x  # lxml takes time to import
+
+    from ..imports.l5x_rack import rack_of
+
+    found = imported or import_l5x(program, trial=True, memory_mib=export.memory_mib)
+    if not found.parts.programs:  # an export of an add-on instruction or a type
+        raise ProgramError(f"{program} contains no program")
+    return rack_of(found, program, recorded=False, export=export)
+
+
+def _slc_text(program: Path, imported: Any) -> str:
+    from scanrack.rockwell.slc import import_slc
+
+    from ..imports.slc_rack import rack_of_slc
+
+    return rack_of_slc(imported or import_slc(program, trial=True), program)
+
+
+def begun(*, keep_values: bool, memory: int | None) -> ExportStart | None:
+    """Return how an export begins by the options of a command, None without one of them."""
+    if not keep_values and memory is None:
+        return None
+    return ExportStart(
+        keep_values=keep_values, memory_mib=DOWNLOADED.memory_mib if memory is None else memory
+    )

@@ -1,0 +1,222 @@
+"""Racks that run beside one another, and partners of its tags and messages.
+
+    line1.toml   |  scan  |  scan  |  scan  |      a consumed tag gets what the producer's tag was
+    line2.toml   |scan|scan|scan|scan|scan|        at the last multiple of the RPI, after the scans before it
+
+Another rack is loaded once, and runs only as far as it is asked. What its tags were is kept, so that any scan
+of the first rack can be run again. Racks may name each other: all of them are one world, in one virtual time.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scanrack.io_images.times import seconds
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.stubs import NEVER, DataSource, Ending, Partner, Sample, Sampler, Stub
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.config.stub_tables import StubTable
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.faults import CpuFault
+from scanrack.runtime.loop.scan import CpuMode, ScanLogic
+
+from .building import build_cpu, build_rack
+from .rungs import is_rungs
+
+if TYPE_CHECKING:  # a program in Python needs no rungs
+    from scanrack.ladder.lowering.runnable import LadderLogic
+    from scanrack.ladder.run.engine import Engine
+    from scanrack.ladder.run.view import Tags
+
+MOST_KEPT = 100_000
+"""Changes of a tag that are kept: earlier scans can't be run again."""
+
+
+@dataclass(frozen=True, slots=True)
+class Over:
+    """Data over time, as a `DataSource`: entries of time in ns and sample; before the first nothing."""
+
+    entries: tuple[tuple[int, Sample], ...]
+
+    def open(self, tag: str, rpi_ns: int) -> Sampler:
+        """Return the entry of the last multiple of the interval."""
+        times = [at for at, _ in self.entries]
+
+        def sample(now_ns: int) -> Sample:
+            place = bisect_right(times, now_ns // rpi_ns * rpi_ns)
+            return self.entries[place - 1][1] if place else Sample(None)
+
+        return sample
+
+    def __str__(self) -> str:
+        if len(self.entries) == 1 and not self.entries[0][0]:
+            return "a constant"
+        return f"a table of {len(self.entries)}"
+
+
+@dataclass(slots=True)
+class WatchedTag:
+    """Samples of a tag at multiples of an interval: those that differ from the one before."""
+
+    tag: str
+    rpi_ns: int
+    numbers: list[int] = field(default_factory=list)  # of the multiples
+    samples: list[Sample] = field(default_factory=list)
+    known: int = -1  # number of the latest multiple
+
+    def note(self, now_ns: int, tags: Tags, *, running: bool) -> None:
+        """Note the samples up to a time, all of the present value."""
+        number = now_ns // self.rpi_ns
+        if number <= self.known:
+            return
+        first, self.known = self.known + 1, number
+        sample = Sample(tags[self.tag], running)
+        if not self.samples or self.samples[-1] != sample:
+            self.numbers.append(first)
+            self.samples.append(sample)
+            if len(self.numbers) > MOST_KEPT:
+                del self.numbers[: MOST_KEPT // 2], self.samples[: MOST_KEPT // 2]
+
+    def at(self, now_ns: int) -> Sample:
+        """Return the sample of the last multiple up to a time; a ValueError if it is no longer kept."""
+        place = bisect_right(self.numbers, now_ns // self.rpi_ns)
+        if not place:
+            raise ValueError(f"what {self.tag} was at {seconds(now_ns)} s is no longer kept")
+        return self.samples[place - 1]
+
+
+class LinkedRack:
+    """A rack of a world.
+
+    Attributes:
+        logic: its program; None while it is loaded.
+        fault: why it has stopped, "" while it runs.
+        job: the rack and its program, once it is loaded.
+    """
+
+    def __init__(self, path: Path, *, leads: bool) -> None:
+        self.path, self._leads = path, leads
+        self.logic: LadderLogic | None = None
+        self.fault = ""
+        self.job: Any = None
+        self._spec: RackSpec | None = None
+        self._cpu: Cpu | None = None
+        self._watched: list[WatchedTag] = []
+
+    def take(self, spec: RackSpec, logic: ScanLogic) -> None:
+        """Take its program when it is loaded; the first rack of a world notes its tags as it runs."""
+        self._spec = spec
+        self.logic = logic if is_rungs(logic) else None
+        if self._leads and self._watched and self.logic is not None:
+            self.logic.before_scans(self._note_engine)
+
+    def watch(self, tag: str, rpi_ns: int) -> Sampler:
+        """Return the samples of a tag; a LadderError if the program has none."""
+        watched = WatchedTag(tag, rpi_ns)
+        self._watched.append(watched)
+        if self.logic is not None and tag not in self.logic.tags:
+            raise LadderError(f"{self.path.name} has no tag {tag}")
+
+        def sample(now_ns: int) -> Sample:
+            if not self._leads:
+                self._run(now_ns // rpi_ns * rpi_ns)
+            elif watched.known < 0:
+                return Sample(None)
+            return watched.at(now_ns)
+
+        return sample
+
+    def _run(self, until_ns: int) -> None:
+        """Do all scans that begin before a time."""
+        cpu = self._cpu or self._powered()
+        while cpu.now_ns < until_ns and not self.fault:
+            try:
+                cpu.run(1)
+            except CpuFault as fault:
+                self.fault = str(fault)
+            self._note(cpu.now_ns, self._tags)
+        if self.fault:
+            self._note(until_ns, self._tags)
+
+    def _powered(self) -> Cpu:
+        if self._spec is None or self.logic is None:
+            raise LadderError(f"{self.path.name} has no ladder program: it has no tags")
+        self._cpu = build_cpu(self._spec, self.logic, build_rack(self._spec))
+        self._note(0, self._tags)
+        return self._cpu
+
+    @property
+    def _tags(self) -> Tags:
+        assert self.logic is not None
+        return self.logic.tags
+
+    def _note_engine(self, engine: Engine, _first: bool) -> None:
+        self._note(engine.now_ns, engine.tags)
+
+    def _note(self, now_ns: int, tags: Tags) -> None:
+        running = not self.fault and (self._cpu is None or self._cpu.mode is CpuMode.RUN)
+        for each in self._watched:
+            each.note(now_ns, tags, running=running)
+
+
+@dataclass(slots=True)
+class RackGroup:
+    """The racks that run in one virtual time, by path; the first one leads."""
+
+    load: Callable[[Path, RackGroup], Any]  # loads another rack file into it, and returns its job
+    racks: dict[Path, LinkedRack] = field(default_factory=dict)
+
+    def rack(self, path: Path) -> LinkedRack:
+        """Return a rack, loaded if it is new."""
+        key = path.resolve()
+        if key not in self.racks:
+            self.enter(path).job = self.load(path, self)
+        return self.racks[key]
+
+    def enter(self, path: Path) -> LinkedRack:
+        """Add a rack that is about to be loaded, and return it."""
+        return self.racks.setdefault(path.resolve(), LinkedRack(path, leads=not self.racks))
+
+    @property
+    def others(self) -> Sequence[LinkedRack]:
+        """All racks except the first."""
+        return list(self.racks.values())[1:]
+
+
+@dataclass(frozen=True, slots=True)
+class FromRack:
+    """A tag of another rack, as a `DataSource`."""
+
+    rack: LinkedRack
+    tag: str  # "" for that of the export
+
+    def open(self, tag: str, rpi_ns: int) -> Sampler:
+        """Return its samples."""
+        if not (self.tag or tag):
+            raise LadderError(f'nothing says which tag of {self.rack.path.name} it is: tag = "Counts"')
+        return self.rack.watch(self.tag or tag, rpi_ns)
+
+    def __str__(self) -> str:
+        return f"{self.tag or 'the tag'} of {self.rack.path.name}"
+
+
+def stub_of_table(table: StubTable, folder: Path, world: RackGroup) -> Stub:
+    """Return the stub of a table in `[stubs]`; other rack files are loaded into the world."""
+    source = _source(table, folder, world)
+    if table.after_ns is None:
+        assert source is not None  # the table is checked
+        return Partner(source, table.rpi_ns)
+    return Ending(min(table.after_ns, NEVER), table.error, None if table.error else source, table.to)
+
+
+def _source(table: StubTable, folder: Path, world: RackGroup) -> DataSource | None:
+    if table.rack:
+        return FromRack(world.rack(folder / table.rack), table.tag)
+    if table.table:
+        steps = ((each.at_ns, Sample(each.value, each.running, each.faulted)) for each in table.table)
+        return Over(tuple(steps))
+    return Over(((0, Sample(table.value)),)) if table.value is not None else None

@@ -1,0 +1,471 @@
+"""From the path of a rack to the parts of a run: specification, logic, and their files."""
+
+from __future__ import annotations
+
+import atexit
+import inspect
+import tempfile
+import traceback
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING, Any
+
+from pydantic import ValidationError
+from scanrack.io_images.times import DEFAULT_RUN, parse_duration
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.stubs import Stub, Stubs
+from scanrack.runtime.config.rackfile import RackFile, RackFileError, explained, load_rack_file
+from scanrack.runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec, profile_in
+from scanrack.runtime.loop.scan import ScanLogic
+from scanrack.traces.files.portable import no_device
+
+from ..imports.export_start import DOWNLOADED, ExportStart
+from .exports import rack_of_export
+from .linked_racks import RackGroup, stub_of_table
+from .program import (
+    EXPORT_SUFFIXES,
+    L5X_SUFFIXES,
+    Form,
+    LoadedProgram,
+    MissingNameError,
+    ProgramError,
+    as_logic,
+    axes_of,
+    build,
+    is_python,
+    load_function,
+    load_modules,
+    load_program,
+    load_stubs,
+    split_address,
+)
+from .rungs import is_rungs
+
+if TYPE_CHECKING:  # a program in Python needs no rungs
+    from scanrack.ladder import Controller, Program
+    from scanrack.runtime.live.actions import Force
+
+RACK_FUNCTION = "rack"
+"""The function of a Python rack file that returns the `RackSpec`."""
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedRack:
+    """A rack and its program, ready to run."""
+
+    spec: RackSpec
+    logic: ScanLogic  # the function that is called once per scan
+    logic_name: str  # its origin, `file:function`
+    program: Path
+    rack_file: Path  # for a rack in Python it may be the program, too
+    rack_name: str  # the rack file's name, with the function of one in Python
+    retained: bytes | None = None  # the file of the ladder program's initial tags; None without one
+    notices: tuple[str, ...] = ()  # differences of program and rack from an export, a sentence for each
+    world: RackGroup | None = None  # the racks that run beside it
+    forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # of an export, by address
+    tested: LoadedRack | None = None  # the job whose program a test routine was added to
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings of an export, and those of a ladder program, such as two coils of one bit."""
+        own = map(str, self.logic.warnings) if is_rungs(self.logic) else ()
+        return (*self.notices, *own)
+
+    @property
+    def stubs(self) -> tuple[str, ...]:
+        """The stubs in use, as `MSG = done after 20 ms (3 times)`."""
+        return self.logic.stubs_in_use if is_rungs(self.logic) else ()
+
+    @property
+    def stub_files(self) -> tuple[str, ...]:
+        """Paths of the Python files of stubs, from the rack file's folder, each once."""
+        return stub_files(self.spec)
+
+    @property
+    def folder(self) -> Path:
+        """The base of the paths in the rack file."""
+        return self.rack_file.parent
+
+
+def load_job(
+    rack: str,
+    program: str | None = None,
+    world: RackGroup | None = None,
+    export: ExportStart | None = None,
+) -> LoadedRack:
+    """Load a rack and its program.
+
+    Args:
+        rack: path of a TOML file, of a Python file (`path[:function]`), or of an export, which gets a rack
+            file in a temporary folder.
+        program: another program in place of the rack's, `path[:function]` from the current folder.
+        world: the racks that run beside it; None for a new one, which it leads.
+        export: how `rack` begins, an export; None as after a download. A rack file says so itself.
+
+    Raises:
+        ValueError: an unusable file; with file, line, key and the allowed values.
+    """
+    if is_export(rack):
+        rack = str(rack_of_export(Path(rack), export=export or DOWNLOADED))
+    elif export is not None:
+        raise ValueError(f"{rack}: a rack file has no --keep-values and no --memory: see its table [export]")
+    path = _rack_path(rack)
+    file = load_rack_file(path, load_modules) if rack_form(path) is Form.DATA else None
+    spec = load_spec(rack)[0] if file is None else file.spec
+    place = _RackPlace(rack, path, spec, file, world or RackGroup(_load_beside))
+    place.world.enter(path)
+    if program is not None:
+        return _loaded(place, lambda stubs: _program(program, Path(), stubs, spec), own=False)
+    if isinstance(spec.program, str):
+        named = spec.program
+        return _loaded(place, lambda stubs: _program(named, path.parent, stubs, spec))
+    return _with_object(place, spec.program, path)
+
+
+def _program(address: str, folder: Path, stubs: Stubs, spec: RackSpec) -> LoadedProgram:
+    begins = ExportStart(**spec.export.model_dump())
+    return load_program(address, folder, stubs, _slots(spec), begins)
+
+
+def _load_beside(path: Path, world: RackGroup) -> LoadedRack:
+    return load_job(str(path), world=world)
+
+
+def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None = None) -> LoadedRack:
+    """Load a rack for `run`, `open_bench` and the like.
+
+    Args:
+        rack: path of a TOML file, or of a Python file (`path[:function]`).
+        program: runs in place of the rack's program: a `Controller`, a `Program`, a class of `Logic`, a
+            function of the scan, or the path of a file. A recording gets an object as the file that made it:
+            ladder logic as rung text, else the Python file of the function.
+
+    Raises:
+        ValueError: one of the files can't be used, or the program's file can't be found.
+    """
+    if program is None or isinstance(program, (str, Path)):
+        return load_job(str(rack), None if program is None else str(program))
+    spec, path = load_spec(str(rack), program=getattr(program, "__name__", type(program).__name__))
+    place = _RackPlace(str(rack), path, spec, None, RackGroup(_load_beside))
+    place.world.enter(path)
+    return _with_object(place, program, None)
+
+
+def _with_object(place: _RackPlace, program: Callable[..., Any], file: Path | None) -> LoadedRack:
+    """Return the job of a program that is an object of this process.
+
+    Args:
+        file: the file that made it; None to find or write one.
+    """
+    logic = as_logic(program)
+    name = str(getattr(program, "name", None) or getattr(program, "__name__", type(program).__name__))
+    if file is None:
+        file = _rung_file(logic) if is_rungs(logic) else _source_file(program)  # type: ignore[arg-type]
+    made = LoadedProgram(file, name, logic, file.read_bytes())
+
+    def load(stubs: Stubs) -> LoadedProgram:
+        if is_rungs(logic):
+            build(made.path, logic, stubs)
+        return made
+
+    return _loaded(place, load)
+
+
+def _rung_file(logic: Program | Controller) -> Path:
+    """Write a program of this process as rung text; it stays as long as the process."""
+    from scanrack.ladder import write_program
+
+    folder = tempfile.TemporaryDirectory()
+    atexit.register(folder.cleanup)
+    file = Path(folder.name) / no_device(f"{logic.name}.rung")
+    write_program(logic, file)
+    return file
+
+
+def _source_file(program: Callable[..., Any]) -> Path:
+    made_by = program if inspect.isroutine(program) or isinstance(program, type) else type(program)
+    try:
+        return Path(inspect.getfile(made_by))
+    except (OSError, TypeError) as error:
+        raise ProgramError(
+            f"{program!r}: its file can't be found: no recording could be run again"
+        ) from error
+
+
+def with_tags(job: LoadedRack, patterns: Sequence[str]) -> LoadedRack:
+    """Return a job that records further tags."""
+    return replace(job, spec=job.spec.model_copy(update={"tags": (*job.spec.tags, *patterns)}))
+
+
+def load_spec(rack: str, *, program: str | None = None) -> tuple[RackSpec, Path]:
+    """Load a rack without its program; return it and its path. See `load_job`.
+
+    Args:
+        program: name of the one that runs in place of the rack's, which may have none.
+    """
+    path = _rack_path(rack)
+    if rack_form(path) is Form.DATA:
+        return load_rack_file(path, load_modules, program=program).spec, path
+    try:
+        file = load_function(_address(rack), Path(), default=RACK_FUNCTION, arguments=())
+    except MissingNameError as error:
+        says = f'a program is run by a rack file that names it: program = "{path.name}"'
+        raise RackFileError(f"{error}; {says}") from error
+    return _call(file), file.path
+
+
+RACK_FORMS = {".toml": Form.DATA, ".py": Form.PYTHON}
+"""By the suffix of a rack file; `load_spec` refuses any other."""
+
+
+def is_export(rack: str) -> bool:
+    """Whether the path of a rack is that of an export.
+
+    >>> is_export("line.L5X"), is_export("line.toml")
+    (True, False)
+    """
+    return PurePath(rack).suffix in EXPORT_SUFFIXES
+
+
+def runs(address: str) -> bool:
+    """Whether an address is that of a rack file or of an export, and not of a recording."""
+    return Path(split_address(address)[0]).suffix in RACK_FORMS or is_export(address)
+
+
+SCENARIO, SCENARIO_TRACE = "scenario.json", "trace.mcap"
+"""Files of a refuted property, or of a failure of a search: what happens, and its recording."""
+
+
+def recording_of(address: str) -> str:
+    """Return the recording that an address of a recording means: of a scenario, the one beside it.
+
+    Raises:
+        ValueError: the scenario has none: it did not happen on the rack.
+    """
+    path, sharp, rest = address.partition("#")
+    if PurePath(path).name != SCENARIO:
+        return address
+    trace = Path(path).with_name(SCENARIO_TRACE)
+    if not trace.is_file():
+        raise ValueError(f"{path}: no recording {SCENARIO_TRACE} beside it: the rack did not do it")
+    return f"{trace}{sharp}{rest}"
+
+
+def rack_form(path: PurePath) -> Form:
+    """Return how `load_spec` reads a rack file; RackFileError if this is not a rack file."""
+    if path.suffix not in RACK_FORMS:
+        raise RackFileError(f"{path}: a rack is a .toml or a .py file, or an .L5X or .SLC export")
+    return RACK_FORMS[path.suffix]
+
+
+def _rack_path(rack: str) -> Path:
+    path = Path(split_address(rack)[0])
+    rack_form(path)
+    return path
+
+
+def forces_to_hold(job: LoadedRack, wanted: bool) -> tuple[Force, ...]:
+    """Return the orders that hold the forces of an export; none if they are not wanted.
+
+    Raises:
+        ValueError: the program's file has no forces.
+    """
+    if wanted and not job.forces:
+        raise ValueError(f"--forces: {job.program} has no forces")
+    if not wanted:
+        return ()
+    from scanrack.runtime.live.actions import Force
+
+    return tuple(Force(tag, value) for tag, value in job.forces.items())
+
+
+def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, endless: bool) -> int | None:
+    """Return the number of scans to run, None = until Ctrl-C.
+
+    Args:
+        spec: the rack; its `run_for_s` is used without `duration` and `scans`.
+        duration: machine time with its unit, such as "10 s".
+        endless: a run without any of them has no end; otherwise it takes `DEFAULT_RUN`.
+
+    Raises:
+        ValueError: both are given, or one of them is illegal.
+    """
+    if scans is not None and duration is not None:
+        raise ValueError("--scans and --for say the same thing: give one of them")
+    if scans is not None:
+        if scans < 1:
+            raise ValueError(f"--scans {scans} is not allowed: 1 or more")
+        return scans
+    if duration is None and spec.run_for_s is not None:
+        duration = f"{spec.run_for_s:f} s"
+    if duration is None:
+        if endless:
+            return None
+        duration = DEFAULT_RUN
+    return -(-parse_duration(duration) // spec.scan_ns)
+
+
+@dataclass(frozen=True, slots=True)
+class _RackPlace:
+    """A rack that is loaded: its address, its path, its specification, its text, its world."""
+
+    rack: str
+    path: Path
+    spec: RackSpec
+    file: RackFile | None  # None for a rack in Python
+    world: RackGroup
+
+    def refusal(self, key: str, error: Exception | str, below: str | None = None) -> RackFileError:
+        """Return the error of a key, with its line in a TOML file."""
+        if self.file is not None:
+            return self.file.refusal(key, str(error), below)
+        return RackFileError(f"{self.path}: {key if below is None else f'{key}.{below}'}: {error}")
+
+
+def _loaded(place: _RackPlace, load: Callable[[Stubs], LoadedProgram], *, own: bool = True) -> LoadedRack:
+    """Return the job of a program that takes the stubs, the modules and the axes of its rack.
+
+    Args:
+        own: whether the rack file names the program.
+    """
+    spec = place.spec
+    stubs = _stubs(place)
+    try:
+        program = load(stubs)
+    except ProgramError as error:
+        if place.file is None or not own:
+            raise
+        raise place.refusal("program", error) from error
+    if own and stubs.by_name and not is_rungs(program.function):
+        raise place.refusal("stubs", "the program has no instructions: it is a function")
+    try:
+        if own or is_rungs(program.function):
+            _bind_axes(spec, program)
+    except LadderError as error:
+        raise place.refusal("axes", error) from error
+    place.world.enter(place.path).take(spec, program.function)
+    return _job(place, program)
+
+
+def _slots(spec: RackSpec) -> list[int]:
+    return [slot.number for slot in spec.slot]
+
+
+def _bind_axes(spec: RackSpec, program: LoadedProgram) -> None:
+    """Bind axes of a ladder program to 3601s of the rack.
+
+    Raises:
+        LadderError: an unknown axis, or one that needs a function that a 3601 lacks.
+    """
+    if not spec.axes:
+        return
+    if not is_rungs(program.function):
+        raise LadderError("the program has no axes: it is a function")
+    from scanrack.ladder.instructions.motion.axes import AxisSettings
+
+    trip_ms = _round_trip_ms(spec)
+    settings = {
+        name: AxisSettings(
+            **axis.values(), round_trip_ms=trip_ms, limits=profile_in(spec.slot, axis.slot).limits
+        )
+        for name, axis in spec.axes.items()
+    }
+    program.function.take_axes(axes_of(settings))
+    program.function.build()
+
+
+def _round_trip_ms(spec: RackSpec) -> int:
+    """Return the time of words across the backplane both ways: two packets and a scan, 10 ms at least."""
+    packets_ns = 2 * spec.rpi_ns if spec.controller == "compactlogix" else 0
+    return max(10, -(-(packets_ns + spec.scan_ns) // 1_000_000))
+
+
+def _stubs(place: _RackPlace) -> Stubs:
+    """Read the stubs of a rack; RackFileError for an illegal stub, or a function that can't be loaded."""
+    spec, folder = place.spec, place.path.parent
+    read: dict[str, Stub] = {}
+    for name, given in spec.stubs.items():
+        if name in STUB_SETTINGS:
+            continue
+        try:
+            if isinstance(given, str):
+                read.update(load_stubs({name: given}, folder).by_name)
+            else:
+                read[name.upper()] = stub_of_table(given, folder, place.world)
+        except (ValueError, LadderError) as error:
+            raise place.refusal("stubs", error, name) from error
+    if REFUSED in spec.stubs and PurePath(str(spec.program)).suffix not in EXPORT_SUFFIXES:
+        text = "only an export, an .L5X or an .SLC, has refused rungs"
+        raise place.refusal("stubs", text, REFUSED)
+    return Stubs(read, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs, spec.words)
+
+
+def racks_beside(spec: RackSpec) -> tuple[str, ...]:
+    """Return the paths of the rack files that a rack's stubs name, from its folder, each once."""
+    tables = (each for each in spec.stubs.values() if not isinstance(each, str))
+    return tuple(dict.fromkeys(each.rack for each in tables if each.rack))
+
+
+def module_files(spec: RackSpec) -> tuple[str, ...]:
+    """Return the paths of the Python files of a rack's `[modules]`, from the rack file's folder."""
+    return tuple(split_address(each, "")[0] for each in spec.modules.values())
+
+
+def stub_files(spec: RackSpec) -> tuple[str, ...]:
+    """Return the paths of the Python files of a rack's stubs and modules, from its folder, each once."""
+    texts = (each for each in spec.stubs.values() if isinstance(each, str))
+    files = (split_address(text, "")[0] for text in texts if is_python(text))
+    return tuple(dict.fromkeys([*files, *module_files(spec)]))
+
+
+def _address(rack: str) -> str:
+    path, name = split_address(rack, RACK_FUNCTION)
+    return f"{path}:{name}"
+
+
+def _rack_name(rack: str) -> str:
+    """Return the address of a rack without the folder."""
+    path, name = split_address(rack, RACK_FUNCTION)
+    return Path(path).name if rack_form(Path(path)) is Form.DATA else f"{Path(path).name}:{name}"
+
+
+def _job(place: _RackPlace, program: LoadedProgram) -> LoadedRack:
+    name, spec = f"{program.path.name}:{program.name}", place.spec
+    notices = (*program.notices, *_other_modules(spec, program))
+    rack = _rack_name(place.rack)
+    return LoadedRack(
+        *(spec, program.function, name, program.path, place.path, rack),
+        notices=notices,
+        world=place.world,
+        forces=program.forces,
+    )
+
+
+def _other_modules(spec: RackSpec, program: LoadedProgram) -> Iterator[str]:
+    """Yield the slots whose module differs from that of the export."""
+    if not program.modules:
+        return
+    from ..imports.export_slots import differences  # with lxml: most programs are no exports
+    from ..imports.l5x_rack import slots_of
+    from ..imports.slc_rack import slots_of_slc
+
+    is_l5x = program.path.suffix in L5X_SUFFIXES
+    slots = slots_of(program.modules) if is_l5x else slots_of_slc(program.modules)  # type: ignore[arg-type]
+    yield from differences(slots, [(slot.number, slot.module) for slot in spec.slot])
+
+
+def _call(file: LoadedProgram) -> RackSpec:
+    """Call the function of a Python rack file."""
+    try:
+        spec = file.function()
+    except ValidationError as error:
+        raise explained(error, file.path) from error
+    except (Exception, SystemExit) as error:
+        steps = traceback.extract_tb(error.__traceback__)
+        line = next((step.lineno for step in reversed(steps) if step.filename == str(file.path)), 1)
+        what = f"{type(error).__name__}: {error}"
+        raise RackFileError(f"{file.path}:{line}: {file.name}() raised {what}") from error
+    if not isinstance(spec, RackSpec):
+        raise RackFileError(f"{file.path}: {file.name}() returned {type(spec).__name__}, not a RackSpec")
+    return spec

@@ -1,0 +1,508 @@
+"""Programs from files: `path[:function]` to the function, its source and its fingerprint.
+
+A file is Python that defines `logic`, a function of the scan or an instance of a class of `Logic`; or one
+such class; or `program`, a ladder program. Or it is a `.rung` file, a ladder program as text; a `.st` file,
+structured text; a `.steps` file, a list of steps; or an `.L5X` or `.SLC` file, an exported controller.
+"""
+
+from __future__ import annotations
+
+import difflib
+import hashlib
+import importlib.util
+import inspect
+import sys
+import traceback
+from collections.abc import Callable, Collection, Iterator, Mapping
+from contextvars import ContextVar
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from importlib.machinery import ModuleSpec
+from pathlib import Path, PurePath
+from types import CodeType, FunctionType, ModuleType
+from typing import TYPE_CHECKING, Any
+
+from scanrack.io_images.annotations import signature_of
+from scanrack.io_images.input_files import read_input
+from scanrack.io_images.site import Site, SiteError
+from scanrack.io_images.text_limits import LIMITS, TextKind, shortened
+from scanrack.ladder.files.suffixes import STEPS_SUFFIX, STRUCTURED_SUFFIX, SUFFIX
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
+from scanrack.ladder.python.sequences.logic import Logic
+from scanrack.runtime.modules import record as module_records
+
+from ..imports.export_start import DOWNLOADED, ExportStart
+from .modules_beside import find_beside, shadowed
+from .rungs import is_rungs
+
+if TYPE_CHECKING:  # a program in Python needs no rungs
+    from scanrack.ladder.instructions.motion.axes import AxisSettings
+    from scanrack.ladder.lowering.bound_axes import Axes
+    from scanrack.ladder.lowering.runnable import LadderLogic
+    from scanrack.rockwell.l5x.report import Report
+    from scanrack.rockwell.l5x.xml.records import ModuleRecord
+    from scanrack.rockwell.slc.records import SlotRecord
+
+DEFAULT_FUNCTION = "logic"
+"""The function that is called once per scan, unless the address names another."""
+
+SLC_SUFFIXES = (".SLC", ".slc")
+"""Suffixes of the text of an SLC 500 or MicroLogix program."""
+
+L5X_SUFFIXES = (".L5X", ".l5x")
+
+EXPORT_SUFFIXES = (*L5X_SUFFIXES, *SLC_SUFFIXES)
+"""Suffixes of programs of which a part may be refused."""
+
+LADDER_NAME = "program"
+"""The ladder program that is run if the file has no such function."""
+
+
+class Form(StrEnum):
+    """Use of a file."""
+
+    PYTHON = "python"
+    """It is executed."""
+
+    DATA = "data"
+    """It is parsed."""
+
+
+FORMS = {
+    ".py": Form.PYTHON,
+    SUFFIX: Form.DATA,
+    STRUCTURED_SUFFIX: Form.DATA,
+    STEPS_SUFFIX: Form.DATA,
+    **dict.fromkeys(EXPORT_SUFFIXES, Form.DATA),
+}
+"""By the suffix of a program. `load_program` refuses any other, so that nothing else is executed."""
+
+
+@dataclass(frozen=True, slots=True)
+class LoadedProgram:
+    """A function from a file."""
+
+    path: Path
+    name: str
+    function: Callable[..., Any]
+    data: bytes
+    notices: tuple[str, ...] = ()  # differences from an export, a sentence for each
+    modules: tuple[ModuleRecord | SlotRecord, ...] = ()  # records of the modules of an export
+    forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # of an export, by address
+
+    @property
+    def source(self) -> str:
+        """Text of the file."""
+        return importlib.util.decode_source(self.data)
+
+    @property
+    def sha256(self) -> str:
+        """Fingerprint of the file's bytes, in hex."""
+        return hashlib.sha256(self.data).hexdigest()
+
+
+class ProgramError(SiteError):
+    """A program that can't be loaded; the message names file, line and the allowed values."""
+
+
+class MissingNameError(ProgramError):
+    """A file without the requested name."""
+
+
+def split_address(address: str, default: str = DEFAULT_FUNCTION) -> tuple[str, str]:
+    """Split `path[:function]` into path and function name.
+
+    >>> split_address("line.py"), split_address("line.py:cycle"), split_address("C:/line.py")
+    (('line.py', 'logic'), ('line.py', 'cycle'), ('C:/line.py', 'logic'))
+    """
+    path, colon, name = address.rpartition(":")
+    return (path, name) if colon and path and name.isidentifier() else (address, default)
+
+
+def program_form(path: PurePath) -> Form:
+    """Return how `load_program` reads a file; ProgramError if it is not a program."""
+    if path.suffix not in FORMS:
+        raise ProgramError(f"{path}: a program is a .py, a .rung, a .st, a .steps, an .L5X or an .SLC file")
+    return FORMS[path.suffix]
+
+
+def load_program(
+    address: str,
+    folder: Path | str = Path(),
+    stubs: Stubs = NO_STUBS,
+    slots: Collection[int] | None = None,
+    export: ExportStart = DOWNLOADED,
+) -> LoadedProgram:
+    """Load the function that a scan loop calls once per scan.
+
+    The file is run once, as its own module; it can import files beside it, see `modules_beside`.
+
+    Args:
+        address: `path[:function]`, the path relative to `folder`.
+        folder: base of a relative path.
+        stubs: replacements of instructions of a ladder program, see `load_stubs`.
+        slots: slots of the rack, for the images of an SLC program; None without a rack.
+        export: how an export begins.
+
+    Raises:
+        ProgramError: no such file or function, a syntax error, an error while the file runs, or
+            a function that can't be called with one argument.
+    """
+    folder = Path(folder)
+    path = folder / split_address(address)[0]
+    if program_form(path) is Form.DATA:
+        if path.suffix in L5X_SUFFIXES:
+            return _load_l5x(path, stubs, slots, export)
+        if path.suffix in SLC_SUFFIXES:
+            return _load_slc(path, stubs, slots)
+        return _load_steps(path) if path.suffix == STEPS_SUFFIX else _load_rungs(path, stubs)
+    return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",), stubs=stubs)
+
+
+def load_stubs(texts: Mapping[str, str], folder: Path | str, *, missing_tags: bool = False) -> Stubs:
+    """Read the stubs of a rack file.
+
+    Args:
+        texts: by instruction or message tag: see `stubs`; `path:function` of a Python function.
+        folder: base of a relative path.
+        missing_tags: see `Stubs`.
+
+    Raises:
+        ProgramError: a function can't be loaded.
+        LadderError: an illegal stub.
+    """
+    read: dict[str, Stub] = {}
+    for name, text in texts.items():
+        check_stubbed(name.upper())
+        if is_python(text):
+            function = load_function(text, folder, default="", arguments=("tags", "rung"), loosely=True)
+            read[name.upper()] = InPython(text, function.function)
+        else:
+            read[name.upper()] = parse_stub(text)
+    return Stubs(read, missing_tags)
+
+
+def load_modules(named: Mapping[str, str], path: Path) -> dict[str, module_records.ModuleRecord]:
+    """Execute the modules of a rack file.
+
+    Args:
+        named: from name to file and record, `path[:RECORD]`.
+        path: of the rack file.
+
+    Returns:
+        Their records by name.
+
+    Raises:
+        ProgramError: a file that can't be executed, or one without the record.
+    """
+    found = {}
+    for name, address in named.items():
+        file, attribute = split_address(address, default="RECORD")
+        source = path.parent / file
+        record = getattr(_execute(source, _read(source)), attribute, None)
+        if not isinstance(record, module_records.ModuleRecord):
+            raise ProgramError(f"{source}: no ModuleRecord {attribute} in it")
+        found[name] = replace(record, name=name)
+    return found
+
+
+def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
+    r"""Return axes for `LadderLogic.take_axes`.
+
+    Args:
+        settings: by tag, in a controller `\\LoadedProgram.tag` for that of a program.
+    """
+    from scanrack.ladder.files.rungreader import load_library
+    from scanrack.ladder.lowering.bound_axes import Axes
+    from scanrack.ladder.model.types import Structure
+
+    library = load_library("axis3601")
+    state = library.types["AXIS_3601"]
+    assert isinstance(state, Structure)
+    bound = {name: each for name, each in settings.items() if each.slot}
+    ideal = {name: each for name, each in settings.items() if not each.slot}
+    return Axes(bound, ideal, state, library.add_ons["AMCI3601"])
+
+
+def is_python(stub: str) -> bool:
+    """Whether the text of a stub names a Python function.
+
+    >>> is_python("plant.py:xrp"), is_python("done after 20 ms")
+    (True, False)
+    """
+    path, name = split_address(stub, "")
+    return bool(name) and PurePath(path).suffix == ".py"
+
+
+def load_function(
+    address: str,
+    folder: Path | str,
+    *,
+    default: str,
+    arguments: tuple[str, ...],
+    stubs: Stubs = NO_STUBS,
+    loosely: bool = False,
+) -> LoadedProgram:
+    """Load a function from a file, see `load_program`.
+
+    Args:
+        address: `path[:function]`.
+        folder: base of a relative path.
+        default: name of the function, if the address names none.
+        stubs: of a ladder program, see `load_program`.
+
+    Raises:
+        ProgramError: see `load_program`.
+    """
+    file, name = split_address(address, default)
+    path = Path(folder) / file
+    data = _read(path)
+    _check_text(path, data)
+    module = _execute(path, data)
+    if name == DEFAULT_FUNCTION == default and not hasattr(module, name):
+        name = _other_name(path, module)
+    function = _made(path, _pick(path, module, name))
+    if is_rungs(function):
+        build(path, function, stubs)
+    _check_signature(path, name, function, arguments, loosely=loosely)
+    return LoadedProgram(path, name, function, data)
+
+
+def as_logic(program: Callable[..., Any]) -> Callable[..., Any]:
+    """Return an instance of a class of `Logic`, anything else unchanged.
+
+    Raises:
+        TypeError: the class takes arguments.
+    """
+    return program() if isinstance(program, type) and issubclass(program, Logic) else program
+
+
+def _made(path: Path, program: Callable[..., Any]) -> Callable[..., Any]:
+    try:
+        return as_logic(program)
+    except Exception as error:
+        raise _while_loading(path, error) from error
+
+
+def _other_name(path: Path, module: ModuleType) -> str:
+    """Return the name of the program in a file without the default function.
+
+    Raises:
+        ProgramError: there are several classes of `Logic`.
+    """
+    if is_rungs(getattr(module, LADDER_NAME, None)):
+        return LADDER_NAME
+    classes = [name for name, value in vars(module).items() if _is_logic_of(module, value)]
+    if len(classes) > 1:
+        raise ProgramError(f"{path}: there are several classes of Logic: write {path.name}:{classes[0]}")
+    return classes[0] if classes else DEFAULT_FUNCTION
+
+
+def _is_logic_of(module: ModuleType, value: object) -> bool:
+    return isinstance(value, type) and issubclass(value, Logic) and value.__module__ == module.__name__
+
+
+def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
+    from scanrack.ladder.files.rungfile import parse_program, parse_structured
+
+    data = _read(path, TextKind.STRUCTURED if path.suffix == STRUCTURED_SUFFIX else TextKind.RUNGS)
+    _check_text(path, data)
+    try:
+        text = data.decode("utf-8")
+        program: LadderLogic
+        if path.suffix == STRUCTURED_SUFFIX:
+            program = parse_structured(text, path.stem, file=str(path), stubs=stubs)
+        else:
+            program = parse_program(text, file=str(path), stubs=stubs)
+    except LadderError as error:
+        raise ProgramError(str(error)) from error
+    build(path, program)
+    return LoadedProgram(path, program.name, program, data)
+
+
+def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None, export: ExportStart) -> LoadedProgram:
+    """Load an exported controller; refuse to run one with a refused part."""
+    from scanrack.rockwell.l5x import import_l5x  # lxml takes time to import, and most programs are no L5X
+
+    data = _read(path, TextKind.EXPORT)
+    try:
+        imported = import_l5x(path, stubs, slots, memory_mib=export.memory_mib)
+    except LadderError as error:
+        raise ProgramError(str(error)) from error
+    controller = imported.controller
+    loaded = _whole(path, data, controller, imported.report, imported.document.modules, stubs)
+    if export.keep_values:
+        loaded.function.keep_values()  # type: ignore[attr-defined]
+        return loaded
+    return replace(loaded, notices=(*_prescanned(path, controller), *loaded.notices))
+
+
+def _prescanned(path: Path, program: LadderLogic | None) -> Iterator[str]:
+    """Yield the sentence that names the values which prescan resets."""
+    from scanrack.ladder.lowering.runnable import shortened as listed
+
+    reset = program.reset_by_prescan() if program is not None else []
+    if reset:
+        many = f"{len(reset):,} values" if len(reset) > 1 else "a value"
+        yield (
+            f"{path}: prescan resets {many} of the export, as after a download: {listed(reset)}; "
+            "--keep-values begins with them"
+        )
+
+
+def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> LoadedProgram:
+    """Load an export of RSLogix 500; refuse to run one with a refused rung."""
+    from scanrack.rockwell.slc import import_slc  # most programs are no SLC
+
+    data = _read(path, TextKind.EXPORT)
+    try:
+        imported = import_slc(path, stubs, slots)
+    except LadderError as error:
+        raise ProgramError(str(error)) from error
+    modules = tuple(imported.document.slots.values())
+    return _whole(path, data, imported.program, imported.report, modules, stubs)
+
+
+def _whole(
+    path: Path,
+    data: bytes,
+    program: LadderLogic | None,
+    report: Report,
+    modules: tuple[ModuleRecord | SlotRecord, ...],
+    stubs: Stubs,
+) -> LoadedProgram:
+    """Return an imported program.
+
+    Raises:
+        ProgramError: a part of it was refused, and the stubs do not replace it.
+    """
+    from scanrack.ladder.lowering.runnable import REFUSALS_SHOWN
+
+    refused = [*report.refused, *report.objects]
+    if program is None or (refused and not stubs.refused):
+        shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path} contains no program"]
+        more = len(refused) - REFUSALS_SHOWN
+        shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
+        raise ProgramError("\n".join(shown), *(Site(file=each.file, line=each.line) for each in refused))
+    program.left_out = dict(report.stubs)
+    if stubs.missing_tags and report.declared:
+        declared = [f"{name} : {text}" for name, text in report.declared.items()]
+        program.left_out["missing_tags"] = f"declare: {', '.join(declared)}"
+    program.refused = [each.place for each in sorted(refused, key=lambda each: each.line)]
+    return LoadedProgram(path, program.name, program, data, report.warnings, modules, report.forces)
+
+
+def _load_steps(path: Path) -> LoadedProgram:
+    data = _read(path, TextKind.STEPS)
+    _check_text(path, data)
+    from scanrack.ladder.files.steps import StepsError, parse_steps
+
+    try:
+        return LoadedProgram(path, path.stem, parse_steps(data.decode("utf-8"), str(path)), data)
+    except StepsError as error:
+        raise ProgramError(str(error)) from error
+
+
+def build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
+    """Build a program with the stubs and modules of its rack; a ProgramError if it can't be built."""
+    try:
+        program.take_stubs(stubs)
+        program.build()
+    except LadderError as error:
+        raise ProgramError(f"{path}: {error}") from error
+
+
+def _read(path: Path, kind: TextKind = TextKind.PYTHON) -> bytes:
+    try:
+        return read_input(path, LIMITS[kind].size)
+    except FileNotFoundError:
+        raise ProgramError(f"{path}: no such program file") from None
+    except OSError as error:
+        raise ProgramError(f"{path}: the program can't be read: {error.strerror}") from None
+
+
+def _check_text(path: Path, data: bytes) -> None:
+    try:
+        importlib.util.decode_source(data)
+    except (SyntaxError, UnicodeDecodeError) as error:
+        raise ProgramError(f"{path}: the program is not UTF-8 text: {error}") from None
+
+
+def _compiled(data: bytes, file: str) -> CodeType:
+    return compile(data, file, "exec")
+
+
+COMPILER: ContextVar[Callable[[bytes, str], CodeType]] = ContextVar("COMPILER", default=_compiled)
+"""Compiles the Python programs that are loaded; a search has them note their branches."""
+
+
+def _execute(path: Path, data: bytes) -> ModuleType:
+    try:
+        code = COMPILER.get()(data, str(path))
+    except (SyntaxError, ValueError) as error:  # null bytes are one or the other, by Python version
+        line, text = getattr(error, "lineno", None) or 1, getattr(error, "msg", error)
+        site = Site(file=str(path), line=line)
+        raise ProgramError.at(site, f"the program has a syntax error: {text}") from None
+    except (MemoryError, RecursionError):
+        text = "the program has an expression that is nested too deep for Python"
+        raise ProgramError.at(Site(file=str(path), line=1), text) from None
+    module = ModuleType(f"scanrack_program_{path.stem}")
+    module.__file__ = str(path)
+    module.__spec__ = find_beside(path, ModuleSpec(module.__name__, None, origin=str(path)))
+    sys.modules[module.__name__] = module
+    try:
+        exec(code, module.__dict__)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise _while_loading(path, error) from error
+    return module
+
+
+def _while_loading(path: Path, error: BaseException) -> ProgramError:
+    """Return the error message, at the innermost line of the program's own file."""
+    steps = traceback.extract_tb(error.__traceback__)
+    lines = [step.lineno for step in steps if step.filename == str(path)]
+    what = f"{type(error).__name__}: {shortened(str(error))}{shadowed(path, error)}"
+    site = Site(file=str(path), line=lines[-1] if lines else 1)
+    return ProgramError.at(site, f"the program can't be loaded: {what}")
+
+
+def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
+    found = getattr(module, name, None)
+    if callable(found):
+        return found  # type: ignore[no-any-return]
+    if found is not None:
+        raise ProgramError(f"{path}: {name} is {type(found).__name__}, not a function")
+    there = [
+        key
+        for key, value in vars(module).items()
+        if isinstance(value, FunctionType) and value.__module__ == module.__name__ and not key.startswith("_")
+    ]
+    close = difflib.get_close_matches(name, there, n=1)
+    hint = f"; did you mean {close[0]}?" if close else ""
+    named = f"no function {name} among {', '.join(there)}" if there else f"no function {name} in it"
+    raise MissingNameError(f"{path}: {named}{hint}")
+
+
+def _check_signature(
+    path: Path, name: str, function: Callable[..., Any], arguments: tuple[str, ...], *, loosely: bool = False
+) -> None:
+    wanted = f"{name}({', '.join(arguments)}{', *operands' if loosely else ''})"
+    where = f"{path}:{_line_of(function)}"
+    if inspect.iscoroutinefunction(function) or inspect.isgeneratorfunction(function):
+        raise ProgramError(f"{where}: {name} must be a plain function {wanted}, without async and yield")
+    try:
+        signature = signature_of(function)
+    except ValueError:  # a callable of C code has no signature
+        return
+    try:
+        (signature.bind_partial if loosely else signature.bind)(*arguments)
+    except TypeError:
+        raise ProgramError(f"{where}: {name}{signature} can't be called as {wanted}") from None
+
+
+def _line_of(function: Callable[..., Any]) -> int:
+    code = getattr(inspect.unwrap(function), "__code__", None)
+    return 1 if code is None else code.co_firstlineno

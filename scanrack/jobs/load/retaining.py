@@ -1,0 +1,35 @@
+"""A ladder program that begins with the final tags of another run.
+
+Their file travels with the trace, so that a rerun begins with it, too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from scanrack.ladder.model.errors import LadderError
+
+from .loading import LoadedRack
+from .rungs import is_rungs
+
+
+def retaining(job: LoadedRack, data: bytes, name: str) -> tuple[LoadedRack, list[str]]:
+    """Load retained tags into a job's ladder program; return the job, and a sentence for each tag left out.
+
+    Args:
+        job: its program has done no scan yet.
+
+    Raises:
+        ValueError: it is not a file of retained tags, or the program is a Python function.
+    """
+    if not is_rungs(job.logic):
+        raise ValueError(f"{name}: the program is a Python function; it has no tags to retain")
+    from scanrack.ladder.run.edit import retain
+
+    try:
+        said = retain(job.logic.engine, data.decode("utf-8"))
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{name}: the retained tags can't be read: {error}") from None
+    except LadderError as error:
+        raise ValueError(f"{name}: {error}") from None
+    return replace(job, retained=data), said

@@ -1,0 +1,232 @@
+"""Two racks, programs or exports: what an edit changes, now or later."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.operands import Group, Place
+from scanrack.ladder.model.resolver import Resolver
+from scanrack.ladder.model.tags import Layout
+from scanrack.ladder.prove.answers import ScenarioStep, steps_of, tag_text
+from scanrack.ladder.prove.difference import ChangedValue, compare
+from scanrack.ladder.prove.differing_runs import FAULT
+from scanrack.ladder.prove.monitors import Key
+from scanrack.ladder.prove.relation.stored import MOST_OPEN
+from scanrack.ladder.prove.system import ScanBounds
+from scanrack.ladder.prove.system.happenings import LEFT_OUT
+
+from ..check.alone import load_any
+from ..load.loading import LoadedRack
+from .on_rack import OnRack, difference_on_rack
+from .proving import ScenarioFolder, write_scenario
+from .report import held_text
+from .scenario import on_scans_of
+from .subject import bounds_of
+
+FAULT_NAME = "a major fault"
+"""What stands in place of a tag's name for a fault that stops one of the programs alone."""
+
+
+@dataclass(frozen=True, slots=True)
+class ChangedTag:
+    """A value that can differ, with its name as the program has it, and a run in which it does.
+
+    Whether a major fault stops one of the programs alone is a value, too: `FAULT_NAME`.
+    """
+
+    name: str
+    now: bool  # whether one scan after equal states can make the difference
+    steps: tuple[ScenarioStep, ...]
+    inputs: tuple[str, ...]  # on which the difference depends
+    scenario: Path | None
+    allowed: bool  # by --may-differ
+    rack: OnRack | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class EditedSubject:
+    """What can differ between two programs."""
+
+    compared: int  # values that either program writes and both have
+    changed: tuple[ChangedTag, ...]
+    removed: tuple[str, ...]
+    added: tuple[str, ...]
+    bounds: ScanBounds
+    held: Mapping[str, Any]  # numbers that nothing writes, with the values that are assumed
+    open: tuple[str, ...] = ()  # what is not compared, and where the relation does not follow a program
+
+    @property
+    def beyond(self) -> tuple[ChangedTag, ...]:
+        """What can differ though `only` does not name it; everything without `only`."""
+        return tuple(each for each in self.changed if not each.allowed)
+
+    @property
+    def is_equal(self) -> bool:
+        """Whether nothing can differ but what `only` names."""
+        return not self.beyond and not self.open
+
+
+def edited(
+    old: str, new: str, outputs: Sequence[str], only: Sequence[str], folder: ScenarioFolder
+) -> EditedSubject:
+    """Compare two programs with the same inputs; the settings of [prove] are those of the new one.
+
+    Args:
+        outputs: tags that are compared; none are all. A structure names all its members.
+        only: tags that may differ.
+        folder: gets a scenario of each value that can differ.
+
+    Raises:
+        ValueError: a file or a name of a tag can't be used, or no proof covers a program.
+        OSError: a file can't be written.
+    """
+    before, after = (_ladder(each) for each in (old, new))
+    job, logic = after
+    given = job.spec.prove
+    bounds = bounds_of(job)
+    layout = logic.build().layout
+    allowed = [_named(layout, each, "--may-differ") for each in only]
+    places = [_named(layout, each, "--outputs") for each in outputs]
+    found = compare(
+        before[1],
+        logic,
+        bounds,
+        free=given.free,
+        written_outside=given.written_outside,
+        is_output=lambda key: not places or any(_is_in(key, each) for each in places),
+    )
+    held = {each.named(tag_text(layout, each.key)): each.value for each in found.held}
+    changed = []
+    for each in (*found.changed, *([] if found.fault is None else [found.fault])):
+        may = any(_is_in(each.key, one) for one in allowed)
+        changed.append(_with_scenario(job, before[1], layout, each, folder, allowed=may))
+    names = tuple(found.removed), tuple(found.added)
+    left = (
+        *[f"elements of {each} from {MOST_OPEN:,} on are not compared" for each in found.uncompared],
+        *[f"nothing is known behind {each}" for each in found.unfollowed],
+    )
+    return EditedSubject(found.compared, tuple(changed), *names, bounds, held, left)
+
+
+def _ladder(file: str) -> tuple[LoadedRack, LadderLogic]:
+    job, _ = load_any(file)
+    if not isinstance(job.logic, LadderLogic):
+        raise ValueError(
+            f"{job.program}: the program is in Python: what is proved is ladder logic and structured text"
+        )
+    return job, job.logic
+
+
+def _named(layout: Layout, text: str, option: str) -> Place | Group:
+    """Return what a name of an option means."""
+    try:
+        found = Resolver(layout).named(text)
+    except LadderError as error:
+        raise ValueError(f"{option} {text}: {error}") from None
+    if isinstance(found, Place) and found.bit is not None:
+        raise ValueError(f"{option} {text}: it is a bit of a number, which is compared as a whole: name that")
+    return found
+
+
+def _is_in(key: Key, allowed: Place | Group) -> bool:
+    """Whether a value is one that an option names, or in it."""
+    if isinstance(allowed, Place):
+        return key == (allowed.leaf.path.upper(), allowed.fixed_index)
+    path = allowed.path.upper()
+    return key[0] == path or key[0].startswith(f"{path}.")
+
+
+def _with_scenario(
+    job: LoadedRack,
+    old: LadderLogic,
+    layout: Layout,
+    found: ChangedValue,
+    folder: ScenarioFolder,
+    *,
+    allowed: bool,
+) -> ChangedTag:
+    is_fault = found.key == FAULT
+    name, file, rack = FAULT_NAME if is_fault else tag_text(layout, found.key), None, None
+    if found.scans:
+        scan_ns = job.spec.scan_ns if job.spec.slot else 1_000_000
+        rack = None if is_fault else difference_on_rack(job, old, layout, found.scans, found.key)
+        orders = on_scans_of(layout, found.scans, scan_ns) if rack is None else rack.scenario
+        file = write_scenario(job, name, orders, scan_ns, rack, folder)
+    inputs = tuple(_cased(layout, each) for each in found.inputs)
+    return ChangedTag(name, found.now, tuple(steps_of(layout, found.scans)), inputs, file, allowed, rack)
+
+
+def _cased(layout: Layout, text: str) -> str:
+    """Return an address with its tag as the program writes it."""
+    path, sign, index = text.partition("[")
+    leaf = layout.find(path)
+    return text if leaf is None else f"{leaf.path}{sign}{index}"
+
+
+def lines_of(found: EditedSubject) -> Iterator[str]:
+    """Yield what can differ, a line each, with its run."""
+    values = [each for each in found.changed if each.name != FAULT_NAME]
+    now = sum(each.now for each in values)
+    yield (
+        f"{len(values):,} of {found.compared:,} bits and numbers can differ, {now:,} in one scan; "
+        + ("the others are not proved equal" if found.open else "all others are equal in every run")
+    )
+    shown = [each for each in found.changed if each.steps]
+    width = max((len(each.name) for each in shown), default=0)
+    for each in shown:
+        allowed = "   (--may-differ)" if each.allowed else ""
+        when = "now" if each.now else "later"
+        yield f"{each.name:<{width}}  {when:<5}  scan {len(each.steps):,}   {each.scenario}{allowed}"
+        for number, step in enumerate(each.steps, start=1):
+            yield f"    scan {number}: {step}"
+        if each.rack is not None:
+            yield f"    {each.rack}"
+        if each.inputs:
+            yield f"    depends on {', '.join(each.inputs)}"
+    for now_, word in ((True, "now"), (False, "later")):
+        found_none = [each for each in found.changed if not each.steps and each.now is now_]
+        if found_none:
+            said = [f"{each.name}{' (--may-differ)' * each.allowed}" for each in found_none]
+            yield f"{word}, no run found within the limits: {', '.join(said)}"
+    yield from found.open
+    for word, names in (
+        ("only the old program has", found.removed),
+        ("only the new program has", found.added),
+    ):
+        if names:
+            yield f"{word} {', '.join(names)}"
+    bounds = found.bounds
+    yield f"assumed: scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{bounds.steps_text}"
+    yield from (f"    {each}" for each in LEFT_OUT.values())
+    if found.held:
+        yield f"    {held_text(found.held)}"
+
+
+def as_json(found: EditedSubject) -> dict[str, Any]:
+    """Return what can differ in JSON's types."""
+    return {
+        "compared": found.compared,
+        "changed": [
+            {
+                "tag": each.name,
+                "when": "now" if each.now else "later",
+                "allowed": each.allowed,
+                "scans": [{"ms": step.ms, "set": dict(step.changes)} for step in each.steps],
+                "depends_on": list(each.inputs),
+                "scenario": None if each.scenario is None else str(each.scenario),
+                "rack": None if each.rack is None else each.rack.to_json(),
+            }
+            for each in found.changed
+        ],
+        "removed": list(found.removed),
+        "added": list(found.added),
+        "open": list(found.open),
+        "held": dict(found.held),
+        "scan_ms": [found.bounds.low_ms, found.bounds.high_ms],
+        "assumed": list(LEFT_OUT.values()),
+    }

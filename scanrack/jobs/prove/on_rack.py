@@ -1,0 +1,252 @@
+"""A scenario on the rack, with the models of its modules.
+
+The program with its monitors runs first, to find the scan that breaks the claim; then as it is, recorded, so
+that `scanrack watch` and `scanrack why` open the recording. Words of modules are forced. If a run without
+these forces breaks the claim, too, the modules themselves give these inputs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.times import time_text
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.debug import Debugger
+from scanrack.ladder.model.tags import Layout
+from scanrack.ladder.prove.answers import tag_text
+from scanrack.ladder.prove.monitors import Key, WatchedClaim
+from scanrack.ladder.prove.replaying import ScanOf
+from scanrack.ladder.state.lowered import LoweredProgram
+from scanrack.runtime.live.operator_actions import AppliedAction
+from scanrack.runtime.loop.faults import CpuFault
+from scanrack.runtime.loop.listeners import QuietListener
+
+from ..load.loading import LoadedRack
+from ..run.running import JobRun, RunOptions
+from .scenario import RackScenario, on_scans_of
+from .subject import ProofSubject
+
+TWO_RUNS = "it takes two runs with the same --retain FILE, which a scenario has not"
+"""Why a scenario that begins again with retained tags is not done."""
+
+MORE = 5
+"""Recorded scans after the one that breaks the claim."""
+
+
+@dataclass(frozen=True, slots=True)
+class OnRack:
+    """What a scenario did on the rack.
+
+    Attributes:
+        confirmed: whether it showed what the scenario is to show.
+        scan: number of the scan that showed it, from 0; None if none did.
+        scenario: the orders.
+        forced: words that modules were forced to show, and that they do not show by themselves.
+        why: why it did not, or could not be run.
+    """
+
+    confirmed: bool
+    scan: int | None
+    scenario: RackScenario
+    forced: tuple[str, ...] = ()
+    why: str = ""
+
+    def __str__(self) -> str:
+        if not self.confirmed:
+            return f"on the rack: {self.why}"
+        said = f"on the rack: scan {self.scan}"
+        if not self.forced:
+            return f"{said}, as its modules answer"
+        return (
+            f"{said} with {', '.join(self.forced)} forced: the models of the modules do not give these inputs"
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return it in JSON's types."""
+        return {"confirmed": self.confirmed, "scan": self.scan, "forced": list(self.forced), "why": self.why}
+
+
+Shows = Callable[[Debugger], Callable[[], bool]]
+"""Makes, of a program that begins to run, what tells after each scan whether that scan shows it."""
+
+
+def claim_broken(subject: ProofSubject, asked: WatchedClaim) -> Shows:
+    """Tell a scan that breaks a claim; its assumptions have held until then."""
+    assumed = [name for name, _ in (*subject.program.assume, *asked.assume)]
+
+    def shows(program: Debugger) -> Callable[[], bool]:
+        holds = True
+
+        def broken() -> bool:
+            nonlocal holds
+            holds = holds and all(program.tags[name] for name in assumed)
+            return holds and bool(program.tags[asked.bit[0]])
+
+        return broken
+
+    return shows
+
+
+def coils_disagree(subject: ProofSubject, coils: Sequence[int]) -> Shows:
+    """Tell whether two coils had different power in the latest scan."""
+    places = [_place_of(subject.problem.lowered, number) for number in coils]
+
+    def shows(program: Debugger) -> Callable[[], bool]:
+        program.note_power()
+
+        def power(routine: str, rung: int, place: int) -> bool | None:
+            truth = program.truth(routine)[rung]
+            return None if truth is None else truth[place]
+
+        return lambda: {power(*each) for each in places} == {True, False}
+
+    return shows
+
+
+def _place_of(lowered: LoweredProgram, number: int) -> tuple[str, int, int]:
+    """Return routine, rung, and place in it of an instruction."""
+    for routine in lowered.routines.values():
+        for line in routine.lines:
+            sites = [step.site for step in line.steps]
+            if number in sites:
+                return routine.name, line.number, sites.index(number)
+    raise ValueError(f"no rung has instruction {number}")
+
+
+def replay_on_rack(subject: ProofSubject, shows: Shows, scans: Sequence[ScanOf]) -> OnRack | None:
+    """Run a scenario on the subject's rack; None without a rack.
+
+    Args:
+        shows: what its last scan is to show.
+    """
+    job = replace(subject.job, logic=subject.program.program)
+
+    def first(scenario: RackScenario) -> int | None:
+        return next((scan for scan, each in enumerate(_seen(job, scenario, shows)) if each), None)
+
+    return _replayed(job, subject.problem.lowered.layout, scans, first)
+
+
+def difference_on_rack(
+    job: LoadedRack, old: LadderLogic, layout: Layout, scans: Sequence[ScanOf], key: Key
+) -> OnRack | None:
+    """Run a scenario on a job's rack with its program and with another one; None without a rack.
+
+    Args:
+        key: the value that differs after the last scan.
+    """
+    tag = tag_text(layout, key)
+
+    def first(scenario: RackScenario) -> int | None:
+        both = zip(_values(replace(job, logic=old), scenario, tag), _values(job, scenario, tag), strict=False)
+        return next((scan for scan, (one, other) in enumerate(both) if one != other), None)
+
+    return _replayed(job, layout, scans, first)
+
+
+def _replayed(
+    job: LoadedRack, layout: Layout, scans: Sequence[ScanOf], first: Callable[[RackScenario], int | None]
+) -> OnRack | None:
+    """Run a scenario; inputs change before the last, or the first, of the scans in place of a long one."""
+    if not job.spec.slot:
+        return None
+    period_ns = job.spec.scan_ns
+    tried = [on_scans_of(layout, scans, period_ns, inputs_first=each) for each in (False, True)]
+    if any(each.again for each in scans):
+        return OnRack(False, None, tried[0], why=TWO_RUNS)
+    why = ""
+    for scenario in tried:
+        try:
+            scan = first(scenario)
+        except (ValueError, CpuFault) as error:
+            why = str(error)
+            continue
+        if scan is not None:
+            return OnRack(True, scan, scenario, _not_given(scenario, first))
+    if not why and tried[0].left_out:
+        why = f"nothing sets {', '.join(tried[0].left_out)} there"
+    each = time_text(period_ns)
+    return OnRack(
+        False, None, tried[0], why=why or f"scans of {each} do not show it; one of another length does"
+    )
+
+
+def _not_given(scenario: RackScenario, first: Callable[[RackScenario], int | None]) -> tuple[str, ...]:
+    """Return the forced words without which the modules do not show it."""
+    if not scenario.forced:
+        return ()
+    try:
+        alone = first(scenario.without_forces())
+    except (ValueError, CpuFault):
+        alone = None
+    return scenario.forced if alone is None else ()
+
+
+def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
+    """Run the scenario of a fault on the subject's rack; return what became of it, "" without a rack."""
+    job = subject.job
+    if not job.spec.slot:
+        return ""
+    scenario = on_scans_of(subject.problem.lowered.layout, scans, job.spec.scan_ns)
+    if any(each.again for each in scans):
+        return f"on the rack: {TWO_RUNS}"
+    try:
+        with ExitStack() as ports:
+            _run(job, scenario, ports).run(scenario.scans)
+    except CpuFault as error:
+        return f"on the rack: the controller faults in scan {error.fault.scan}"
+    except ValueError as error:
+        return f"on the rack: {error}"
+    return "on the rack: the controller does not stop"
+
+
+class _Looker(QuietListener):
+    """Looks at a program after each scan."""
+
+    def __init__(self, look: Callable[[], Any]) -> None:
+        self._look = look
+        self.found: list[Any] = []
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Note what is seen after a scan."""
+        self.found.append(self._look())
+
+
+def _seen(
+    job: LoadedRack, scenario: RackScenario, look: Callable[[Debugger], Callable[[], Any]]
+) -> list[Any]:
+    """Return what is seen after each scan; a ValueError for an order that can't be carried out."""
+    with ExitStack() as ports:
+        run = _run(job, scenario, ports)
+        assert run.program.debugger is not None
+        looker = _Looker(look(run.program.debugger))
+        run.cpu.add_listener(looker)
+        run.run(scenario.scans)
+    if run.repeated is not None and run.repeated.refused:
+        raise ValueError(run.repeated.refused[0])
+    return looker.found
+
+
+def _values(job: LoadedRack, scenario: RackScenario, tag: str) -> list[Any]:
+    """Return the value of a tag after each scan."""
+    return _seen(job, scenario, lambda program: lambda: program.tags[tag])
+
+
+def record(job: LoadedRack, found: OnRack, trace: Path) -> None:
+    """Record a scenario on the rack with its program as it is.
+
+    Raises:
+        OSError: the trace can't be written.
+    """
+    assert found.scan is not None
+    with ExitStack() as ports:
+        _run(job, found.scenario, ports, trace).run(found.scan + 1 + MORE)
+
+
+def _run(job: LoadedRack, scenario: RackScenario, ports: ExitStack, trace: Path | None = None) -> JobRun:
+    orders = [AppliedAction(scan, order) for scan, order in scenario.orders]
+    return JobRun(job, ports, RunOptions(trace=trace, orders=orders, handled=True, keep=0))

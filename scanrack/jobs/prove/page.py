@@ -1,0 +1,166 @@
+"""Answers as one HTML page: a table of the claims; of each scenario its scans, and its rungs with power."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from html import escape
+from pathlib import Path
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.debug import Debugger
+from scanrack.ladder.draw import captions_of, routines_svg
+from scanrack.ladder.model.errors import LadderFault
+from scanrack.ladder.model.operands import Place
+from scanrack.ladder.prove.answers import ScenarioStep
+from scanrack.ladder.prove.monitors import WatchedClaim
+from scanrack.ladder.prove.replaying import ScanOf
+from scanrack.traces.files.guard import PAGE, Used
+from scanrack.traces.files.newfile import new_file
+
+from .differing import EditedSubject
+from .differing import lines_of as lines_of_edit
+from .proving import Questions, Result
+from .report import assumptions, detail_of, question_lines
+from .scenario import told
+from .subject import ProofSubject
+
+WIDTH = 96
+"""Columns between the rails of a drawn rung."""
+
+MOST_RUNGS = 12
+"""Rungs that are drawn of a scenario: those that decide the claim, the nearest first."""
+
+STYLE = """\
+body { font: 15px system-ui, sans-serif; margin: 2em auto; max-width: 62em; padding: 0 1em; color: #1b1f24 }
+table { border-collapse: collapse } td, th { text-align: left; padding: .2em 1em .2em 0; vertical-align: top }
+code, pre { font-family: "DejaVu Sans Mono", Menlo, Consolas, monospace; font-size: 13px }
+.proved, .reached { color: #1a7f37 } .refuted { color: #cf222e } .unknown { color: #9a6700 }
+svg { max-width: 100%; height: auto }
+@media (prefers-color-scheme: dark) {
+  body { background: #0d1117; color: #e6edf3 } .proved, .reached { color: #3fb950 }
+  .refuted { color: #f85149 } .unknown { color: #d29922 }
+}"""
+
+
+def save_page(path: Path, title: str, parts: Iterable[str], used: Used) -> None:
+    """Write a page.
+
+    Raises:
+        OwnedError: it would replace a file of another kind, or one in use.
+        OSError: it can't be written.
+    """
+    head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
+    with new_file(path, PAGE, used=used) as file:
+        file.write(f"{head}\n<style>\n{STYLE}\n</style></head><body>\n<h1>{escape(title)}</h1>\n")
+        file.writelines(f"{part}\n" for part in parts)
+        file.write("</body></html>\n")
+
+
+def parts_of(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> Iterator[str]:
+    """Yield the parts of the page of some answers."""
+    rows = [_row(each) for each in results]
+    if rows:
+        yield _table(("property", "claim", "", ""), rows)
+    watched = {each.claim: each for each in subject.program.properties}
+    for each in results:
+        if each.answer.steps:
+            yield f'<h2 id="{escape(each.name)}">{escape(each.name)}</h2>'
+            yield _scans(subject, each.answer.steps)
+            if each.rack is not None:
+                yield f"<p>{escape(str(each.rack))}</p>"
+            yield drawn(subject.program.program, each.answer.scans, watched[each.answer.claim])
+    yield "<h2>built-in questions</h2>"
+    yield f"<pre>{escape(chr(10).join(question_lines(answers)))}</pre>"
+    yield "<h2>assumed</h2>"
+    yield f"<ul>{''.join(f'<li>{escape(each)}</li>' for each in assumptions(subject, results))}</ul>"
+
+
+def parts_of_edit(found: EditedSubject) -> Iterator[str]:
+    """Yield the part of the page of two programs."""
+    yield f"<pre>{escape(chr(10).join(lines_of_edit(found)))}</pre>"
+
+
+def _row(result: Result) -> Sequence[str]:
+    word = result.answer.word
+    shown = f'<b class="{word}">{word}</b>'
+    return (
+        escape(result.name),
+        f"<code>{escape(result.answer.claim.sentence)}</code>",
+        shown,
+        escape(detail_of(result)),
+    )
+
+
+def _table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    head = "".join(f"<th>{each}</th>" for each in heads)
+    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
+    return f"<table><tr>{head}</tr>{body}</table>"
+
+
+def _scans(subject: ProofSubject, steps: Sequence[ScenarioStep]) -> str:
+    return _table(
+        ("scan", "what changes before it"),
+        [
+            (str(number), f"<code>{escape(told(each, subject.job.spec))}</code>")
+            for number, each in enumerate(steps, start=1)
+        ],
+    )
+
+
+def drawn(program: LadderLogic, scans: Sequence[ScanOf], asked: WatchedClaim) -> str:
+    """Return the rungs that decide a claim as SVG, with the power of a scenario's last scan."""
+    debugger = Debugger(program)
+    layout, memory = debugger.engine.lowered.layout, debugger.engine.memory
+    for each in scans:
+        for (path, index), value in each.inputs.items():
+            memory.write(layout.leaf(path), index, value)
+        try:
+            debugger.scan(1, each.ms)
+        except LadderFault:
+            break
+    shown = list(_deciding(debugger, asked))
+    by_name = {each.name: each for each in program.routines}
+    routines = [(debugger.routine_now(name), sorted(numbers)) for name, numbers in _grouped(shown).items()]
+    truths = {name: debugger.truth(name) for name in _grouped(shown) if name in by_name}
+    return routines_svg(routines, WIDTH, truths, captions_of(program))
+
+
+def _grouped(rungs: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
+    found: dict[str, list[int]] = {}
+    for name, number in rungs:
+        found.setdefault(name, []).append(number)
+    return found
+
+
+def _deciding(debugger: Debugger, asked: WatchedClaim) -> Iterator[tuple[str, int]]:
+    """Yield routine and number of the rungs that write what a claim reads, then what these read."""
+    drawable = {each.name: set(each.numbers) for each in debugger.program.routines if each.chart is None}
+    reads: dict[tuple[str, int], set[str]] = {}
+    writers: dict[str, list[tuple[str, int]]] = {}
+    for each in debugger.cross_reference.mentions:
+        place = each.site.routine, each.site.rung or 0
+        path = (each.where.leaf.path if isinstance(each.where, Place) else each.where.path).upper()
+        if each.reads:
+            reads.setdefault(place, set()).add(path)
+        if each.writes:
+            writers.setdefault(path, []).append(place)
+    wanted = list(writers.get(asked.bit[0], ()))
+    seen: set[tuple[str, int]] = set()
+    count = 0
+    while wanted and count < MOST_RUNGS:
+        place = wanted.pop(0)
+        if place in seen:
+            continue
+        seen.add(place)
+        if place[1] in drawable.get(place[0], ()):
+            count += 1
+            yield place
+        for path in sorted(reads.get(place, ())):
+            wanted += [each for name in _around(path, writers) for each in writers[name]]
+
+
+def _around(path: str, writers: Iterable[str]) -> list[str]:
+    """Return the written paths that share memory with a path: itself, its members, what it is a member of."""
+    return sorted(
+        each for each in writers if each == path or each.startswith(f"{path}.") or path.startswith(f"{each}.")
+    )

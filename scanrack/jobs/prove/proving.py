@@ -1,0 +1,330 @@
+"""All claims of a subject, one after the other; each scenario is done on the rack, and written."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Self
+
+from scanrack.ladder.prove.answers import LIMITS, Answer, ScenarioStep, answer, steps_of
+from scanrack.ladder.prove.certificate import Certificate, written
+from scanrack.ladder.prove.induction import Limits, VerdictKind
+from scanrack.ladder.prove.questions import LIMITS as QUESTION_LIMITS
+from scanrack.ladder.prove.questions import Finding, Listener, Question, ask
+from scanrack.ladder.prove.replaying import ScanOf
+from scanrack.ladder.prove.system import ScanBounds
+from scanrack.runtime.loop.faults import CpuFault
+from scanrack.runtime.loop.pace import wall_ns
+from scanrack.traces.files.guard import Used
+from scanrack.traces.files.portable import no_device
+
+from ..check.rungs.structure import own_routines
+from ..fuzz.folder_lock import locked, write_text
+from ..fuzz.scenarios.scenario import Scenario
+from ..load.loading import SCENARIO, SCENARIO_TRACE, LoadedRack
+from ..trust.owned import in_use
+from .checking import Opinion, Solver, check
+from .on_rack import OnRack, claim_broken, coils_disagree, faults_on_rack, record, replay_on_rack
+from .own_run import OwnRun
+from .scenario import RackScenario, on_scans_of
+from .subject import ProofSubject, subject_of_job
+
+RELATION, ROLES = "proof.smt2", "proof.json"
+"""Files of the certificate of a proof."""
+
+FAULTS = ("fault", "endless")
+"""Rules of faults, which a rack shows."""
+
+Progress = Callable[[str, int, int], object]
+"""Called before each claim: its name, its number from 1, how many there are."""
+
+
+def no_progress(_name: str, _number: int, _of: int) -> None:
+    """Show nothing."""
+
+
+@dataclass(slots=True)
+class ScenarioFolder:
+    """The folder of a command's scenarios, made and locked with the first one; a context releases it."""
+
+    path: Path
+    _held: ExitStack = field(default_factory=ExitStack)
+    _is_locked: bool = False
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self._held.close()
+
+    def save(self, name: str, scenario: Scenario, used: Used) -> Path:
+        """Write the scenario of a claim in a folder of its name; return its path.
+
+        Raises:
+            ValueError: the folder has other files, or another process uses it.
+            OSError: the scenario can't be written.
+        """
+        return write_text(self._own(name) / SCENARIO, json.dumps(scenario.to_json(), indent=1) + "\n", used)
+
+    def save_proof(self, name: str, certificates: Sequence[Certificate], used: Used) -> Path:
+        """Write the certificate of a claim in a folder of its name; return that folder; raise as `save`."""
+        own, (relation, roles) = self._own(name), written(certificates)
+        write_text(own / RELATION, relation, used)
+        write_text(own / ROLES, json.dumps({"claim": name, **roles}, indent=1) + "\n", used)
+        return own
+
+    def _own(self, name: str) -> Path:
+        """Return the folder of a claim."""
+        if not self._is_locked:
+            self._held.enter_context(locked(self.path))
+            self._is_locked = True
+        own = self.path / slug(name)
+        own.mkdir(exist_ok=True)
+        return own
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """An answer with the time that it took, what the rack did, and its scenario's file."""
+
+    answer: Answer
+    spent_ns: int
+    rack: OnRack | None = None
+    scenario: Path | None = None
+    proof: Path | None = None  # the folder with the certificate of what is proved
+    opinions: tuple[Opinion, ...] = ()  # what other solvers say of it
+    own_ns: int = 0  # the rack's time between two scans
+    at_own_time: Answer | None = None  # the answer for it, if only longer scans break the claim
+
+    @property
+    def refused_by(self) -> tuple[Opinion, ...]:
+        """Solvers that find a run which the proof excludes: the claim is unknown then."""
+        return tuple(each for each in self.opinions if each.refused)
+
+    @property
+    def word(self) -> str:
+        """Its verdict, see `Answer.word`."""
+        return VerdictKind.UNKNOWN if self.refused_by else self.answer.word
+
+    @property
+    def name(self) -> str:
+        """Name of the claim."""
+        return self.answer.claim.name
+
+
+def prove_all(
+    subject: ProofSubject,
+    folder: ScenarioFolder,
+    progress: Progress = no_progress,
+    limits: Limits = LIMITS,
+    others: Sequence[Solver] = (),
+) -> Iterator[Result]:
+    """Decide the claims of a subject.
+
+    Args:
+        folder: gets the scenarios, and the certificates of what is proved.
+        others: solvers that check each certificate.
+
+    Raises:
+        ValueError: the folder has other files, or another process uses it.
+        OSError: a file can't be written.
+    """
+    claims = subject.program.properties
+    for number, each in enumerate(claims, start=1):
+        progress(each.claim.name, number, len(claims))
+        start_ns = wall_ns()
+        found = answer(subject.problem, subject.program, each, limits)
+        if found.verdict:
+            spent_ns, used = wall_ns() - start_ns, in_use(subject.job)
+            proof = folder.save_proof(found.claim.name, found.verdict.certificates, used)
+            opinions = tuple(check(proof, other) for other in others)
+            yield Result(found, spent_ns, proof=proof, opinions=opinions)
+            continue
+        if not found.steps:
+            yield Result(found, wall_ns() - start_ns)
+            continue
+        rack = replay_on_rack(subject, claim_broken(subject, each), found.scans)
+        file = _written(subject, found.claim.name, found.scans, rack, folder)
+        own = _at_own_time(subject, number - 1, found, rack, limits)
+        yield Result(
+            found, wall_ns() - start_ns, rack, file, own_ns=subject.job.spec.scan_ns, at_own_time=own
+        )
+
+
+def _at_own_time(
+    subject: ProofSubject, number: int, found: Answer, rack: OnRack | None, limits: Limits
+) -> Answer | None:
+    """Ask a claim again with the rack's own time between two scans, if a run with longer ones breaks it.
+
+    Returns:
+        The answer; None if the rack has shown it, or if no scan is longer, or if it is refuted then, too.
+    """
+    own_ns = subject.job.spec.scan_ns
+    longer = any(each.ms * 1_000_000 > own_ns and not each.turned for each in found.scans)
+    if rack is None or rack.confirmed or not longer:
+        return None
+    bounds = ScanBounds.of(own_ns / 1e6, own_ns / 1e6)
+    own = subject_of_job(subject.job, subject.problem, bounds)
+    answered = answer(own.problem, own.program, own.program.properties[number], limits)
+    return None if answered.verdict.kind is VerdictKind.REFUTED else answered
+
+
+@dataclass(frozen=True, slots=True)
+class FoundAnswer:
+    """What a built-in question found; with the run and its file, if a run found it."""
+
+    finding: Finding
+    steps: tuple[ScenarioStep, ...] = ()
+    scenario: Path | None = None
+    rack: str = ""  # what it did on the rack
+    proof: Path | None = None  # the folder with the certificate of what is proved
+    opinions: tuple[Opinion, ...] = ()
+
+    @property
+    def refuted(self) -> bool:
+        """Whether a run shows it, such as a fault; else it is proved, such as a dead rung."""
+        return self.finding.verdict.kind is VerdictKind.REFUTED
+
+
+@dataclass(frozen=True, slots=True)
+class Questions:
+    """The answers to the built-in questions."""
+
+    found: tuple[FoundAnswer, ...]
+    asked: Mapping[str, int]  # by rule
+    open: Mapping[str, int]
+
+
+class Hearer:
+    """Hears of the answers to built-in questions as they come: those that take little first."""
+
+    def asked(self, count: int) -> None:
+        """Hear how many questions there are."""
+
+    def found(self, answer: FoundAnswer) -> None:
+        """Hear of a finding."""
+
+    def left(self, count: int, most_s: float) -> None:
+        """Hear how many questions are left, and about how long they take at most, by the rate so far."""
+
+    def next(self, question: Question, count: int) -> None:
+        """Hear which question is next of those that are left, and how many follow it."""
+
+
+def ask_questions(
+    subject: ProofSubject,
+    folder: ScenarioFolder,
+    others: Sequence[Solver] = (),
+    hearer: Hearer | None = None,
+    work: int = 1,
+) -> Questions:
+    """Answer the built-in questions about the user's own text; see `prove_all` for folder and solvers.
+
+    With solvers each finding that is a proof has its certificate, too; what one of them refuses is open.
+
+    Args:
+        work: multiplies the limits.
+
+    Raises:
+        ValueError, OSError: see `prove_all`.
+    """
+    own = {each.name.upper() for each in own_routines(subject.program.program, subject.problem.lowered)}
+    making = _Making(subject, folder, others, hearer or Hearer())
+    limits = QUESTION_LIMITS.times(work)
+    answers = ask(subject.problem, limits=limits, routines=own, seen=OwnRun(subject).seen, listener=making)
+    answers.open.update(making.refused)
+    made = [making.made[id(each)] for each in answers.findings if id(each) in making.made]
+    return Questions(tuple(made), answers.asked, answers.open)
+
+
+class _Making(Listener):
+    """Makes the scenario or the certificate of each finding, and reports it."""
+
+    def __init__(
+        self, subject: ProofSubject, folder: ScenarioFolder, others: Sequence[Solver], hearer: Hearer
+    ) -> None:
+        self._subject, self._folder, self._others, self._hearer = subject, folder, others, hearer
+        self._begun_ns = wall_ns()
+        self.made: dict[int, FoundAnswer] = {}  # by the id of the finding
+        self.refused: list[str] = []  # rules of findings that another solver refuses
+
+    def asked(self, count: int) -> None:
+        """Report how many questions there are."""
+        self._hearer.asked(count)
+
+    def left(self, count: int, spent: int, most: int) -> None:
+        """Report how many questions are left, and how long they take at most."""
+        self._hearer.left(count, (wall_ns() - self._begun_ns) / 1e9 * most / max(1, spent))
+
+    def next(self, question: Question, count: int) -> None:
+        """Report the next of the questions that are left."""
+        self._hearer.next(question, count)
+
+    def found(self, finding: Finding) -> None:
+        """Report a finding."""
+        answer = self._answer(finding)
+        if answer is None:
+            self.refused.append(finding.rule)
+        else:
+            self.made[id(finding)] = answer
+            self._hearer.found(answer)
+
+    def _answer(self, each: Finding) -> FoundAnswer | None:
+        """Return a finding with its run and its file; None if another solver refuses it."""
+        subject, scans = self._subject, each.verdict.scans
+        name = f"{each.rule} {each.site.routine} {each.site.rung} {each.site.instruction}"
+        if not scans and not self._others:
+            return FoundAnswer(each)
+        if not scans:
+            proof = self._folder.save_proof(name, each.verdict.certificates, in_use(subject.job))
+            opinions = tuple(check(proof, other) for other in self._others)
+            refused = any(one.refused for one in opinions)
+            return None if refused else FoundAnswer(each, proof=proof, opinions=opinions)
+        rack = replay_on_rack(subject, coils_disagree(subject, each.coils), scans) if each.coils else None
+        file = _written(subject, name, scans, rack, self._folder)
+        said = faults_on_rack(subject, scans) if each.rule in FAULTS else str(rack or "")
+        layout = subject.problem.lowered.layout
+        return FoundAnswer(each, tuple(steps_of(layout, scans)), file, said)
+
+
+def _scan_ns(subject: ProofSubject) -> int:
+    """Return the rack's time between scans; without a rack 1 ms, the grid of the prover."""
+    return subject.job.spec.scan_ns if subject.job.spec.slot else 1_000_000
+
+
+def slug(name: str) -> str:
+    """Return the name of a claim's folder.
+
+    >>> slug("lost position"), slug("never Fwd AND Rev (2)"), slug("??"), slug("Aux")
+    ('lost_position', 'never_Fwd_AND_Rev_2', 'claim', 'Aux_')
+    """
+    return no_device(re.sub(r"\W+", "_", name).strip("_")[:60]) or "claim"
+
+
+def _written(
+    subject: ProofSubject, name: str, scans: Sequence[ScanOf], rack: OnRack | None, folder: ScenarioFolder
+) -> Path:
+    """Write a scenario, see `write_scenario`."""
+    scan_ns, layout = _scan_ns(subject), subject.problem.lowered.layout
+    orders = on_scans_of(layout, scans, scan_ns) if rack is None else rack.scenario
+    return write_scenario(subject.job, name, orders, scan_ns, rack, folder)
+
+
+def write_scenario(
+    job: LoadedRack,
+    name: str,
+    orders: RackScenario,
+    scan_ns: int,
+    rack: OnRack | None,
+    folder: ScenarioFolder,
+) -> Path:
+    """Write a scenario, and its recording if the rack confirms it; return the scenario's path."""
+    file = folder.save(name, orders.scenario(scan_ns), in_use(job))
+    if rack is not None and rack.confirmed:
+        with suppress(CpuFault):  # the recording ends with the fault
+            record(job, rack, file.with_name(SCENARIO_TRACE))
+    return file

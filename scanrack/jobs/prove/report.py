@@ -1,0 +1,204 @@
+"""Answers as lines and as JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any
+
+from scanrack.io_images.times import time_text
+from scanrack.ladder.prove.answers import ScenarioStep
+from scanrack.ladder.prove.induction import VerdictKind
+
+from .checking import Opinion
+from .proving import FoundAnswer, Questions, Result
+from .scenario import told
+from .subject import ProofSubject
+
+HELD_SHOWN = 12
+"""Held numbers that the text lists."""
+
+LATEST_MS = 1000
+"""The longest time between two scans that a rack file can give; `scan_ms` takes it in."""
+
+BLAME_SHOWN = 3
+"""Reasons of an unknown claim that the text lists."""
+
+
+def line_of(result: Result, width: int) -> str:
+    """Return the line of a claim: name, verdict, and what comes with it.
+
+    Args:
+        width: columns of the name.
+    """
+    return f"{result.name:<{width}}  {result.word:<8}  {detail_of(result)}".rstrip()
+
+
+def own_time_text(result: Result) -> str:
+    """Return that only scans longer than the rack's break a claim, if it is so."""
+    if result.at_own_time is None:
+        return ""
+    time, known = time_text(result.own_ns), result.at_own_time.verdict.kind
+    said = "it is proved" if known is VerdictKind.PROVED else "no run breaks it within the limits"
+    return f"only with scans longer than the rack's: with scans of {time} {said}   "
+
+
+def detail_of(result: Result) -> str:
+    """Return what comes with a verdict."""
+    found, verdict = result.answer, result.answer.verdict
+    if result.refused_by:
+        return "; ".join(f"{each.solver} refuses the proof, {each.why}" for each in result.refused_by)
+    if found.steps:
+        return f"{own_time_text(result)}scan {verdict.k:,}   {result.scenario}"
+    if verdict.kind is VerdictKind.PROVED:
+        reached = "no run reaches it   " if not found else ""
+        said = f"{reached}{result.spent_ns / 1e9:.2f} s   ({found.deciding:,} tags of {found.tags:,})"
+        return f"{said}   {opinions_text(result.opinions)}".rstrip()
+    more = len(verdict.blame) - BLAME_SHOWN
+    said = "; ".join(verdict.blame[:BLAME_SHOWN])
+    return f"{said}; and {more:,} more" if more > 0 else said
+
+
+def opinions_text(opinions: Iterable[Opinion]) -> str:
+    """Return what other solvers say of a proof, "" without any."""
+    each = [
+        f"{one.solver} confirms it" if one.confirmed else f"{one.solver} does not confirm it: {one.why}"
+        for one in opinions
+    ]
+    return "; ".join(each)
+
+
+def below(subject: ProofSubject, result: Result) -> Iterator[str]:
+    """Yield the lines below that of a claim: its scenario, and what the rack did."""
+    for number, step in enumerate(result.answer.steps, start=1):
+        yield f"scan {number}: {told(step, subject.job.spec)}"
+    yield from result.answer.end
+    if result.rack is not None:
+        yield str(result.rack)
+    if result.answer.advice:
+        yield f"to do: {result.answer.advice}"
+
+
+def asked_text(count: int) -> str:
+    """Return how many built-in questions there are."""
+    return f"{count:,} questions about rungs, contacts, coils and faults"
+
+
+def found_lines(each: FoundAnswer) -> Iterator[str]:
+    """Yield the lines of a finding of the built-in questions, with its run."""
+    scenario = f"   {each.scenario}" if each.scenario else ""
+    said = "".join(f"   {text}" for text in (scenario.strip(), opinions_text(each.opinions)) if text)
+    yield f"{each.finding.rule:<10}  {each.finding.site.where}: {each.finding.text}{said}"
+    for number, step in enumerate(each.steps, start=1):
+        yield f"    scan {number}: {step}"
+    if each.rack:
+        yield f"    {each.rack}"
+
+
+def open_text(answers: Questions) -> str:
+    """Return how many questions are open, by rule; "" if none is."""
+    left = sum(answers.open.values())
+    by_rule = ", ".join(f"{rule} {count:,}" for rule, count in sorted(answers.open.items()) if count)
+    return f"{left:,} of them are open (--work 10 may decide more): {by_rule}" if left else ""
+
+
+def question_lines(answers: Questions) -> Iterator[str]:
+    """Yield what became of the built-in questions, findings in the order of the program."""
+    if asked := sum(answers.asked.values()):
+        yield asked_text(asked)
+    for each in answers.found:
+        yield from found_lines(each)
+    if left := open_text(answers):
+        yield left
+
+
+def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
+    """Return what the answers depend on, a sentence each: the report's list of assumptions."""
+    held: dict[str, Any] = {}
+    said = dict.fromkeys(subject.problem.happenings.assumed())  # of the built-in questions, too
+    for each in results:
+        held |= dict(each.answer.held)
+        said |= dict.fromkeys(each.answer.assumed)
+    bounds = subject.problem.bounds
+    wide = f"scan_ms = [{max(1, bounds.low_ms)}, {LATEST_MS}]"
+    late = f", none is later ({wide})" if bounds.high_ms < LATEST_MS else ""
+    apart = f"scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{bounds.steps_text}{late}"
+    lines = [apart, *subject.assumed, *said]
+    return [*lines, held_text(held)] if held else lines
+
+
+def held_text(held: Mapping[str, Any]) -> str:
+    """Return the held numbers in a line, by name; the first ones if there are many."""
+    shown = [f"{name} = {value}" for name, value in sorted(held.items())]
+    more = [f"and {len(shown) - HELD_SHOWN:,} more (--json lists all)"] * (len(shown) > HELD_SHOWN)
+    return f"held, as nothing writes them: {', '.join([*shown[:HELD_SHOWN], *more])}"
+
+
+def as_json(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> dict[str, Any]:
+    """Return the answers in JSON's types; times in ns, scans from 1."""
+    return {
+        "properties": [_row(each) for each in results],
+        "found": [_found(each) for each in answers.found],
+        "asked": dict(sorted(answers.asked.items())),
+        "open": dict(sorted(answers.open.items())),
+        "scan_ms": [subject.problem.bounds.low_ms, subject.problem.bounds.high_ms],
+        "modules": list(subject.assumed),
+        "assumed": list(subject.problem.happenings.assumed()),
+    }
+
+
+def _row(result: Result) -> dict[str, Any]:
+    found, verdict, site = result.answer, result.answer.verdict, result.answer.claim.site
+    return {
+        "name": result.name,
+        "claim": found.claim.sentence,
+        "routine": site.routine,
+        "number": site.rung,
+        "verdict": result.word,
+        "spent_ns": result.spent_ns,
+        "k": verdict.k,
+        "values": found.deciding,
+        "tags": found.tags,
+        "invariants": list(verdict.invariants),
+        "held": dict(found.held),
+        "assumed": list(found.assumed),
+        "blame": list(verdict.blame),
+        "advice": found.advice,
+        "scans": scans_of(found.steps),
+        "end": list(found.end),
+        "scenario": None if result.scenario is None else str(result.scenario),
+        "rack": None if result.rack is None else result.rack.to_json(),
+        "at_own_time": None if result.at_own_time is None else result.at_own_time.verdict.kind,
+        "proof": None if result.proof is None else str(result.proof),
+        "opinions": [each._asdict() for each in result.opinions],
+    }
+
+
+def scans_of(steps: Iterable[ScenarioStep]) -> list[dict[str, Any]]:
+    """Return the scans of a scenario in JSON's types."""
+    return [
+        {
+            "ms": each.ms,
+            "set": dict(each.changes),
+            **({"key": "program"} if each.turned else {}),
+            **({"start": "retained"} if each.again else {}),
+        }
+        for each in steps
+    ]
+
+
+def _found(found: FoundAnswer) -> dict[str, Any]:
+    finding = found.finding
+    site = finding.site
+    return {
+        "rule": finding.rule,
+        "file": site.file,
+        "line": site.line,
+        "routine": site.routine,
+        "number": site.rung,
+        "text": finding.text,
+        "scans": scans_of(found.steps),
+        "scenario": None if found.scenario is None else str(found.scenario),
+        "rack": found.rack or None,
+        "proof": None if found.proof is None else str(found.proof),
+        "opinions": [each._asdict() for each in found.opinions],
+    }

@@ -1,0 +1,107 @@
+"""A run of the prover as an operator's orders on a rack, and as the scenario of `scanrack fuzz`.
+
+    prover      scan 1      scan 2                          scan 3
+    ms          0           35                              70
+    rack        |  |  |  |  |  |  |  |  |  |  |  |  |  |  | |         scans of its own time
+    inputs      at once     before the last of the scans in between, or before the first of them
+
+A tag is written; a word of a module's inputs is forced.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.ladder.model.tags import Layout
+from scanrack.ladder.prove.answers import ScenarioStep, tag_text, value_text
+from scanrack.ladder.prove.monitors import Key
+from scanrack.ladder.prove.replaying import ScanOf
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.live.actions import Action, Force, Mode, Write
+
+from ..fuzz.scenarios.scenario import OperatorAction, Scenario
+
+
+@dataclass(frozen=True, slots=True)
+class RackScenario:
+    """Orders before scans of a rack, the number of its scans, and inputs that no order can set."""
+
+    orders: tuple[tuple[int, Action], ...]
+    scans: int
+    left_out: tuple[str, ...] = ()
+
+    def scenario(self, scan_ns: int) -> Scenario:
+        """Return it as `scanrack fuzz` replays it."""
+        return Scenario(orders=tuple(OperatorAction(scan * scan_ns, order) for scan, order in self.orders))
+
+    def without_forces(self) -> RackScenario:
+        """Return it without what modules are to say."""
+        kept = tuple(each for each in self.orders if not isinstance(each[1], Force))
+        return RackScenario(kept, self.scans, self.left_out)
+
+    @property
+    def forced(self) -> tuple[str, ...]:
+        """Words of modules that are forced, each once."""
+        return tuple(dict.fromkeys(order.tag for _, order in self.orders if isinstance(order, Force)))
+
+
+def on_scans_of(
+    layout: Layout, scans: Sequence[ScanOf], scan_ns: int, *, inputs_first: bool = False
+) -> RackScenario:
+    """Return a run as orders on a rack with scans of `scan_ns`.
+
+    Args:
+        inputs_first: inputs change before the first of the scans that take the place of a long one.
+    """
+    orders: list[tuple[int, Action]] = []
+    at = 0
+    for number, each in enumerate(scans):
+        count = max(1, round(each.ms * 1_000_000 / scan_ns)) if number else 0
+        first = at + (1 if inputs_first and number else count)
+        if each.turned:
+            count = max(count, 2)
+            orders.append((at + 1, Mode("program")))
+            orders.append((at + count, Mode("run")))
+            first = at + count
+        orders += [(first, order) for order in _orders(layout, each.inputs)]
+        at += count
+    left_out = {tag_text(layout, key) for each in scans for key in each.inputs if not _is_set(layout, key)}
+    return RackScenario(tuple(orders), at + 1, tuple(sorted(left_out)))
+
+
+def _is_set(layout: Layout, key: Key) -> bool:
+    """Whether an order can set an input: not the connection fault of a module, nor a hidden value."""
+    leaf = layout.leaf(key[0])
+    return leaf.is_image or (leaf.slot is None and not key[0].startswith(("S:", "~")))
+
+
+def _orders(layout: Layout, inputs: dict[Key, Any]) -> Iterator[Action]:
+    for key, value in sorted(inputs.items()):
+        leaf = layout.leaf(key[0])
+        if leaf.is_image:
+            yield Force(f"Local:{leaf.slot}:I.Data[{key[1]}]", int(value))
+        elif _is_set(layout, key):
+            yield Write(tag_text(layout, key), value)
+
+
+def told(step: ScenarioStep, spec: RackSpec) -> str:
+    """Return a scan of a scenario in words, with the names of the bits in words of modules."""
+    words = {slot.number: slot.words for slot in spec.slot}
+    said = []
+    for name, value in step.changes:
+        found = _WORD.fullmatch(name)
+        bits = [] if found is None else _bits(words.get(int(found[1])), int(found[2]), int(value))
+        said.append(value_text(name, value) + (f" ({' '.join(bits)})" if bits else ""))
+    return step.told(said)
+
+
+_WORD = re.compile(r"Local:(\d+):I\.Data\[(\d+)\]")
+
+
+def _bits(words: ModuleWords | None, word: int, value: int) -> list[str]:
+    """Return the names of the bits of an input word that are set."""
+    return [] if words is None else [name for name, bit in words.bits("I", word) if value >> bit & 1]

@@ -1,0 +1,185 @@
+"""What a search asks: which rungs and contacts are dead, and a scenario that makes one of them on.
+
+Dead is proved for free inputs of all modules, in faults, too: no scenario of any search makes it. A scenario
+sets what an operator and a machine can: tags, inputs of cards, the six inputs of a 3601. Everything else that
+the prover supposes of a module, such as the end of a move, is left to the module: the run decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.io_images.site import Site
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.prove.induction import Limits
+from scanrack.ladder.prove.questions.points import BUDGET, SEARCH, PointState, RungPoint, dead_points, run_to
+from scanrack.ladder.prove.replaying import ScanOf
+from scanrack.ladder.prove.solving.solver import is_installed
+from scanrack.ladder.prove.system import RUN_ONLY, ProgramSystem, ScanBounds
+from scanrack.ladder.run.engine import Engine
+from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime.live.actions import Force, Write
+
+from ...check.check import facts_of
+from ...fuzz.scenarios.scenario import ContactPress, OperatorAction, Press, Scenario
+from ...load.loading import LoadedRack
+from ..scenario import on_scans_of
+from ..subject import subject_of_job
+from .judging import set_outside
+
+LONGEST_NS = 20_000_000
+"""Longest scan of a run that is sought; on the rack it is some of its own."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeadPoint:
+    """A contact or output of which something never happens.
+
+    Attributes:
+        site: the instruction.
+        point: its number and state, for `scenario_to`.
+    """
+
+    site: Site
+    point: RungPoint
+
+    @property
+    def state(self) -> PointState:
+        """What never happens: reached, on, off."""
+        return self.point.state
+
+
+def dead(job: LoadedRack, budget: int = BUDGET) -> tuple[DeadPoint, ...]:
+    """Return what is proved never to happen in a ladder program, in its order; () without the solver.
+
+    Args:
+        budget: the work, see `Solver`; what is undecided then is not among them. The same on every machine.
+    """
+    problem = _problem(job)
+    if problem is None:
+        return ()
+    sites = problem.lowered.sites
+    return tuple(DeadPoint(sites[each.number], each) for each in dead_points(problem, budget))
+
+
+def _problem(job: LoadedRack) -> ProgramSystem | None:
+    """Return a job's program with all its inputs free; None if nothing can be proved about it."""
+    if not isinstance(job.logic, LadderLogic) or not is_installed():
+        return None
+    given = job.spec.prove
+    outside = (*given.written_outside, *set_outside(facts_of(job)))
+    try:
+        free = given.free
+        return ProgramSystem(
+            job.logic, _bounds(job.spec), free=free, written_outside=outside, happenings=RUN_ONLY
+        )
+    except LadderError:
+        return None
+
+
+def _bounds(spec: RackSpec, longest_ns: int = LONGEST_NS) -> ScanBounds:
+    return ScanBounds.of(spec.scan_ns / 1e6, max(spec.scan_ns, longest_ns) / 1e6)
+
+
+@dataclass(frozen=True, slots=True)
+class AimedScenario:
+    """A scenario that makes a point if the modules answer as the prover supposes.
+
+    Attributes:
+        scenario: times count from power-up, or from `at_ns`.
+        scans: of the rack, from there, until the point is made.
+        supposed: words of modules that the prover has chosen, and that no scenario sets.
+    """
+
+    scenario: Scenario
+    scans: int
+    supposed: tuple[str, ...]
+
+
+def scenario_to(
+    job: LoadedRack,
+    point: RungPoint,
+    start: Engine | None = None,
+    at_ns: int = 0,
+    limits: Limits = SEARCH,
+    longest_ns: int = LONGEST_NS,
+) -> AimedScenario | None:
+    """Return a scenario that makes a contact or output reached, on or off; None if none is found.
+
+    Args:
+        point: as in `DeadPoint.point`, or `RungPoint(number in LoweredProgram.sites, state)`.
+        start: the engine of a run of the same rack, in the state to begin with; None for power-up.
+        at_ns: time of the next scan of that run.
+        longest_ns: longest scan that the solver may choose: in long ones it reaches far, and what needs an
+            instant does not come about on the rack.
+
+    Raises:
+        LadderError: the program has no such point.
+    """
+    if not isinstance(job.logic, LadderLogic) or not is_installed():
+        return None
+    try:
+        problem = subject_of_job(job, bounds=_bounds(job.spec, longest_ns)).problem
+    except LadderError:
+        return None
+    scans = run_to(problem, point, start, limits)
+    return _aimed(job.spec, problem, scans, at_ns) if scans else None
+
+
+def _aimed(spec: RackSpec, problem: ProgramSystem, scans: Sequence[ScanOf], at_ns: int) -> AimedScenario:
+    found = on_scans_of(problem.lowered.layout, scans, spec.scan_ns)
+    at = {scan: at_ns + scan * spec.scan_ns for scan in range(found.scans + 1)}
+    orders = [OperatorAction(at[scan], each) for scan, each in found.orders if isinstance(each, Write)]
+    presses: list[Press] = []
+    pushes: list[ContactPress] = []
+    supposed = []
+    for slot, word in ((each, word) for each in spec.slot for word in range(len(each.words.inputs))):
+        name = f"Local:{slot.number}:I.Data[{word}]"
+        forces = [(at[scan], each) for scan, each in found.orders if isinstance(each, Force)]
+        levels = [(at_ns, each.value) for at_ns, each in forces if each.tag == name]
+        if levels:
+            times = [*levels, (at[found.scans], 0)]
+            made = list(_presses(slot, word, times)), list(_pushes(slot, word, times))
+            presses += made[0]
+            pushes += made[1]
+            supposed += [] if any(made) else [name]
+    scenario = Scenario(orders=tuple(orders), presses=tuple(presses), pushes=tuple(pushes))
+    return AimedScenario(scenario, found.scans, tuple(supposed))
+
+
+Levels = Sequence[tuple[int, bool | int | float | str]]
+"""Times, ns, from which a word has a value; at the last one the run has ended."""
+
+
+def _presses(slot: SlotSpec, word: int, levels: Levels) -> Iterator[Press]:
+    """Yield what energizes the inputs of a 3601 that are active in input word 1, as inputs are by default."""
+    if is_stepper(slot.words) and word == 1:
+        for each in InputBit:
+            for begin, end in _on(levels, each.value):
+                yield Press(slot.number, each, True, begin, end - begin)
+
+
+def _pushes(slot: SlotSpec, word: int, levels: Levels) -> Iterator[ContactPress]:
+    """Yield what operates the contacts of a card."""
+    named = slot.words.groups.get("input", {})
+    buttons = slot.record.buttons(slot.options)
+    for name, place in named.items():
+        if name in buttons and (place.image, place.word) == ("I", word):
+            for begin, end in _on(levels, 1 << place.bit):
+                yield ContactPress(slot.number, name, begin, end - begin)
+
+
+def _on(levels: Levels, mask: int) -> Iterator[tuple[int, int]]:
+    """Yield begin and end of each time in which a bit is set."""
+    begin: int | None = None
+    for at_ns, value in levels:
+        is_on = bool(int(value) & mask) and at_ns != levels[-1][0]
+        if is_on and begin is None:
+            begin = at_ns
+        elif not is_on and begin is not None:
+            yield begin, at_ns
+            begin = None

@@ -1,0 +1,38 @@
+"""What an edit of a ladder program can change, where the solver is installed and decides soon."""
+
+from __future__ import annotations
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.model.errors import LadderError
+
+MOST_INSTRUCTIONS = 1_500
+"""Instructions of a program up to which it is compared: a second or two."""
+
+Group = tuple[str, tuple[str, ...]]
+"""What may happen, and the names of the values to which it may."""
+
+
+def effects_of(old: LadderLogic, new: LadderLogic) -> tuple[Group, ...]:
+    """Return which outputs and other values can differ after an edit, with the same inputs from power-up.
+
+    What is not named is equal in every run. Nothing is returned if no proof covers the programs.
+    """
+    from scanrack.ladder.prove.solving.solver import is_installed
+
+    if not is_installed() or any(len(each.build().sites) > MOST_INSTRUCTIONS for each in (old, new)):
+        return ()
+    from scanrack.ladder.prove.difference import compare
+
+    try:
+        found = compare(old, new)
+    except LadderError:
+        return ()
+    layout = new.build().layout
+    names: dict[bool, list[str]] = {True: [], False: []}
+    for each in found.changed:
+        leaf, index = layout.leaf(each.key[0]), each.key[1]
+        names[leaf.output].append(f"{leaf.path}[{index}]" if leaf.size > 1 else leaf.path)
+    return (
+        ("outputs that can differ, from power-up on", tuple(names[True]) or ("none",)),
+        ("other values that can differ, from power-up on", tuple(names[False]) or ("none",)),
+    )

@@ -1,0 +1,77 @@
+"""What proofs say of the findings of `scanrack check`, where the solver is installed and few steps decide.
+
+The questions are those of `scanrack prove`: whether an output of a rung ever has power, whether a coil is
+ever on, whether a divisor can be zero. Bits that the program only clears, and tags named after an operator's
+panel, are set from outside.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.model.errors import LadderError
+
+from ...check import FileLine, ProofFinding
+from ...check.facts import Facts, Touch
+from ...check.rungs.number_ranges import BY_PEOPLE
+from ...load.loading import LoadedRack
+
+MOST_LINES = 400
+"""Rungs and statements of a program up to which it is asked."""
+
+MOST_TERMS = 3_000
+"""Terms of a scan up to which a program is asked: about a second."""
+
+BUDGET = 1_000_000
+"""Work for all questions of a rule: terms that they ask about."""
+
+RULES: Mapping[str, str] = {
+    "dead-rung": "unreachable",
+    "never-on": "constant-condition",
+    "fault": "division-by-zero",
+}
+"""Rules of `check` by the questions of a proof."""
+
+
+def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
+    """Yield what proofs find in the lines that the user has written; nothing without the solver.
+
+    Args:
+        facts: what `check` knows of the program.
+    """
+    own = facts.sites
+    if not isinstance(job.logic, LadderLogic) or len(own) > MOST_LINES:
+        return
+    from scanrack.ladder.prove.algebra.terms import reach
+    from scanrack.ladder.prove.induction import Limits
+    from scanrack.ladder.prove.questions import QuestionLimits, ask
+    from scanrack.ladder.prove.solving.solver import is_installed
+    from scanrack.ladder.prove.system import ProgramSystem
+
+    if not is_installed():
+        return
+    one = Limits(scans=2, k=1, work=100_000, fuse=3_200, helped=False)
+    outside = (*job.spec.prove.written_outside, *set_outside(facts))
+    try:
+        problem = ProgramSystem(job.logic, free=job.spec.prove.free, written_outside=outside)
+    except LadderError:
+        return  # no proof covers such a program
+    if len(reach(problem.next.values())) > MOST_TERMS:
+        return
+    seen: set[FileLine] = set()
+    for each in ask(problem, tuple(RULES), QuestionLimits(one, BUDGET, states=0)).findings:
+        place = FileLine(each.site.file, each.site.line or 1)
+        counts = each.rule != "fault" or each.text.endswith("zero divisor")
+        if counts and place in own and place not in seen:
+            seen.add(place)
+            yield ProofFinding(RULES[each.rule], place, holds=True, text=each.text)
+
+
+def set_outside(facts: Facts) -> Iterator[str]:
+    """Yield the names of variables that someone outside sets, too: an operator's, and bits only cleared."""
+    for variable, accesses in facts.by_variable():
+        writes = [each for each in accesses if each.writes]
+        only_cleared = all(each.use is Touch.UNLATCH and not each.part for each in writes)
+        if writes and (only_cleared or BY_PEOPLE.search(variable.name)):
+            yield variable.name

@@ -1,0 +1,102 @@
+"""What is proved about: a rack, a program or an export, with its monitors, as a problem for the prover."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from scanrack.io_images.amci3601.contracts import contracts_of
+from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.ladder.prove.contracts import KeptBy
+from scanrack.ladder.prove.monitors import MonitoredProgram
+from scanrack.ladder.prove.system import Contract, Happenings, ProgramSystem, ScanBounds
+from scanrack.runtime.modules.record import Trait
+
+from ..check.alone import load_any
+from ..load.claims import with_monitors
+from ..load.loading import LoadedRack
+from ..load.program import split_address
+
+
+@dataclass(frozen=True, slots=True)
+class ProofSubject:
+    """A program of which something is to be proved.
+
+    Attributes:
+        name: stem of its file.
+        alone: whether it is a program or an export without a rack file.
+        assumed: what the proofs assume of the modules, a sentence each.
+    """
+
+    name: str
+    job: LoadedRack
+    alone: bool
+    program: MonitoredProgram
+    problem: ProgramSystem
+    assumed: tuple[str, ...]
+
+
+def subject_of(file: str, beside: ProgramSystem | None = None) -> ProofSubject:
+    """Load a rack with its program, or a program or an export alone.
+
+    Args:
+        beside: another problem, whose terms stay: to compare two programs.
+
+    Raises:
+        ValueError: a file can't be used, or no proof covers the program, with what it has.
+    """
+    job, alone = load_any(file)
+    found = subject_of_job(job, beside)
+    return replace(found, name=Path(split_address(file)[0]).stem, alone=alone)
+
+
+def subject_of_job(
+    job: LoadedRack, beside: ProgramSystem | None = None, bounds: ScanBounds | None = None
+) -> ProofSubject:
+    """Return a rack that is loaded, as a subject.
+
+    Args:
+        beside: see `subject_of`.
+        bounds: of the time between scans, in place of the rack's.
+
+    Raises:
+        ValueError: no proof covers the program, with what it has.
+    """
+    program = with_monitors(job)
+    given = job.spec.prove
+    bounds = bounds or bounds_of(job)
+    rows = list(_contracts(job, program, bounds))
+    problem = ProgramSystem(
+        program.program,
+        bounds,
+        free=given.free,
+        written_outside=given.written_outside,
+        assume=program.assume,
+        contracts=[contract for contract, _ in rows],
+        happenings=Happenings.of(given.happens),
+        beside=beside,
+    )
+    return ProofSubject(job.rack_file.stem, job, False, program, problem, tuple(said for _, said in rows))
+
+
+def bounds_of(job: LoadedRack) -> ScanBounds:
+    """Return the times between scans that proofs cover; from 0 ms for a rack with scans below 1 ms."""
+    shortest, longest = job.spec.prove.scan_ms
+    shortest = 0 if shortest == 1 and job.spec.scan_ns < 1_000_000 else shortest
+    return ScanBounds.of(shortest, longest, job.spec.scan_ns)
+
+
+def _contracts(
+    job: LoadedRack, program: MonitoredProgram, bounds: ScanBounds
+) -> Iterator[tuple[Contract, str]]:
+    """Yield what the inputs of each 3601 in use keep, with a sentence about it."""
+    at_rpi = job.spec.controller == "compactlogix"
+    each_update = not at_rpi or bounds.high_ms * 1_000_000 <= job.spec.rpi_ns
+    used = {leaf.slot for leaf in program.program.build().layout.images}
+    for slot in job.spec.slot:
+        if slot.number in used and is_stepper(slot.words):
+            adapter = slot.has(Trait.LINE)
+            rows = contracts_of(slot.options, each_update=each_update, adapter=adapter)
+            said = f"slot {slot.number} keeps {len(rows)} contracts of the 3601"
+            yield KeptBy(slot.number, rows, at_rpi and each_update), said

@@ -1,0 +1,36 @@
+"""A logic that wraps another one: attached and closed with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from scanrack.runtime.loop.rack import Slot
+from scanrack.runtime.loop.scan import AttachedLogic, LogicScan, ScanLogic
+
+
+class LogicWrapper:
+    """A logic that calls another one; see `AttachedLogic`."""
+
+    def __init__(self, logic: ScanLogic) -> None:
+        self._logic = logic
+
+    def __call__(self, scan: LogicScan) -> object:
+        """Call the logic inside."""
+        return self._logic(scan)
+
+    def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
+        """Attach the inner logic, if it needs that."""
+        if isinstance(self._logic, AttachedLogic):
+            self._logic.__attach_logic__(slots)
+
+    def __close_logic__(self) -> None:
+        """Close the inner logic, if it needs that."""
+        if isinstance(self._logic, AttachedLogic):
+            self._logic.__close_logic__()
+
+
+def unwrapped(logic: ScanLogic) -> ScanLogic:
+    """Return the innermost logic."""
+    while isinstance(logic, LogicWrapper):
+        logic = logic._logic
+    return logic

@@ -1,0 +1,87 @@
+"""The orders of a recorded session, given again before the same scans."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from scanrack.runtime.live.actions import RECORDED, action_of, parsed
+from scanrack.runtime.live.operator_actions import AppliedAction, OperatorActions
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.listeners import QuietListener
+from scanrack.traces.format.topics import ORDERS
+from scanrack.traces.read.reader import Trace, TraceEvent
+
+RecordedOrder = AppliedAction
+"""An order in a recording."""
+
+
+def is_session(trace: Trace) -> bool:
+    """Return whether a trace is of a session."""
+    return any(channel.topic == ORDERS.name for channel in trace.head.channels.values())
+
+
+def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
+    """Return the orders among the events of a recording; ValueError if one of them can't be read.
+
+    A session has orders; a bench has edits, which are orders if their files are in the trace.
+    """
+    found = []
+    for event in events:
+        if event.topic == ORDERS.name or is_edit_with_files(event.topic, event.fields):
+            try:
+                order = action_of(parsed(str(event.fields.get("order"))), RECORDED)
+            except ValueError as error:
+                says = f"the order before scan {event.scan} can't be given again: {error}"
+                raise ValueError(says) from error
+            found.append(RecordedOrder(event.scan, order))
+    return found
+
+
+def is_edit_with_files(topic: str, fields: Mapping[str, object]) -> bool:
+    """Return whether an event is an edit at a bench whose files are in the trace; it has its order."""
+    return topic == "/events" and fields.get("kind") == "edit" and "order" in fields
+
+
+def is_edit(event: TraceEvent) -> bool:
+    """Return whether an event reports an edit of the program."""
+    return event.topic == "/events" and event.fields.get("kind") == "edit"
+
+
+def lost_edits(events: Iterable[TraceEvent]) -> list[int]:
+    """Return the scans from which a program ran that the trace lacks: edits at a bench without files."""
+    known = list(events)
+    orders = [event for event in known if event.topic == ORDERS.name]
+    brought = {event.scan for event in orders if event.fields.get("name") == "edit"}
+    lost = [each for each in known if is_edit(each) and not is_edit_with_files(each.topic, each.fields)]
+    return [event.scan for event in lost if event.scan not in brought]
+
+
+class OrderRepeater(QuietListener):
+    """Gives recorded orders again; the last listener of the scan loop.
+
+    Args:
+        hands: carries them out.
+    """
+
+    def __init__(self, cpu: Cpu, hands: OperatorActions, orders: Iterable[RecordedOrder]) -> None:
+        self._cpu, self._hands = cpu, hands
+        self._orders: Sequence[RecordedOrder] = sorted(orders, key=lambda each: each.scan)
+        self._next = 0
+        self.refused: list[str] = []  # orders that could not be carried out, as sentences
+
+    def begin(self) -> None:
+        """Give the orders before scan 0."""
+        self._give(0)
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Give the orders before the next scan."""
+        self._give(scan + 1)
+
+    def _give(self, scan: int) -> None:
+        while self._next < len(self._orders) and self._orders[self._next].scan <= scan:
+            number, order = self._orders[self._next]
+            self._next += 1
+            try:
+                self._hands.act(order, number * self._cpu.period_ns, number)
+            except ValueError as error:
+                self.refused.append(f"the order before scan {number} is not carried out: {error}")

@@ -1,0 +1,252 @@
+"""The programs of a session as files: the first one and the results of its edits.
+
+    scan     0 ............ 4,010 ............ 9,200 ....
+    number   0              1                  2
+    trace    feeder.rung    edit-1/feeder.rung edit-2/feeder.rung     attachments, and all beside them
+    orders                  edit 1             edit 2                 on /orders
+
+Each can be loaded again: for a rerun, for a branch, and by a monitor that shows past scans.
+"""
+
+from __future__ import annotations
+
+import atexit
+import tempfile
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from scanrack.runtime.live.actions import Edit
+from scanrack.runtime.live.operator_actions import AppliedAction
+from scanrack.traces.format.topics import ORDERS
+from scanrack.traces.read.reader import Trace
+from scanrack.traces.write.recorder import Attachment
+
+from ..load.loading import LoadedRack, load_job
+from ..load.retaining import retaining
+from ..trust.attachments import (
+    RETAINED,
+    attachment,
+    edit_number,
+    files_of,
+    folder_of_edit,
+    forget_imported,
+    load_files,
+    made_by,
+    own_program,
+)
+from ..trust.extracting import attached_files, extract
+from ..trust.trust import RunFiles, address_name, admitted
+from .order_repeater import orders_of
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramVersion:
+    """A program of a session: its files and its place in them."""
+
+    rack: str  # the rack file among the files, `path[:function]`
+    program: str  # the program among them, `path[:function]`
+    files: Mapping[str, bytes]  # by their names in a trace
+    paths: Mapping[str, Path] = field(default_factory=dict)  # on disk, by the same names; none from a trace
+    retained: bytes | None = None  # its initial tags, the contents of their file; None without one
+    place: Path | None = None  # folder of a copy of the files, for other processes; None without one
+
+    @property
+    def is_on_disk(self) -> bool:
+        """Whether the files on the disk are unchanged."""
+        return bool(self.paths) and all(
+            path.is_file() and path.read_bytes() == self.files[name] for name, path in self.paths.items()
+        )
+
+
+def version_of(job: LoadedRack) -> ProgramVersion:
+    """Return the files of a job that was just loaded from the disk; OSError if one can't be read."""
+    made, paths = made_by(job), files_of(job)
+    files = {name: path.read_bytes() for name, path in paths.items()}
+    return ProgramVersion(made["rack_file"], made["program_file"], files, paths, job.retained)
+
+
+class ProgramVersions:
+    """The programs of a session by their numbers; 0 is the first.
+
+    Args:
+        folder: for copies of files that have changed on the disk.
+        rack: address of the rack file on the disk; None if all files come from a trace.
+        known: programs by number.
+    """
+
+    def __init__(
+        self, folder: Path, rack: str | None = None, known: Mapping[int, ProgramVersion] | None = None
+    ) -> None:
+        self._folder, self._rack = folder, rack
+        self._known: dict[int, ProgramVersion] = dict(known or {})
+        self._loaded: dict[int, LoadedRack] = {}
+        self._used: set[Path] = set()
+        self._copies: Path | None = None
+
+    def __getitem__(self, number: int) -> ProgramVersion:
+        return self._known[number]
+
+    def keep(self, number: int, edition: ProgramVersion, job: LoadedRack) -> None:
+        """Add a loaded program; it replaces one with the same number."""
+        self._known[number], self._loaded[number] = edition, job
+        self.follow(job)
+
+    def begin(self, edition: ProgramVersion) -> None:
+        """Add the first program, whose files an edit may change."""
+        self._known[0] = edition
+
+    @property
+    def edited(self) -> bool:
+        """Whether there is more than the first program."""
+        return any(self._known)
+
+    def again(self, number: int) -> LoadedRack:
+        """Return a program in its initial state from copies of its files, in a folder of our own.
+
+        Raises:
+            ValueError: its files are not there, or it can't be loaded.
+        """
+        if self._copies is None:
+            holder = tempfile.TemporaryDirectory(prefix="scanrack-")
+            atexit.register(holder.cleanup)
+            self._copies = Path(holder.name)
+        return ProgramVersions(self._copies, None, self._known).job(number)
+
+    def follow(self, job: LoadedRack) -> None:
+        """Note a loaded program: its modules are dropped when another one is loaded."""
+        self._used |= folders_of(job)
+
+    def forget(self) -> None:
+        """Drop the modules of the programs so far, so that their files are read again."""
+        forget(self._used)
+
+    def up_to(self, number: int) -> ProgramVersions:
+        """Return the programs up to a number, none of them loaded yet, for a branch."""
+        known = {each: edition for each, edition in self._known.items() if each <= number}
+        branch = ProgramVersions(self._folder, self._rack, known)
+        branch._used = set(self._used)
+        return branch
+
+    def job(self, number: int) -> LoadedRack:
+        """Return a program in its initial state: the kept one, or a new load.
+
+        Raises:
+            ValueError: an unknown number, or a program that can't be loaded.
+            OSError: its files can't be written.
+        """
+        loaded = self._loaded.pop(number, None)
+        if loaded is not None:
+            return loaded
+        if number not in self._known:
+            raise ValueError(f"the files of edit {number} are not there")
+        job = self._load(self._known[number])
+        self.follow(job)
+        return job
+
+    def _load(self, edition: ProgramVersion) -> LoadedRack:
+        self.forget()
+        if self._rack is not None and edition.is_on_disk:
+            job = load_job(self._rack)
+            if edition.is_on_disk:
+                return job
+        job = load_files(self._copied(edition), edition.rack, edition.program)
+        return job if edition.retained is None else retaining(job, edition.retained, RETAINED)[0]
+
+    def of_a_session(self, begins: ProgramVersion) -> ProgramVersions:
+        """Return the programs of a new session, with a copy of each; OSError if a copy can't be written."""
+        known = {0: begins, **self._known}
+        copies = {number: self.with_copy(edition) for number, edition in known.items()}
+        session = ProgramVersions(self._folder, self._rack, copies)
+        session._used = set(self._used)
+        return session
+
+    def with_copy(self, edition: ProgramVersion) -> ProgramVersion:
+        """Return a program with a copy of its files; OSError if it can't be written."""
+        return replace(edition, place=self._copied(edition))
+
+    def _copied(self, edition: ProgramVersion) -> Path:
+        self._folder.mkdir(parents=True, exist_ok=True)
+        number = sum(1 for _ in self._folder.glob("program-*"))
+        place = self._folder / f"program-{number}"
+        extract(edition.files, place)
+        return place.resolve()
+
+    def attachments(self, number: int) -> list[Attachment]:
+        """Return the files of an edit as a trace's attachments, sorted by name."""
+        files, start = self._known[number].files, folder_of_edit(number)
+        return [attachment(f"{start}{name}", files[name]) for name in sorted(files)]
+
+
+def edits_of(trace: Trace) -> list[AppliedAction]:
+    """Return the recorded edits, in order; only chunks behind their files are read."""
+    starts: dict[int, int] = {}
+    for span, name in trace.attachment_names():
+        if number := edit_number(name):
+            starts.setdefault(number, span.offset)
+    found = [_edit_behind(trace, number, offset) for number, offset in sorted(starts.items())]
+    return [each for each in found if each is not None]
+
+
+def _edit_behind(trace: Trace, number: int, offset: int) -> AppliedAction | None:
+    """Return an edit, whose order is in the chunks behind its files."""
+    topics = {ORDERS.name, "/events"}
+    for section in trace.sections:
+        if section.span.offset > offset and trace.may_tell(section, topics):
+            for each in orders_of(trace.events_in(section, topics)):
+                if isinstance(each.order, Edit) and each.order.number == number:
+                    return each
+    return None
+
+
+def versions_of(
+    trace: Trace, given: Iterable[AppliedAction], job: LoadedRack, folder: Path, *, trust: bool
+) -> ProgramVersions:
+    """Return the programs of a recorded session that may be used.
+
+    Args:
+        given: its orders.
+        job: its first program.
+        trust: run Python of the trace, see `trust`.
+
+    Raises:
+        UntrustedError: Python of the trace would be run.
+        ValueError: files of an edit are missing, or can't be used.
+    """
+    files = attached_files(trace)
+    rack = trace.head.metadata.get("rack_file", "")
+    known = {}
+    for each in given:
+        if isinstance(each.order, Edit):
+            number, program = each.order.number, each.order.program
+            known[number] = _recorded(files, number, rack, program, trust=trust)
+    editions = ProgramVersions(folder, None, known)
+    editions.follow(job)
+    return editions
+
+
+def _recorded(
+    files: Mapping[str, bytes], number: int, rack: str, program: str, *, trust: bool
+) -> ProgramVersion:
+    start = folder_of_edit(number)
+    own = {name.removeprefix(start): data for name, data in files.items() if name.startswith(start)}
+    if not own:
+        raise ValueError(f"the trace does not bring the files of edit {number}, which its run needs")
+    given = RunFiles(address_name(rack), own_program(rack, program) and address_name(program))
+    return ProgramVersion(rack, program, admitted(own, given, trust=trust))
+
+
+def forget(folders: Iterable[Path]) -> None:
+    """Drop the modules of earlier programs.
+
+    Args:
+        folders: absolute paths without symbolic links.
+    """
+    for folder in folders:
+        forget_imported(folder)
+
+
+def folders_of(job: LoadedRack) -> set[Path]:
+    """Return the folders in which a job's Python finds modules."""
+    stubs = {(job.folder / each).parent.resolve() for each in job.stub_files}
+    return {job.rack_file.parent.resolve(), job.program.parent.resolve(), *stubs}

@@ -1,0 +1,106 @@
+"""The waits of sequences for a recorder, a journal or a message: line, condition, begin.
+
+    scan     602                       603 to 1,402   1,403
+    cycle    waits at line 14          waits          waits at line 15
+    written  /sequences                nothing        /sequences
+
+A waiting sequence costs one comparison per scan; the text is made only after a step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from scanrack.ladder.python.sequences import Logic, Sequence, parts_of, sequences_of
+from scanrack.runtime.loop.events import JsonValue
+from scanrack.runtime.loop.listeners import ScanListener
+from scanrack.runtime.loop.scan import ScanLogic
+from scanrack.traces.format.topics import SEQUENCES
+from scanrack.traces.read.sequence_steps import Step
+
+from .logic_wrapper import unwrapped
+
+
+def sequences_in(logic: ScanLogic) -> tuple[Sequence, ...]:
+    """Return the sequences of a program, in order of definition; none if its class is no `Logic`."""
+    inside = unwrapped(logic)
+    return sequences_of(inside) if isinstance(inside, Logic) else ()
+
+
+def declared_axes(logic: ScanLogic) -> dict[int, str]:
+    """Return the slots of the axes that a program declares, each with the line of the declaration."""
+    if not isinstance(logic, Logic):
+        return {}
+    from scanrack.ladder.python.axis3601 import Axis3601  # a program without sequences does not wait for it
+
+    parts = parts_of(logic)
+    return {each.slot: each.declared.spot for each in parts if isinstance(each, Axis3601)}
+
+
+def standing(sequence: Sequence, scan: int) -> Step:
+    """Return the present wait of a sequence."""
+    file = Path(sequence.file or "").name
+    line = sequence.line or 0
+    return Step(scan, sequence.since_ns, sequence.name, file, line, sequence.waits_for)
+
+
+def watching(listener: ScanListener, logic: ScanLogic) -> ScanListener:
+    """Return a listener that also gets the sequences of a program; the same one if it has none."""
+    sequences = sequences_in(logic)
+    return WatchesSequences(listener, sequences) if sequences else listener
+
+
+class WatchesSequences:
+    """Reports to a listener, before a scan, the sequences that have made a step in it.
+
+    A sequence that steps in every scan and waits for the same condition at the same line is reported once.
+    """
+
+    def __init__(self, listener: ScanListener, sequences: tuple[Sequence, ...]) -> None:
+        self._listener = listener
+        self.watch(sequences)
+
+    def watch(self, sequences: tuple[Sequence, ...]) -> None:
+        """Watch the sequences of an edited program from now on."""
+        self._watched = [_SequenceState(each) for each in sequences]
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Pass on an event."""
+        self._listener.event(scan, now_ns, topic, fields)
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Report sequences that have made a step, and pass on the scan."""
+        for each in self._watched:
+            resumed = each.sequence.resumed
+            if resumed != each.resumed:
+                each.resumed = resumed
+                step = each.step(scan)
+                if step is not None:
+                    self._listener.event(scan, now_ns, SEQUENCES.name, fields_of(step))
+        self._listener.scan(scan, now_ns, flags)
+
+    def close(self) -> None:
+        """Close the listener."""
+        self._listener.close()
+
+
+class _SequenceState:
+    def __init__(self, sequence: Sequence) -> None:
+        self.sequence = sequence
+        self.resumed = 0
+        self._scan = -1
+        self._stood: tuple[str, int, str] | None = None
+
+    def step(self, scan: int) -> Step | None:
+        """Return its new wait; None if the wait is unchanged."""
+        step = standing(self.sequence, scan)
+        stands = step.file, step.line, step.wait
+        stays = stands == self._stood and scan == self._scan + 1
+        self._scan, self._stood = scan, stands
+        return None if stays else step
+
+
+def fields_of(step: Step) -> dict[str, JsonValue]:
+    """Return a step as the fields of a message on /sequences."""
+    return {"sequence": step.sequence, "file": step.file, "line": step.line, "wait": step.wait}

@@ -1,0 +1,163 @@
+"""Recorded names of a Python program: attributes of the objects in its module, fields of its class.
+
+Every scan looks up `line.step` in the module, so that a replaced object is found. Types come from
+annotations, else from first values.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from enum import Enum, Flag
+from types import FunctionType, ModuleType
+from typing import Any, get_type_hints
+
+from scanrack.io_images.annotations import declared
+from scanrack.io_images.tag_names import TEXT, NamesByPattern
+from scanrack.ladder.python.sequences import Logic
+from scanrack.runtime.loop.scan import ScanLogic
+
+DEPTH = 4
+"""Largest depth of nested objects."""
+
+PLAIN_TYPES: Mapping[type, str] = {bool: "BOOL", int: "LINT", float: "LREAL", str: TEXT}
+"""Recorded types of Python's values."""
+
+
+@dataclass(frozen=True, slots=True)
+class NamedValue:
+    """A value of a Python program."""
+
+    name: str
+    type: str  # BOOL, LINT, LREAL, ENUM or TEXT
+    source: str
+    members: tuple[Enum, ...] = field(default=())  # of an ENUM: its members in order
+
+
+def namespace_of(logic: ScanLogic) -> dict[str, Any]:
+    """Return the names of the module that a function is from.
+
+    An instance of a class of `ScanLogic` has the name of its class in small letters: `line` of `Line`.
+
+    Raises:
+        ValueError: this kind of program has no module with values.
+    """
+    if isinstance(logic, Logic):
+        return {type(logic).__name__.lower(): logic}
+    function = inspect.unwrap(logic)
+    function = getattr(function, "__func__", function)
+    if isinstance(function, FunctionType):
+        return function.__globals__
+    raise ValueError(f"{type(logic).__name__} has no tags: they are those of a ladder program or a module")
+
+
+def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[NamedValue]:
+    """Return the values that patterns match in a module, each once, in the order of the patterns.
+
+    Raises:
+        ValueError: a pattern matches nothing, or a value that can't be recorded.
+    """
+    known = list(_all_values(namespace))
+    names = NamesByPattern(each.name for each in known)
+    found: dict[str, NamedValue] = {}
+    for pattern in patterns:
+        matches = [known[place] for place in names.places(pattern)]
+        matches = matches or [_at_address(namespace, known, pattern)]
+        found.update((each.name, each) for each in matches if each.name not in found)
+    return list(found.values())
+
+
+def _at_address(namespace: Mapping[str, Any], known: Sequence[NamedValue], text: str) -> NamedValue:
+    if _is_address(text):
+        try:
+            value = eval(text, dict(namespace))
+        except (AttributeError, LookupError, NameError, TypeError):
+            pass
+        else:
+            made = _named(text, None, value)
+            if made is not None:
+                return made
+            raise ValueError(
+                f"tag {text!r} is {type(value).__name__}; recorded are bool, int, float, str and Enum"
+            )
+    close = get_close_matches(text, [each.name for each in known], 1)
+    hint = f"; did you mean {close[0]}?" if close else ""
+    raise ValueError(f"no tag matches {text!r}{hint}")
+
+
+def _is_address(text: str) -> bool:
+    """Return whether a text consists of names, attributes and constant subscripts."""
+    try:
+        node = ast.parse(text, mode="eval").body
+    except (SyntaxError, ValueError):
+        return False
+    while isinstance(node, ast.Attribute | ast.Subscript):
+        if isinstance(node, ast.Subscript) and not isinstance(node.slice, ast.Constant):
+            return False
+        node = node.value
+    return isinstance(node, ast.Name)
+
+
+def _all_values(namespace: Mapping[str, Any]) -> Iterator[NamedValue]:
+    hints = declared(namespace)
+    for name, value in namespace.items():
+        if isinstance(value, Logic):
+            yield from _fields(name, value)
+        elif not name.startswith("_"):
+            yield from _below(name, hints.get(name), value, DEPTH, frozenset())
+
+
+def _fields(name: str, logic: Logic) -> Iterator[NamedValue]:
+    """Yield the fields of a class of logic: those of its body, and those of the instance."""
+    hints = _hints(logic)
+    bodies = [vars(kind) for kind in reversed(type(logic).__mro__) if kind is not Logic]
+    fields = {each: value for body in bodies for each, value in body.items() if not hasattr(value, "__get__")}
+    for each in dict.fromkeys([*fields, *vars(logic)]):
+        if not each.startswith("_"):
+            inner = getattr(logic, each)
+            yield from _below(f"{name}.{each}", hints.get(each), inner, DEPTH - 1, frozenset({id(logic)}))
+
+
+def _below(name: str, hint: object, value: object, depth: int, above: frozenset[int]) -> Iterator[NamedValue]:
+    """Yield a value, or those of an object's attributes."""
+    made = _named(name, hint, value)
+    if made is not None:
+        yield made
+    elif depth and _is_own(value) and id(value) not in above:
+        hints = _hints(value)
+        names = dict.fromkeys([*hints, *getattr(value, "__dict__", ())])
+        for each in names:
+            if not each.startswith("_") and hasattr(value, each):
+                inner = getattr(value, each)
+                yield from _below(f"{name}.{each}", hints.get(each), inner, depth - 1, above | {id(value)})
+
+
+def _named(name: str, hint: object, value: object) -> NamedValue | None:
+    """Return a value with its type; None for one that is not recorded as a whole."""
+    kind = hint if isinstance(hint, type) and (hint in PLAIN_TYPES or issubclass(hint, Enum)) else type(value)
+    if issubclass(kind, Flag):
+        return NamedValue(name, "LINT", f"{name}._value_")
+    if issubclass(kind, Enum):
+        return NamedValue(name, "ENUM", name, tuple(kind))
+    plain = next((PLAIN_TYPES[each] for each in kind.__mro__ if each in PLAIN_TYPES), None)
+    return None if plain is None else NamedValue(name, plain, name)
+
+
+def _is_own(value: object) -> bool:
+    """Return whether a value is an object of the user's: no class, function, module or library's object."""
+    if isinstance(value, type | ModuleType) or callable(value):
+        return False
+    top = type(value).__module__.partition(".")[0]
+    return top not in sys.stdlib_module_names and top != __name__.partition(".")[0]
+
+
+def _hints(value: object) -> Mapping[str, object]:
+    """Return the annotations of an object's attributes; those that can't be resolved are left out."""
+    try:
+        return get_type_hints(type(value))
+    except (NameError, TypeError, AttributeError):
+        return {}

@@ -1,0 +1,270 @@
+"""The tags of a run, read in every scan by one generated function.
+
+    def take():
+        return pack(images(), Fill_ACC, Run, *Recipe)
+
+Variables of a ladder program are the cells of its memory; names of a Python program are looked up in its
+module. Neither the compiler nor the program knows that tags are recorded.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from struct import Struct
+from types import CellType, CodeType, FunctionType
+from typing import Any
+
+from scanrack.io_images.tag_names import TEXT
+from scanrack.ladder.debug import Debugger
+from scanrack.ladder.debug.tag_values import TagValue, TagValues, tag_values
+from scanrack.ladder.lowering.runnable import LadderLogic
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.run.engine import Engine
+from scanrack.runtime.loop.scan import ScanLogic
+from scanrack.traces.format.tagplan import LAST_CODE, Tag, TagPlan, plan_of
+
+from .tag_names import named_values, namespace_of
+
+Pending = list[tuple[str, Mapping[str, str | int]]]
+
+
+@dataclass(frozen=True, slots=True)
+class RecordedTag:
+    """A tag and the expression that reads it."""
+
+    tag: Tag
+    source: str  # the expression; of a TEXT the arguments of the function that returns its code
+    codes: Mapping[Any, int] = field(default_factory=dict)  # of an ENUM: its codes by value of the member
+
+
+class TextCodes:
+    """Numbers the texts of a run in the order of their first appearance."""
+
+    def __init__(self, pending: Pending) -> None:
+        self._codes: dict[str, int] = {}
+        self.pending = pending  # messages of the last scan
+        self._full = False
+
+    def code(self, name: str, text: str) -> int:
+        """Return the code of a tag's new text, and report the change."""
+        known = self._codes.get(text)
+        if known is None:
+            if len(self._codes) >= LAST_CODE:
+                return self._last(name)
+            known = self._codes[text] = len(self._codes)
+        self.pending.append(("/texts", {"tag": name, "code": known, "text": text}))
+        return known
+
+    def _last(self, name: str) -> int:
+        """Return the code of all further texts; report it once."""
+        if not self._full:
+            self._full = True
+            text = f"{name}: this is text {LAST_CODE + 1:,}; from here on new texts are recorded as one"
+            self.pending.append(("/events", {"kind": "tag", "name": name, "text": text}))
+        return LAST_CODE
+
+
+class TextValue:
+    """The code of one text, looked up again only when it changes."""
+
+    def __init__(self, name: str, codes: TextCodes) -> None:
+        self._name, self._codes = name, codes
+        self._last: object = None
+        self._code = 0
+
+    def of_text(self, text: str) -> int:
+        """Return the code of a str."""
+        if text != self._last:
+            if not isinstance(text, str):
+                raise TypeError(f"{type(text).__name__} is not text")
+            writable = text.encode("utf-8", "replace").decode()  # half a pair of surrogates is not
+            self._code, self._last = self._codes.code(self._name, writable), text
+        return self._code
+
+    def of_string(self, length: int, data: Sequence[int]) -> int:
+        """Return the code of a ladder program's STRING."""
+        characters = data[: max(0, length)]
+        if characters != self._last:
+            text = bytes(code & 0xFF for code in characters).decode("latin-1")
+            self._code, self._last = self._codes.code(self._name, text), characters
+        return self._code
+
+
+class ProgramTags:
+    """The tags of a program, for a recorder; see `traces.tagplan.TagSource`.
+
+    Args:
+        cells: variables of a ladder program.
+        namespace: names of a Python program's module.
+        texts: numbers the texts; by default from 0.
+
+    Attributes:
+        pending: messages of the last scan.
+        take: returns the memory block and tags.
+    """
+
+    def __init__(
+        self,
+        recorded: Sequence[RecordedTag],
+        cells: Mapping[str, CellType],
+        namespace: dict[str, Any],
+        memory: bytearray,
+        texts: TextCodes | None = None,
+    ) -> None:
+        texts = texts or TextCodes([])
+        self.texts = texts
+        self.plan: TagPlan = plan_of([each.tag for each in recorded])
+        self.pending: Pending = texts.pending
+        self._images = memoryview(memory).tobytes
+        self._refused: set[str] = set()
+        by_name = {each.tag.name: each for each in recorded}
+        order = [by_name[field.tag.name] for field in self.plan.fields]
+        own, sources = _services(order, texts, in_cells=bool(cells))
+        own |= {"__pack": Struct(f"<{len(memory)}s{self.plan.letters}").pack, "__images": self._images}
+        own |= {"__slowly": self._slowly, "__error": Exception}
+        call = f"__pack(__images(), {', '.join(sources)})"
+        body = f"try:\n   return {call}\n  except __error:\n   return __slowly()"
+        variables = {**cells, **{name: CellType(value) for name, value in own.items()}}
+        self.take: Callable[[], bytes] = _functions([body], variables, namespace)[0]
+        self._sources, self._variables, self._namespace = sources, variables, namespace
+
+    @cached_property
+    def _single(self) -> list[Callable[[], list[Any]]]:
+        """For each tag what reads it alone, compiled only when a value does not fit."""
+        bodies = [f"return [{source}]" for source in self._sources]
+        return _functions(bodies, self._variables, self._namespace)
+
+    def _slowly(self) -> bytes:
+        """Return images and tags; a value that does not fit is 0, with one event per tag."""
+        parts = [self._images()]
+        for read, each in zip(self._single, self.plan.fields, strict=True):
+            form = Struct("<" + each.letters)
+            try:
+                parts.append(form.pack(*read()))
+            except Exception as error:
+                parts.append(bytes(form.size))
+                self._refuse(each.tag, error)
+        return b"".join(parts)
+
+    def _refuse(self, tag: Tag, error: Exception) -> None:
+        if tag.name in self._refused:
+            return
+        self._refused.add(tag.name)
+        reason = str(error) if isinstance(error, struct.error) else f"{type(error).__name__}: {error}"
+        text = f"{tag.name} has no value that fits {tag.type} ({reason}): it is recorded as 0"
+        self.pending.append(("/events", {"kind": "tag", "name": tag.name, "text": text}))
+
+
+class WatchedTags:
+    """The tags of a program under a debugger, which may be edited while it runs.
+
+    A tag whose type an edit has changed, or that it has dropped, is 0 from then on.
+
+    Args:
+        patterns: see `ladder.tag_values`.
+
+    Attributes:
+        pending: messages of the last scan.
+    """
+
+    def __init__(self, debugger: Debugger, patterns: Sequence[str], memory: bytearray) -> None:
+        self._debugger, self._memory = debugger, memory
+        self._engine: Engine = debugger.engine
+        self._tags = ProgramTags(_of_ladder(self._engine, patterns), self._engine.memory.cells, {}, memory)
+        self.plan, self.pending = self._tags.plan, self._tags.pending
+
+    def take(self) -> bytes:
+        """Return the present memory block and tags."""
+        if self._debugger.engine is not self._engine:
+            self._read_from(self._debugger.engine)
+        return self._tags.take()
+
+    def _read_from(self, engine: Engine) -> None:
+        """Read the tags of an edited program."""
+        self._engine = engine
+        values = TagValues(engine.lowered.layout)
+        recorded = [_after_edit(values, field.tag) for field in self.plan.fields]
+        self._tags = ProgramTags(recorded, engine.memory.cells, {}, self._memory, self._tags.texts)
+
+
+def _after_edit(values: TagValues, tag: Tag) -> RecordedTag:
+    """Return a tag's expression in an edited program."""
+    try:
+        found = [each for each in map(_recorded, values.matching(tag.name)) if each.tag == tag]
+    except LadderError:
+        found = []
+    zeros = "0, []" if tag.type == TEXT else f"*[0] * {tag.length}" if tag.length else "0"
+    return found[0] if found else RecordedTag(tag, zeros)
+
+
+def _of_ladder(engine: Engine, patterns: Sequence[str]) -> list[RecordedTag]:
+    return [_recorded(each) for each in tag_values(engine.lowered.layout, patterns)]
+
+
+def _recorded(value: TagValue) -> RecordedTag:
+    return RecordedTag(Tag(value.name, value.type, value.length), value.source)
+
+
+def tags_of(logic: ScanLogic, patterns: Sequence[str], memory: bytearray) -> ProgramTags | WatchedTags:
+    """Return the tags of a program that match patterns.
+
+    Args:
+        patterns: see `ladder.tag_values` and `tag_names`.
+
+    Raises:
+        ValueError: a pattern matches nothing, or the tags exceed the limit of a scan.
+    """
+    if isinstance(logic, Debugger):
+        return WatchedTags(logic, patterns, memory)
+    if isinstance(logic, LadderLogic | Engine):
+        engine = logic.engine if isinstance(logic, LadderLogic) else logic
+        return ProgramTags(_of_ladder(engine, patterns), engine.memory.cells, {}, memory)
+    namespace = namespace_of(logic)
+    recorded = []
+    for each in named_values(namespace, patterns):
+        names = tuple(member.name for member in each.members)
+        codes = {member.value: code for code, member in enumerate(each.members)}
+        recorded.append(RecordedTag(Tag(each.name, each.type, names=names), each.source, codes))
+    return ProgramTags(recorded, {}, namespace, memory)
+
+
+def _services(
+    recorded: Sequence[RecordedTag], texts: TextCodes, *, in_cells: bool
+) -> tuple[dict[str, object], list[str]]:
+    """Return the variables that the generated function needs, and its expressions."""
+    own: dict[str, object] = {}
+    sources = []
+    for number, each in enumerate(recorded):
+        name = f"__value{number}"
+        if each.tag.type == TEXT:
+            value = TextValue(each.tag.name, texts)
+            own[name] = value.of_string if in_cells else value.of_text
+            sources.append(f"{name}({each.source})")
+        elif each.tag.type == "ENUM":
+            own[name] = each.codes
+            sources.append(f"{name}[{each.source}._value_]")
+        else:
+            sources.append(each.source)
+    return own, sources
+
+
+def _functions(
+    bodies: Sequence[str], cells: Mapping[str, CellType], namespace: dict[str, Any]
+) -> list[Callable[[], Any]]:
+    """Compile functions without arguments whose free variables are cells, and their globals a namespace.
+
+    The cells are named once for all bodies: a function for each of many tags costs no more than its body.
+    """
+    inner = "".join(f" def take():\n  {body}\n" for body in bodies)
+    outer = _code_in(compile(f"def outer({', '.join(cells)}):\n{inner}", "<tags>", "exec"))[0]
+    return [
+        FunctionType(code, namespace, "take", None, tuple(cells[name] for name in code.co_freevars))
+        for code in _code_in(outer)
+    ]
+
+
+def _code_in(code: CodeType) -> list[CodeType]:
+    return [each for each in code.co_consts if isinstance(each, CodeType)]

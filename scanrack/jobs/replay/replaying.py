@@ -1,0 +1,285 @@
+"""A recording played to modules, to a program, or to a whole rack."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import pairwise
+from types import MappingProxyType
+
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.faults import CpuFault
+from scanrack.runtime.loop.listeners import ScanListener
+from scanrack.runtime.loop.rack import Card, Rack
+from scanrack.runtime.loop.scan import CpuMode, ScanLogic
+from scanrack.traces.compare import Tolerance
+from scanrack.traces.read.reader import TraceEvent
+from scanrack.traces.replay import Follower, Image, PackedTrace
+
+from ..load.building import build_rack, round_trip_ms
+from ..record.link_losses import link_changes
+from ..record.order_repeater import is_edit
+from ..run.build import build_playback
+from ..run.playback import RecordedInputs, ReplayPlan, Stimulus, recorded_outputs, stimulated
+from ..run.running import Observer, unobserved
+from .input_levels import recorded_levels
+from .resumed_operation import ResumedOperation
+from .tag_orders import TagOrders, first_few
+from .targets import ReplayTarget, Stimuli
+
+
+class Replay:
+    """A recording and its receiver.
+
+    Args:
+        spec: the rack; its modules answer to the recorded outputs.
+        resumed: the modules that were in operation before; None = all are just powered up.
+        exact_inputs: whether the instants at which inputs change are known.
+    """
+
+    def __init__(
+        self,
+        recording: PackedTrace,
+        spec: RackSpec,
+        logic: ScanLogic | None,
+        into: ReplayTarget,
+        slots: Sequence[int],
+        resumed: ResumedOperation | None = None,
+        *,
+        exact_inputs: bool = False,
+    ) -> None:
+        self._recording, self._slots = recording, slots
+        self._resumed = resumed if resumed is not None and resumed.slots else None
+        if self._resumed is not None:  # its faults show in the images
+            spec = spec.model_copy(update={"incidents": ()})
+        self._spec = spec
+        self._score = score_of(recording)
+        if into is ReplayTarget.PROGRAM:
+            self.rack = recorded_rack(recording, spec)
+        elif self._resumed is not None:
+            self.rack = build_rack(spec, around=partial(self._resumed.around, exact_inputs=exact_inputs))
+        else:
+            self.rack = build_rack(spec)
+        self._logic = logic or recorded_outputs(self._score, recording.memory, recording.layout)
+        directions = {
+            ReplayTarget.MODULE: ("in",),
+            ReplayTarget.PROGRAM: ("out",),
+            ReplayTarget.RACK: ("in", "out"),
+        }[into]
+        self._orders: TagOrders | None = None
+        self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
+        self.notes = list(
+            _assumptions(into, self._score, told=self._resumed is not None)
+        )  # restrictions of the replay, in words
+        if into is not ReplayTarget.MODULE:
+            self.notes += edit_notes(recording.events)
+            self._orders = TagOrders(self._score, recording.events)
+            self.notes += self._orders.notes
+
+    def run(
+        self,
+        allowed: Tolerance,
+        *,
+        to_the_end: bool,
+        observed: Observer = unobserved,
+        recorders: Sequence[ScanListener] = (),
+    ) -> Follower:
+        """Replay to the first difference, or to the end; return the follower with the comparison.
+
+        Args:
+            recorders: hear every scan that is replayed.
+
+        A program that raises or hangs ends it, too, with a note.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C stopped it; what was compared so far is no answer.
+            ValueError: the recording never shows the state of a module that was in operation before.
+        """
+        follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
+        logic = self._logic if self._orders is None else self._orders.program(self._logic)
+        cpu = build_playback(self._spec, self._score, logic, self.rack, listeners=[follower, *recorders])
+        orders = None if self._orders is None else self._orders.give(cpu, self.rack, logic)
+        if not to_the_end:
+            follower.stop = cpu.stop
+        with cpu.stopping_on_ctrl_c(), cpu, observed(cpu, self._score.numbers[-1]):
+            try:
+                cpu.play()
+            except CpuFault as error:
+                self.notes.append(f"the replay faulted in {error}")
+        if cpu.stop_requested and not follower.stopped:
+            raise KeyboardInterrupt
+        if orders is not None:
+            self.notes += first_few(orders.refused)
+        if self._resumed is not None:
+            self.notes += self._resumed.notes(self._slots)
+        return follower
+
+
+def recorded_rack(recording: PackedTrace, spec: RackSpec) -> Rack:
+    """Return a rack of modules that show the recorded inputs.
+
+    A trace has the names of words and bits, the rack file also the addresses of a card's data.
+    """
+    known = {slot.number: slot.words for slot in spec.slot}
+    trips = {slot.number: round_trip_ms(spec, slot) for slot in spec.slot}
+    return Rack(
+        Card(
+            slot.number,
+            RecordedInputs(
+                recording.images((slot.number, "in")),
+                recording.times,
+                link_changes(recording.events, slot.number),
+            ),
+            slot.module,
+            slot.firmware,
+            known[slot.number] if known.get(slot.number) == slot.words else slot.words,
+            trips.get(slot.number, 0),
+        )
+        for slot in recording.slots
+    )
+
+
+def score_of(recording: PackedTrace) -> ReplayPlan:
+    """Return numbers, times, modes and forces of the scans of a recording."""
+    forces = {event.scan: image_forces(event) for event in recording.events if event.topic == "/forces"}
+    return ReplayPlan(recording.numbers, recording.times, recording.flags, forces)
+
+
+def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
+    """Return a note for each edit of the running program, for a command that runs the first program only."""
+    return [
+        f"the program was edited before scan {event.scan:,}: here the one that the trace begins with runs on"
+        for event in events
+        if is_edit(event)
+    ]
+
+
+def lost_notes(scans: Iterable[int]) -> list[str]:
+    """Return a note for each of `lost_edits`."""
+    return [
+        f"the program was edited before scan {scan:,}: the trace brings the one that it began with"
+        for scan in scans
+    ]
+
+
+def forced_rows(score: ReplayPlan) -> list[bool]:
+    """Return whether forces were in effect, by row."""
+    forced, rows = False, []
+    for number in score.numbers:
+        forced = bool(score.forces.get(number, forced))
+        rows.append(forced)
+    return rows
+
+
+_FRESH = {
+    ReplayTarget.MODULE: "the module is taken to be just powered up",
+    ReplayTarget.PROGRAM: "the program is taken to have just been started",
+    ReplayTarget.RACK: "the rack is taken to be just powered up",
+}
+
+
+def _assumptions(into: ReplayTarget, score: ReplayPlan, *, told: bool) -> Iterator[str]:
+    first = score.numbers[0]
+    if first and not told:
+        yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
+    if all(score.mode(row) is CpuMode.PROGRAM for row in range(len(score.flags))):
+        yield "the flags of all scans say program mode, in which logic rests and outputs are not sent"
+    yield from first_few(list(_gaps(score.numbers)))
+
+
+def _gaps(numbers: Sequence[int]) -> Iterator[str]:
+    for before, after in pairwise(numbers):
+        if after != before + 1:
+            missing = f"scans {before + 1} to {after - 1} are missing"
+            yield f"{missing}: outputs and inputs are taken to stay as they were in scan {before}"
+
+
+def image_forces(event: TraceEvent) -> dict[str, int]:
+    """Return the forces of images in a message on /forces, by address; those of tags are beside them."""
+    return {address: int(str(value)) for address, value in event.fields.items() if address != "tags"}
+
+
+def recorded_stimuli(recording: PackedTrace) -> Iterator[Stimulus]:
+    """Yield the recorded actions on the machines' inputs; incidents come with the rack.
+
+    A card's input may have the name of a machine's one: cards have no machine.
+    """
+    bolted = {slot.number for slot in recording.slots if slot.is_stepper}
+    for event in recording.events:
+        name = str(event.fields.get("name")).upper()
+        if event.topic == "/stimuli" and name in InputBit.__members__:
+            slot, level = _slot_of(event), event.fields.get("energised")
+            if slot not in bolted:
+                continue
+            yield Stimulus(event.now_ns, slot, InputBit[name], None if level is None else bool(level))
+
+
+def _slot_of(event: TraceEvent) -> int:
+    slot = event.fields.get("slot")
+    return slot if isinstance(slot, int) else NO_SLOT
+
+
+NO_SLOT = 0
+"""Slots have numbers from 1."""
+
+
+def with_stimuli(
+    spec: RackSpec, recording: PackedTrace, stimuli: Stimuli, high: Mapping[int, int] = MappingProxyType({})
+) -> RackSpec:
+    """Return a rack on whose machines the selected stimuli act; for `high` see `recorded_levels`."""
+    if stimuli is Stimuli.MACHINE:
+        return spec
+    recorded = stimuli is Stimuli.RECORDED
+    found = recorded_stimuli(recording) if recorded else recorded_levels(recording, high)
+    by_slot: dict[int, list[Stimulus]] = defaultdict(list)
+    for each in found:
+        by_slot[each.slot].append(each)
+    slots = tuple(
+        slot.model_copy(
+            update={
+                "machine": stimulated(
+                    slot.machine, by_slot[slot.number], switches=stimuli is not Stimuli.INPUTS
+                )
+            }
+        )
+        for slot in spec.slot
+    )
+    return spec.model_copy(update={"slot": slots})
+
+
+def of_recording(recording: PackedTrace, spec: RackSpec) -> tuple[RackSpec, list[str]]:
+    """Return a rack without the slots that a recording lacks, with a note of them."""
+    recorded = {slot.number for slot in recording.slots}
+    missing = sorted({slot.number for slot in spec.slot} - recorded)
+    kept = tuple(slot for slot in spec.slot if slot.number in recorded)
+    if not missing or not kept:
+        return spec, []
+    note = f"the rack's {_slots(missing)} is not in the trace and is left out"
+    return spec.model_copy(update={"slot": kept}), [note]
+
+
+def check_slots(recording: PackedTrace, spec: RackSpec, only: int | None) -> list[int]:
+    """Return the slots whose images are compared.
+
+    Raises:
+        ValueError: trace and rack have different slots, or lack the requested one.
+    """
+    recorded, given = (
+        sorted(slot.number for slot in recording.slots),
+        sorted(slot.number for slot in spec.slot),
+    )
+    if recorded != given:
+        raise ValueError(
+            f"the trace has {_slots(recorded)}, the rack {_slots(given)}: they have to be the same"
+        )
+    if only is None:
+        return recorded
+    if only not in recorded:
+        raise ValueError(f"--slot {only}: the trace has {_slots(recorded)}")
+    return [only]
+
+
+def _slots(numbers: Iterable[int]) -> str:
+    return f"slot {', '.join(map(str, numbers))}"

@@ -1,0 +1,276 @@
+"""A 3601 whose recording begins in the middle of its operation, or loses sight of its state.
+
+recording   moves, at rest, .....moves.....  an input changes while it moves  ...at rest, moves
+shown       recorded |  the module, from the state that the image shows  | recorded  |  the module
+
+At rest in command mode the input image shows position, counts, latched bits; the configuration stands in the
+image of configuration mode, and nowhere else. What the recording does not show is not compared: a motion that
+had begun before, one during which an input changes (its instant lies between two scans), a blend profile or a
+minimum registration distance from before.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from struct import unpack
+
+from scanrack.io_images.amci3601 import (
+    ALL_INPUTS,
+    CommandLsw,
+    CommandMsw,
+    Configuration,
+    InputBit,
+    StatusLsw,
+    StatusMsw,
+)
+from scanrack.io_images.image import Image, signed_word
+from scanrack.io_images.thousands import join_reported
+from scanrack.runtime.loop.events import Event
+from scanrack.runtime.modules.amci3601.axis_protocol import BlendProgram
+from scanrack.runtime.modules.amci3601.module import Amci3601
+from scanrack.runtime.modules.amci3601.operations.homing import Homing
+
+_MOVES = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW | StatusMsw.HOLD_STATE).value
+_BUSY_LSW = (StatusLsw.ENC_FOLLOWER | StatusLsw.BLEND_RUNNING | StatusLsw.BLEND_ACK).value
+_CONFIGURES, _CONFIG_ERROR = StatusMsw.MODE_CONFIG.value, StatusMsw.CONFIG_ERROR.value
+_CAPTURE, _HOME = InputBit.CAPTURE.value, InputBit.HOME.value
+_HOMES = (CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW).value
+_OK = StatusMsw.MODULE_OK.value
+_BLEND_RUNS = (CommandMsw.RUN_BLEND_CW | CommandMsw.RUN_BLEND_CCW).value
+_MANUAL = (CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW).value
+_PROGRAMS, _STORES = CommandLsw.BLEND_PROGRAM.value, CommandLsw.STORE_MIN_REG.value
+_PROXIMITY, _MINIMUM = CommandLsw.HOME_PROXIMITY.value, StatusLsw.MIN_REG_NONZERO.value
+_ECHO = 0x1FFF
+"""Bits of word 0 that configuration mode echoes."""
+
+NO_CONFIGURATION = "the configuration is not known yet"
+NOT_AT_REST = "the axis has not been at rest yet"
+INPUT_CHANGED = "an input changed during a motion, at an instant between two scans"
+OLD_BLEND = "a blend profile from before ran"
+COMMAND_UNSEEN = "a command came and went between two reads"
+OLD_MINIMUM = "a minimum registration distance from before counted"
+NO_ANSWER = "the module did not answer"
+
+Words = Sequence[int]
+
+
+def words_of(image: bytes) -> Words:
+    """Return an image as unsigned words."""
+    return unpack("<8H", image)
+
+
+def configuration_in(shown: Words) -> tuple[int, ...] | None:
+    """Return the accepted configuration words that an input image shows; None outside configuration mode."""
+    if shown[0] & (_CONFIGURES | _CONFIG_ERROR | _OK) != _CONFIGURES | _OK:
+        return None
+    return _CONFIGURES | shown[0] & _ECHO, *shown[1:4], 0, 0, 0, 0
+
+
+def configuration_words(text: str | None) -> list[int] | None:
+    """Return the words of `843Ch 003Ch 0 500`: decimal, or hexadecimal with an h; missing ones are 0.
+
+    Raises:
+        ValueError: one is no number of 16 bits, or there are more than eight.
+    """
+    if text is None:
+        return None
+    try:
+        found = [
+            int(each[:-1], 16) if each[-1] in "hH" else int(each) for each in text.replace(",", " ").split()
+        ]
+        return list(Image(found))
+    except ValueError as error:
+        raise ValueError(f"--configuration {text}: {error}; give words such as 843Ch 003Ch 0 500") from None
+
+
+@dataclass(frozen=True, slots=True)
+class StartState:
+    """A state that was taken from an image."""
+
+    row: int
+    position: int
+    configuration: Configuration | None
+
+
+class ResumedModule:
+    """A 3601 in the place of the one in a recording; satisfies `runtime.loop.module.Module`.
+
+    Args:
+        images: the recorded input images, 16 bytes each.
+        outputs: the recorded output images.
+        times: of the images, ns, ascending.
+        forced: whether forces were in effect, by row.
+        configuration: words that are in effect until the recording shows others; None = not known.
+        exact_inputs: whether the instants at which inputs change are known.
+        sampled: the recording is a client's reads, which miss short commands.
+
+    Attributes:
+        taken: the states that were taken, in order; from the next row on the module itself is shown.
+        unknown: rows in which the recording is shown, by the reason.
+        why: the reason of the present row; "" if the module itself is shown.
+        rests: whether the present row shows all of the state, as the one before it.
+    """
+
+    def __init__(
+        self,
+        module: Amci3601,
+        images: Sequence[bytes],
+        outputs: Sequence[bytes],
+        times: Sequence[int],
+        forced: Sequence[bool],
+        configuration: Words | None,
+        *,
+        exact_inputs: bool = False,
+        sampled: bool = False,
+    ) -> None:
+        self.module, self._exact_inputs, self._sampled = module, exact_inputs, sampled
+        self.events: list[Event] = module.events
+        self._images, self._outputs, self._times, self._forced = images, outputs, times, forced
+        self._words, self._last = configuration, len(times) - 1
+        self._image, self._row = Image(), -1
+        self._known = False
+        self._blend: BlendProgram | None = None
+        self._minimum = 0
+        self._blend_known = self._minimum_known = False
+        self.why = self._why = NOT_AT_REST
+        self._before: tuple[bytes, bytes] = b"", b""  # sent and shown in the row before
+        self.rests = False
+        self.taken: list[StartState] = []
+        self.unknown: Counter[str] = Counter()
+
+    @property
+    def configuration(self) -> Words | None:
+        """The words of the configuration in effect, as far as it is known."""
+        return self._words
+
+    @property
+    def linked(self) -> bool:
+        """Whether the PLC reaches the module."""
+        return self.module.linked
+
+    def plc_run(self, running: bool) -> None:
+        """See `Module.plc_run`."""
+        self.module.plc_run(running)
+
+    def power_cycle(self) -> None:
+        """See `Module.power_cycle`."""
+        self.module.power_cycle()
+
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        """Return the module's image while its state is known, else the recorded one; see `Module.update`."""
+        row = self._row
+        while row < self._last and self._times[row + 1] <= now_ns:
+            row += 1
+        is_new, self._row = row != self._row, row
+        raw, sent = self._images[row], outputs.raw.tobytes()
+        shown, command = words_of(raw), words_of(sent)
+        if self._known and (why := self._loss(shown, command)):
+            self._keep_programs()
+            self._known, self._why = False, why
+        self._note(shown, command)
+        same = (sent, raw[:8]) == (self._before[0], self._before[1][:8])
+        self.rests = is_new and same and self._at_rest(shown, command)
+        if self._known:
+            self.why = ""
+            image = self.module.update(now_ns, outputs)
+            if shown[1] & ~words_of(self._before[1])[1] & _CAPTURE and not self._exact_inputs:
+                self._capture(image, shown)
+            self._before = sent, raw
+            return image
+        if is_new:
+            self.why = self._why if self._has_configuration(shown) else NO_CONFIGURATION
+            self.unknown[self.why] += 1
+            if self.rests:
+                self._take(now_ns, shown, outputs)
+            self._before = sent, raw
+        self._image.raw[:] = raw
+        return self._image
+
+    def _is_unseen(self, shown: Words, before: Words, command: Words) -> bool:
+        """Whether the module at rest shows something else though no command is in the recording."""
+        around = command, words_of(self._before[0]), words_of(self._outputs[self._row])
+        if any(words[0] or words[1] & ~_PROXIMITY for words in around) or before[0] & _MOVES:
+            return False
+        if self.module.layer.operation is not None:
+            return False
+        return [shown[0], shown[1] & ~ALL_INPUTS, *shown[2:4]] != [
+            before[0],
+            before[1] & ~ALL_INPUTS,
+            *before[2:4],
+        ]
+
+    def _capture(self, image: Image, shown: Words) -> None:
+        """Take the captured value from the recording, which does not have the instant of the capture."""
+        self.module.layer.state.captured = join_reported(signed_word(shown[6]), signed_word(shown[7]))
+        image[6], image[7] = shown[6], shown[7]
+
+    def _harmless(self, command: Words) -> int:
+        """Return the inputs that don't act on the present motion."""
+        homes = command[0] & _HOMES or isinstance(self.module.layer.operation, Homing)
+        return _CAPTURE if homes else _CAPTURE | _HOME
+
+    def _has_configuration(self, shown: Words) -> bool:
+        refused = bool(shown[0] & _CONFIG_ERROR) and not shown[0] & _CONFIGURES
+        return refused or self._words is not None
+
+    def _at_rest(self, shown: Words, command: Words) -> bool:
+        """Whether the image shows all of the state: no motion, no hold, no command, no force."""
+        calm = shown[0] & (_OK | _CONFIGURES | _MOVES) == _OK and not shown[1] & _BUSY_LSW
+        no_command = not command[0] and not command[1] & ~_PROXIMITY
+        return calm and no_command and not self._forced[self._row] and self._has_configuration(shown)
+
+    def _take(self, now_ns: int, shown: Words, outputs: Image) -> None:
+        configuration = None
+        if not shown[0] & _CONFIG_ERROR:
+            assert self._words is not None, "a state without configuration is not at rest"
+            configuration = Configuration.from_image(Image(self._words), self.module.firmware)
+        self.module.take_state(now_ns, outputs, shown, configuration)
+        state = self.module.layer.state
+        state.blend = self._blend
+        if self._minimum_known:
+            state.minimum_registration = self._minimum
+        elif not shown[1] & _MINIMUM:
+            self._minimum_known = True
+        self._known = True
+        self.taken.append(StartState(self._row, self.module.axis.position, configuration))
+
+    def _keep_programs(self) -> None:
+        """Remember what no image shows, as far as it is known."""
+        state = self.module.layer.state
+        self._blend, self._minimum = state.blend, state.minimum_registration
+        self._blend_known &= state.blending is None
+
+    def _note(self, shown: Words, command: Words) -> None:
+        """Note the configuration, which erases programs, and the programs that are stored."""
+        words = configuration_in(shown)
+        if words is not None:
+            self._words, self._blend, self._minimum = words, None, 0
+            self._blend_known = self._minimum_known = True
+        elif not command[0] & _CONFIGURES:
+            if command[1] & _PROGRAMS:
+                self._blend_known = self._known
+            if command[1] & _STORES:
+                self._minimum_known = self._known
+
+    def _loss(self, shown: Words, command: Words) -> str:
+        """Return why the state is not known from this row on; "" if it is."""
+        before = words_of(self._before[1])
+        if not shown[0] & _OK:
+            return NO_ANSWER
+        moves = (shown[0] | before[0]) & _MOVES and not (shown[0] | before[0]) & _CONFIGURES
+        if (
+            moves
+            and not self._exact_inputs
+            and (shown[1] ^ before[1]) & ALL_INPUTS & ~self._harmless(command)
+        ):
+            return INPUT_CHANGED
+        if self._sampled and self._is_unseen(shown, before, command):
+            return COMMAND_UNSEEN
+        if command[0] & _CONFIGURES:
+            return ""
+        if command[0] & _BLEND_RUNS and not self._blend_known:
+            return OLD_BLEND
+        registers = command[0] & _MANUAL and (command[2] or command[3])
+        return OLD_MINIMUM if registers and not self._minimum_known else ""

@@ -1,0 +1,132 @@
+"""Recordings whose modules were in operation before the first scan; `resumed` has the module."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from scanrack.io_images.amci3601 import ALL_INPUTS, Configuration
+from scanrack.io_images.image import Image
+from scanrack.runtime.loop.module import Module
+from scanrack.runtime.modules.amci3601.module import Amci3601
+from scanrack.traces.replay import PackedTrace
+
+from .resumed import ResumedModule, Words, configuration_in, words_of
+
+
+class ResumedOperation:
+    """The slots of a recording whose 3601 was in operation before its first scan.
+
+    Args:
+        simulated: the firmware of each simulated 3601, by slot.
+        forced: whether forces were in effect, by row.
+        given: configuration words that were in effect at the beginning; None = those that the recording shows
+            first.
+        captured: the recording is a capture, so that its first scan may be in the middle of operation.
+        sampled: the recording is a client's reads.
+
+    Raises:
+        ValueError: `given` is no legal configuration.
+    """
+
+    def __init__(
+        self,
+        recording: PackedTrace,
+        simulated: Mapping[int, str],
+        forced: Sequence[bool],
+        given: Words | None = None,
+        *,
+        captured: bool = False,
+        sampled: bool = False,
+    ) -> None:
+        self._recording, self._forced, self._sampled = recording, forced, sampled
+        self._given = given if given is None else tuple(Configuration.from_image(Image(given)).to_image())
+        self.slots = [
+            slot.number
+            for slot in (recording.slots if captured or recording.numbers[0] else ())
+            if slot.number in simulated and self._begins_late(slot.number, simulated[slot.number])
+        ]
+        self._first = {slot: self._first_configuration(slot) for slot in self.slots}
+        self.modules: dict[int, ResumedModule] = {}
+
+    def _begins_late(self, slot: int, firmware: str) -> bool:
+        fresh = bytes(Amci3601(firmware).update(0, Image()).raw)
+        return self._recording.images((slot, "in"))[0] != fresh
+
+    def _first_configuration(self, slot: int) -> tuple[int, Words] | None:
+        """Return the first row that shows a configuration, and its words."""
+        for row, image in enumerate(self._recording.images((slot, "in"))):
+            words = configuration_in(words_of(image))
+            if words is not None:
+                return row, words
+        return None
+
+    def words(self, slot: int) -> Words | None:
+        """Return the configuration words that a slot has at the beginning; None if they are not known."""
+        first = self._first[slot]
+        return self._given or (None if first is None else first[1])
+
+    @property
+    def active_high(self) -> Mapping[int, int]:
+        """The inputs that are active when energized, by slot, as far as they are known."""
+        return {slot: words[1] & ALL_INPUTS for slot in self.slots if (words := self.words(slot)) is not None}
+
+    def around(self, number: int, module: Module, *, exact_inputs: bool) -> Module:
+        """Return what sits in a slot in place of its module."""
+        if number not in self.slots or not isinstance(module, Amci3601):
+            return module
+        made = ResumedModule(
+            module,
+            self._recording.images((number, "in")),
+            self._recording.images((number, "out")),
+            self._recording.times,
+            self._forced,
+            self.words(number),
+            exact_inputs=exact_inputs,
+            sampled=self._sampled,
+        )
+        self.modules[number] = made
+        return made
+
+    def notes(self, compared: Sequence[int]) -> list[str]:
+        """Return what was assumed, and what is not compared, a sentence each.
+
+        Raises:
+            ValueError: nothing of the compared slots is known.
+        """
+        if compared and all(slot in self.modules and self._is_unknown(slot) for slot in compared):
+            why = "; ".join(f"slot {slot}: {', '.join(self.modules[slot].unknown)}" for slot in compared)
+            raise ValueError(
+                f"the trace begins in the middle of operation, and nothing can be compared: {why}"
+                + ("" if self._given else "; --configuration gives the words that are not in it")
+            )
+        return [note for slot in self.modules for note in self._notes_of(slot)]
+
+    def _is_unknown(self, slot: int) -> bool:
+        """Whether no scan of a slot is compared."""
+        return sum(self.modules[slot].unknown.values()) >= len(self._recording.numbers)
+
+    def _notes_of(self, slot: int) -> Iterator[str]:
+        module, numbers = self.modules[slot], self._recording.numbers
+        if self._is_unknown(slot):
+            why = ", ".join(module.unknown)
+            yield f"slot {slot}: the trace begins in the middle of operation; it is not compared: {why}"
+            return
+        taken = module.taken[0]
+        yield (
+            f"slot {slot}: the trace begins in the middle of operation; the module's state is that of scan "
+            f"{numbers[taken.row]:,}, position {taken.position:,}{self._source(slot, taken.row)}; "
+            "it is compared from the next scan on"
+        )
+        rows = sum(module.unknown.values())
+        reasons = "; ".join(f"{count:,}: {why}" for why, count in module.unknown.items())
+        yield f"slot {slot}: {rows:,} of {len(numbers):,} scans are not compared; {reasons}"
+
+    def _source(self, slot: int, row: int) -> str:
+        first = self._first[slot]
+        if first is not None and first[0] < row:
+            return ""
+        if self._given is not None:
+            return ", configuration as given"
+        if first is None:
+            return ", without a configuration"
+        return f", configuration of scan {self._recording.numbers[first[0]]:,}, the first that it shows"

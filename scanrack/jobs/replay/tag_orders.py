@@ -1,0 +1,151 @@
+"""Orders on the tags of a program in a recording, given again during its replay.
+
+/orders    of a session: writes, forces and releases, in order
+/forces    of any other recording: the forced tags with their values; writes are not recorded
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import islice
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.python.online.editing import edit_logic
+from scanrack.ladder.python.online.fields import Fields
+from scanrack.ladder.python.sequences import Logic
+from scanrack.runtime.live.actions import ALL, Edit, Force, Unforce, Write, names_in
+from scanrack.runtime.live.operator_actions import AppliedAction, OperatorActions, WritableTags
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
+from scanrack.traces.format.topics import ORDERS
+from scanrack.traces.read.reader import TraceEvent
+
+from ..record.logic_wrapper import unwrapped
+from ..record.order_repeater import OrderRepeater, is_edit, orders_of
+from ..run.playback import ReplayPlan
+
+Forced = Mapping[str, str | int | float | bool]
+
+_TOLD = 3
+
+
+class TagOrders:
+    """The orders on tags in a recording.
+
+    Args:
+        edited: loads the program of an edit, by its number, for a program in Python; without it the one that
+            the recording begins with runs on.
+
+    Attributes:
+        lost: scans from which the recording has another program than the one that runs here.
+
+    Raises:
+        ValueError: an order of the recording can't be read.
+    """
+
+    def __init__(
+        self,
+        score: ReplayPlan,
+        events: Sequence[TraceEvent],
+        edited: Callable[[int], ScanLogic] | None = None,
+    ) -> None:
+        session = any(event.topic == ORDERS.name for event in events)
+        read = orders_of(events)
+        given = read if session else _of_forces(events)
+        self._given = [each for each in given if isinstance(each.order, Write | Force | Unforce)]
+        self.notes = [] if session else list(_unknown(score, events))  # orders that can't be repeated
+        self._edited = edited
+        self._scans: dict[int, int] = {}  # of edits, by their numbers
+        for each in read if edited is not None else ():
+            if isinstance(each.order, Edit):
+                self._given.append(each)
+                self._scans[each.order.number] = each.scan
+        brought = set(self._scans.values())
+        self.lost = [event.scan for event in events if is_edit(event) and event.scan not in brought]
+
+    def program(self, logic: ScanLogic) -> ScanLogic:
+        """Return the program to run: a ladder program under a debugger if there are orders."""
+        if not self._given or not isinstance(logic, LadderLogic):
+            return logic
+        from scanrack.ladder.debug import Debugger  # most recordings need none
+
+        return Debugger(logic, remembered=0)
+
+    def give(self, cpu: Cpu, rack: Rack, logic: ScanLogic) -> OrderRepeater:
+        """Give the orders again before the same scans of a CPU; return the repeater, with its refusals.
+
+        Args:
+            cpu: runs the program, no scan yet.
+            logic: the program of `program`.
+        """
+        from scanrack.ladder.debug import Debugger
+
+        desk: WritableTags | None = logic if isinstance(logic, Debugger) else None
+        program = unwrapped(logic)
+        if isinstance(program, Logic):
+            desk = Fields(lambda: program)
+        repeated = OrderRepeater(
+            cpu,
+            OperatorActions(cpu, rack, desk, lambda order, _at_ns: self._edit(program, order)),
+            self._given,
+        )
+        cpu.add_listener(repeated)
+        repeated.begin()
+        return repeated
+
+    def _edit(self, program: ScanLogic, order: Edit) -> None:
+        """Continue with an edited program; ValueError if that can't be done here."""
+        assert self._edited is not None, "edits are given again if they can be loaded"
+        try:
+            edited, restart = self._edited(order.number), names_in(order.restart)
+            if not isinstance(program, Logic) or not isinstance(edited, Logic) or ALL in restart:
+                raise ValueError("the program was loaded again")
+            edit_logic(program, edited, restart)
+        except ValueError:
+            self.lost.append(self._scans[order.number])
+            raise
+
+
+def _of_forces(events: Sequence[TraceEvent]) -> Iterator[AppliedAction]:
+    before: Forced = {}
+    for event in events:
+        if event.topic == "/forces":
+            after = forced_in(event)
+            gone: list[Force | Unforce] = [Unforce(tag) for tag in before if tag not in after]
+            come = [Force(tag, after[tag]) for tag in after if before.get(tag) != after[tag]]
+            for order in gone + come:
+                yield AppliedAction(event.scan, order)
+            before = after
+
+
+def forced_in(event: TraceEvent) -> Forced:
+    """Return the forced tags in a message on /forces, with their values."""
+    tags = event.fields.get("tags")
+    return tags if isinstance(tags, Mapping) else {}
+
+
+def _unknown(score: ReplayPlan, events: Sequence[TraceEvent]) -> Iterator[str]:
+    """Yield a note if tags were set to values that are not recorded."""
+    changes = {event.scan: bool(forced_in(event)) for event in events if event.topic == "/forces"}
+    forced = False
+    scans = []
+    for number, flags in zip(score.numbers, score.flags, strict=True):
+        forced = changes.get(number, forced)
+        if flags & ScanFlag.TAGS_FROM_OUTSIDE and not forced and number not in changes:
+            scans.append(number)
+    if scans:
+        times = f"{len(scans):,} scan{'s' * (len(scans) != 1)}, first before scan {scans[0]:,}"
+        yield f"tags were set from outside before {times}: the trace does not have the values"
+
+
+def first_few(sentences: Sequence[str]) -> list[str]:
+    """Return the first sentences, and their total if some are left out.
+
+    >>> first_few(["a", "b"])
+    ['a', 'b']
+    >>> first_few("abcde")
+    ['a', 'b', 'c', 'and so on, 5 times in all']
+    """
+    few = list(islice(sentences, _TOLD))
+    return few if len(sentences) <= _TOLD else [*few, f"and so on, {len(sentences):,} times in all"]

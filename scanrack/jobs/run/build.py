@@ -1,0 +1,70 @@
+"""The CPU that repeats a recording, and the check of real ports."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from scanrack.io_images.times import exact_ns
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.exchange import EveryRpi, RecordedAtRpi
+from scanrack.runtime.loop.listeners import ScanListener
+from scanrack.runtime.loop.pace import Watchdog
+from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime.loop.scan import ScanLogic
+
+from ..load.building import exchange_of
+
+if TYPE_CHECKING:  # a run repeats no recording
+    from .playback import Playback, ReplayPlan
+
+
+def build_playback(
+    spec: RackSpec,
+    score: ReplayPlan,
+    logic: ScanLogic,
+    rack: Rack,
+    *,
+    listeners: Iterable[ScanListener],
+    watchdog: Watchdog | None = None,
+) -> Playback:
+    """Make the CPU that repeats the scans of a recording with `logic` on `rack`.
+
+    Modes and forces are the recording's, instead of `spec`'s. Recorded inputs are read unchanged
+    in each scan, so that a rack of `RecordedInputs` has no own exchange. `watchdog` is that of
+    `spec` by default.
+    """
+    from .playback import Playback, RecordedInputs
+
+    recorded = any(isinstance(slot.module, RecordedInputs) for slot in rack.slots.values())
+    return Playback(
+        score,
+        rack,
+        logic,
+        spec.scan_ns,
+        exchange=exchange_of(spec, RecordedAtRpi if recorded else EveryRpi),
+        listeners=listeners,
+        watchdog=watchdog or Watchdog(exact_ns(spec.watchdog_ms, "ms")),
+    )
+
+
+NO_SAFETY_SYSTEM = (
+    "this is not a safety system: the controller has no watchdog, and if scanrack dies in a manual move "
+    "the axis goes on until a limit stops it; wire end limits and emergency stop so that they act "
+    "without any software"
+)
+
+
+def check_ports(spec: RackSpec, *, realtime: bool, live: bool) -> None:
+    """Refuse real ports in virtual time, and real ports without --live; ValueError for such a port."""
+    for slot in spec.slot:
+        if slot.is_live and not realtime:
+            raise ValueError(
+                f"slot {slot.number}: port {slot.port} is a real one, and a real controller does not "
+                "wait for virtual time: give --realtime"
+            )
+        if slot.is_live and not live:
+            raise ValueError(
+                f"slot {slot.number}: port {slot.port} moves a real motor; {NO_SAFETY_SYSTEM}. "
+                "If that is done, give --live"
+            )

@@ -1,0 +1,266 @@
+"""The program of a run, its edits between two scans, and their files in the recording."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Protocol, TypeGuard
+
+from scanrack.io_images.doors import json_value
+from scanrack.ladder.python.online.fields import Fields
+from scanrack.ladder.python.sequences import Logic
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.events import Event, JsonValue
+from scanrack.runtime.loop.listeners import ScanListener
+from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime.loop.scan import AttachedLogic, ScanLogic
+from scanrack.traces.format.topics import ORDERS
+from scanrack.traces.write.recorder import ScanRecorder
+
+from ..load.loading import LoadedRack
+from ..load.rungs import is_rungs
+from ..record.sequence_watch import WatchesSequences, sequences_in
+
+if TYPE_CHECKING:  # most runs are neither operated nor edited
+    from scanrack.ladder.debug import Debugger
+    from scanrack.runtime.live.actions import Edit
+    from scanrack.runtime.live.operator_actions import OperatorActions, WritableTags
+
+    from ..record.program_versions import ProgramVersions
+
+NO_TAGS: Mapping[str, list[str]] = MappingProxyType({"new": [], "changed": [], "dropped": []})
+
+
+class DescribedEdit(Protocol):
+    """What an edit does, in words."""
+
+    @property
+    def keeps(self) -> str:
+        """What keeps its value."""
+
+    @property
+    def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """The names that it concerns, by what happens to them."""
+
+
+@dataclass(frozen=True, slots=True)
+class RestartEdit:
+    """Edit that restarts a Python program: the objects of its module are new."""
+
+    names: tuple[str, ...]  # its values
+    keeps = "the program is loaded again: the objects of its module are new"
+
+    @property
+    def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
+        """See `DescribedEdit`."""
+        return (("begin anew", self.names),)
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramEdit:
+    """An edit of the running program."""
+
+    number: int
+    at_ns: int  # time of the first scan after it
+    name: str
+    text: str
+    tags: Mapping[str, list[str]]  # new, changed and removed ones
+
+
+class RunProgram:
+    """The program of a run; edits replace it between two scans.
+
+    Args:
+        handled: whether the rack can be operated.
+        editions: loads the programs of edits; None without edits.
+    """
+
+    def __init__(self, logic: ScanLogic, *, handled: bool, editions: ProgramVersions | None) -> None:
+        self.debugger = _debugger_of(logic) if handled else None  # that debugger; None without one
+        self.logic: ScanLogic = self.debugger or logic  # the program, under a debugger on an operable rack
+        self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None  # called with every edit
+        self._editions, self._edits = editions, 0
+        self._fields = Fields(self._own_logic)
+        self._followers: list[WatchesSequences] = []
+        self.may_bring_sequences = editions is not None and self.debugger is None
+
+    @property
+    def edits(self) -> int:
+        """Number of edits while the program ran."""
+        return self._edits if self.debugger is None else len(self.debugger.edits)
+
+    def following(self, listener: ScanListener) -> ScanListener:
+        """Return a listener that also receives the sequences of the program, even after an edit."""
+        sequences = sequences_in(self.logic)
+        if not self.may_bring_sequences and not sequences:
+            return listener
+        self._followers.append(WatchesSequences(listener, sequences))
+        return self._followers[-1]
+
+    def recorded(self, recorder: ScanRecorder) -> ScanListener:
+        """Return a recorder that also receives the sequences of the program, and the files of its edits."""
+        return self.following(recorder if self._editions is None else RecordsEdits(recorder, self._editions))
+
+    def hands(self, cpu: Cpu, rack: Rack) -> OperatorActions:
+        """Return the executor of orders on a rack; orders on tags need a ladder program."""
+        from scanrack.runtime.live.operator_actions import OperatorActions
+
+        edit = None if self._editions is None else partial(self._edit, cpu, self._editions)
+        return OperatorActions(cpu, rack, self.desk, edit)
+
+    @property
+    def desk(self) -> WritableTags | None:
+        """The values of the program, to be set and forced; None if it has none."""
+        return self.operated
+
+    @property
+    def operated(self) -> Debugger | Fields | None:
+        """The same, as it reports what is set and forced from outside."""
+        if self.debugger is not None:
+            return self.debugger
+        return self._fields if isinstance(self.logic, Logic) else None
+
+    def _own_logic(self) -> Logic:
+        assert isinstance(self.logic, Logic), "an edit does not change the kind of a program"
+        return self.logic
+
+    def _edit(self, cpu: Cpu, editions: ProgramVersions, order: Edit, at_ns: int) -> None:
+        """Continue with an edited program from the next scan on, and announce that.
+
+        Raises:
+            ValueError: it can't be used; the present one continues.
+        """
+        from scanrack.runtime.live.actions import names_in
+
+        name, text, tags = self._take_over(cpu, editions.job(order.number), names_in(order.restart))
+        cpu.announce(Event(at_ns, "edit", name, text, {**tags}))
+        self.on_edit(ProgramEdit(order.number, at_ns, name, text, tags))
+
+    def planned(self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]) -> DescribedEdit:
+        """Return what an edit with the program of a job would do; nothing changes.
+
+        Raises:
+            ValueError: the run can't continue with it.
+        """
+        logic = job.logic
+        if self.debugger is not None and is_rungs(logic):
+            from scanrack.ladder.run.edit import planned
+
+            return planned(self.debugger.engine, logic.build())
+        if self._continues(logic, cpu, restart):
+            from scanrack.ladder.python.online.editing import plan_edit
+
+            return plan_edit(self._own_logic(), logic, restart).edit
+        return RestartEdit(_value_names(self.logic))
+
+    def _continues(self, logic: ScanLogic, cpu: Cpu, restart: Sequence[str]) -> TypeGuard[Logic]:
+        """Whether a program in Python continues as another one; else that one restarts."""
+        from scanrack.runtime.live.actions import ALL
+
+        both = isinstance(self.logic, Logic) and isinstance(logic, Logic)
+        return both and bool(cpu.scan) and ALL not in restart
+
+    def _take_over(
+        self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]
+    ) -> tuple[str, str, Mapping[str, list[str]]]:
+        """Continue with the program of a job; return its name, a sentence, and the tags concerned."""
+        logic = job.logic
+        if self.debugger is not None and is_rungs(logic):
+            done: Changes = self.debugger.edit(logic)
+            return logic.name, str(done), tags_in(done)
+        if self.debugger is not None or is_rungs(logic):
+            raise ValueError(f"{job.program.name}: a program of another kind needs a new session")
+        if self._continues(logic, cpu, restart):
+            from scanrack.ladder.python.online.editing import edit_logic
+
+            forces = self._fields.forces
+            done = edit_logic(self._own_logic(), logic, restart)
+            self._edits += 1
+            if self._fields.forces != forces:
+                self._fields.on_outside()
+            for each in self._followers:
+                each.watch(sequences_in(self.logic))
+            return job.program.name, str(done), tags_in(done)
+        text = f"{job.program.name} is loaded again: the objects of its module are new"
+        return job.program.name, text + self._replace(cpu, logic), NO_TAGS
+
+    def _replace(self, cpu: Cpu, logic: ScanLogic) -> str:
+        """Continue with another Python program; return the errors at the end of the present one."""
+        if isinstance(logic, AttachedLogic):
+            logic.__attach_logic__(dict(cpu.rack.slots))  # refused now; its first scan attaches it for good
+        before, self.logic = self.logic, logic
+        cpu.program = logic
+        if isinstance(before, Logic) and Fields(lambda: before).forces:
+            cpu.tags_from_outside({})
+        self._edits += 1
+        for each in self._followers:
+            each.watch(sequences_in(logic))
+        try:
+            if isinstance(before, AttachedLogic):
+                before.__close_logic__()
+        except Exception as error:  # of the user's, in a program that has ended
+            return f"; at its end the one before raised {type(error).__name__}: {error}"
+        return ""
+
+
+def _value_names(logic: ScanLogic) -> tuple[str, ...]:
+    """Return the names of the values of a Python program; none if it has none."""
+    from ..record.tag_names import named_values, namespace_of
+
+    try:
+        return tuple(each.name for each in named_values(namespace_of(logic), ["*"]))
+    except ValueError:
+        return ()
+
+
+def _debugger_of(logic: ScanLogic) -> Debugger | None:
+    """Return a debugger with a short memory for a ladder program; None for other logic."""
+    if not is_rungs(logic):
+        return None
+    from scanrack.ladder.debug import Debugger  # imported late: a rack without a session does not need it
+
+    return Debugger(logic, remembered=0)
+
+
+class Changes(Protocol):
+    """What an edit has done to tags or fields."""
+
+    @property
+    def new(self) -> tuple[str, ...]:
+        """New ones."""
+
+    @property
+    def changed(self) -> tuple[str, ...]:
+        """Those with another initial value."""
+
+    @property
+    def dropped(self) -> tuple[str, ...]:
+        """Removed ones."""
+
+
+def tags_in(edit: Changes) -> dict[str, list[str]]:
+    """Return the tags or fields that an edit concerns, as an event has them."""
+    return {"new": list(edit.new), "changed": list(edit.changed), "dropped": list(edit.dropped)}
+
+
+class RecordsEdits:
+    """A recorder that attaches the files of an edit before its order, or before a bench tells of it."""
+
+    def __init__(self, recorder: ScanRecorder, editions: ProgramVersions) -> None:
+        self._recorder, self._editions = recorder, editions
+        self.scan = recorder.scan
+        self.close = recorder.close
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Record an event."""
+        from scanrack.runtime.live.actions import NAMES, Edit
+
+        from ..record.order_repeater import is_edit_with_files
+
+        is_order = topic == ORDERS.name and fields["name"] == NAMES[Edit]
+        if is_order or is_edit_with_files(topic, fields):
+            number = json_value(str(fields["order"]))["number"]
+            self._recorder.attach(scan, self._editions.attachments(number))
+        self._recorder.event(scan, now_ns, topic, fields)

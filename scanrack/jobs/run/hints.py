@@ -1,0 +1,147 @@
+"""Hints about a run: actions of a program that a 3601 ignores.
+
+    wired, not configured       an input of the machine that the accepted configuration does not use
+    changed without an edge     parameters changed while their move's bit stayed on; no move followed
+
+Neither is an error of the module: it follows its manual without a sign.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+from scanrack.io_images.amci3601 import ALL_INPUTS, CommandLsw, CommandMsw, InputBit, StatusMsw
+from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.listeners import QuietListener
+from scanrack.runtime.loop.rack import Rack, Slot
+from scanrack.runtime.machine import MachineSpec
+from scanrack.runtime.machine.spec import input_name
+
+STARTED_BY_AN_EDGE = (
+    CommandMsw.ABSOLUTE_MOVE,
+    CommandMsw.RELATIVE_MOVE,
+    CommandMsw.FIND_HOME_CW,
+    CommandMsw.FIND_HOME_CCW,
+)
+"""Commands whose parameters are read only when their bit rises [chapter 4]."""
+
+_EDGES = sum(STARTED_BY_AN_EDGE)
+_MODE_CONFIG = StatusMsw.MODE_CONFIG.value
+_CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
+_OTHER_USE = (CommandLsw.BLEND_PROGRAM | CommandLsw.ENC_FOLLOWER).value
+_FIRST_PARAMETER = 2
+
+
+@dataclass(frozen=True, slots=True)
+class IgnoredParameters:
+    """Parameters that changed while a move's bit stayed on."""
+
+    scan: int
+    words: tuple[int, ...]
+    bit: str
+
+    def __str__(self) -> str:
+        several = len(self.words) > 1
+        words = f"word{'s' if several else ''} {', '.join(map(str, self.words))}"
+        return (
+            f"output {words} changed in scan {self.scan:,} while {self.bit} stayed on, and no move followed: "
+            f"a move starts when its bit goes from 0 to 1"
+        )
+
+
+class SlotHints:
+    """Watches one module."""
+
+    def __init__(self, slot: Slot, wired: int, tell: Callable[[str], object]) -> None:
+        self.number = slot.number
+        self.unheard: IgnoredParameters | None = None
+        self._slot, self._wired, self._tell = slot, wired, tell
+        self._raw = slot.outputs.raw
+        self._before = bytes(self._raw)
+        self._words: list[int] = list(slot.outputs)
+        self._configures = False
+
+    def look(self, scan: int) -> None:
+        """Check the images of a scan."""
+        if self._configures:  # as sent in the previous scan; these inputs answer it
+            self._look_for_configuration()
+        if self._raw != self._before:
+            self._before = bytes(self._raw)
+            self._outputs_changed(scan)
+
+    def _outputs_changed(self, scan: int) -> None:
+        before, after = self._words, list(self._slot.outputs)
+        self._words = after
+        self._configures = bool(after[0] & _MODE_CONFIG)
+        on = before[0] & after[0] & _EDGES
+        if self._configures or (before[0] ^ after[0]) & _EDGES or after[1] & _OTHER_USE:
+            self.unheard = None
+        elif on:
+            changed = tuple(word for word in range(_FIRST_PARAMETER, 8) if before[word] != after[word])
+            if changed:
+                self.unheard = IgnoredParameters(scan, changed, str(CommandMsw(on & -on).name))
+
+    def _look_for_configuration(self) -> None:
+        """Warn when a configuration has been accepted: the module mirrors it [chapter 3]."""
+        msw = self._slot.inputs[0]
+        if msw & _MODE_CONFIG and not msw & _CONFIG_ERROR:
+            self._configures = False
+            for bit in InputBit:
+                if bit.value & self._wired & ~msw & ALL_INPUTS:
+                    self._tell(not_configured(self.number, bit))
+
+
+class Hints(QuietListener):
+    """A listener that watches all modules with the words of a 3601.
+
+    Args:
+        places: by slot: the program's line that declares the axis there.
+    """
+
+    def __init__(
+        self,
+        rack: Rack,
+        spec: RackSpec,
+        tell: Callable[[str], object],
+        places: Mapping[int, str] = MappingProxyType({}),
+    ) -> None:
+        machines = {slot.number: slot.machine for slot in spec.slot}
+        self.slots = [
+            SlotHints(slot, wired_inputs(machines[slot.number]), _at(places.get(slot.number), tell))
+            for slot in rack.slots.values()
+            if is_stepper(slot.words)
+        ]
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Check the images of a scan."""
+        for slot in self.slots:
+            slot.look(scan)
+
+    def sentences(self) -> list[str]:
+        """Return the hints of a finished run."""
+        told = [(slot.number, slot.unheard) for slot in self.slots if slot.unheard is not None]
+        return [f"slot {number}: {unheard}" for number, unheard in told]
+
+
+def _at(place: str | None, tell: Callable[[str], object]) -> Callable[[str], object]:
+    """Return a warning function that appends a place."""
+    return tell if place is None else lambda hint: tell(f"{hint} [{place}]")
+
+
+def not_configured(slot: int, bit: InputBit) -> str:
+    """Return the sentence about a wired input that the configuration does not use."""
+    return (
+        f"slot {slot}: {input_name(bit)} is wired to the machine, but the configuration does not use it: "
+        f"it has no effect"
+    )
+
+
+def wired_inputs(machine: MachineSpec) -> int:
+    """Return the mask of the inputs of switches, stations or the timeline."""
+    mask = machine.fed_inputs
+    for entry in machine.timeline:
+        mask |= entry.input.value
+    return mask

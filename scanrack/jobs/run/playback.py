@@ -1,0 +1,196 @@
+"""A CPU that repeats the scans of a recording, and a recording's substitutes for modules and logic.
+
+    recorded outputs -> modules         logic is `recorded_outputs`
+    recorded inputs  -> logic           modules are `RecordedInputs`
+    stimuli          -> both            modules and logic are real, the stimuli a timeline
+
+Numbers, times and modes of the scans are the recording's, so that scans may be irregular,
+and begin anywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.io_images.image import Image
+from scanrack.io_images.memory_layout import MemoryLayout
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.events import Event
+from scanrack.runtime.loop.exchange import Exchange
+from scanrack.runtime.loop.listeners import ScanListener
+from scanrack.runtime.loop.pace import Watchdog
+from scanrack.runtime.loop.phases import IDLE_PHASES
+from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, LogicScan, ScanFlag, ScanLogic
+from scanrack.runtime.machine import MachineSpec, TimelineEntry
+
+from ..record.link_losses import LinkChange
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayPlan:
+    """The scans to repeat."""
+
+    numbers: Sequence[int]
+    times: Sequence[int]  # virtual times, ns
+    flags: Sequence[int]
+    forces: Mapping[int, Mapping[str, int]]  # number of a scan -> all forces in effect from it on, by address
+
+    def mode(self, row: int) -> CpuMode:
+        """Return the mode of a scan."""
+        return CpuMode(self.flags[row] & MODE_MASK)
+
+
+class Playback(Cpu):
+    """A CPU whose scans are those of a recording: their numbers, times, modes and forces.
+
+    Call `play`; the listeners receive every scan.
+    """
+
+    def __init__(
+        self,
+        score: ReplayPlan,
+        rack: Rack,
+        logic: ScanLogic,
+        period_ns: int,
+        *,
+        exchange: Exchange,
+        listeners: Iterable[ScanListener],
+        watchdog: Watchdog,
+    ) -> None:
+        super().__init__(
+            rack,
+            logic,
+            period_ns,
+            exchange=exchange,
+            mode=score.mode(0),
+            listeners=listeners,
+            watchdog=watchdog,
+        )
+        self._ahead.enabled = False
+        self._score = score
+        self._rows = len(score.numbers)
+        self._row = 0
+        self._ask_for(0)
+        self._turn_to(0)
+
+    def play(self) -> None:
+        """Repeat all scans, or those up to a call of `stop`.
+
+        Raises:
+            CpuFault: see `Cpu.run`.
+        """
+        self.run(len(self._score.numbers))
+
+    def housekeeping(self) -> None:
+        """Request the mode and forces of the next scan, and move on to it."""
+        self._row += 1
+        more = self._row < self._rows
+        if more:
+            self._ask_for(self._row)
+        super().housekeeping()
+        if more:
+            self._turn_to(self._row)
+
+    def _turn_to(self, row: int) -> None:
+        self._view.number, self._view.now_ns = self._score.numbers[row], self._score.times[row]
+        first = bool(self._score.flags[row] & ScanFlag.FIRST_SCAN)
+        if first is not self._view.first:
+            self._view.first = first
+            self._prepare()
+
+    def _ask_for(self, row: int) -> None:
+        mode = self._score.mode(row)
+        if mode is not self.mode:
+            self.mode = mode
+        forces = self._score.forces.get(self._score.numbers[row])
+        if forces is not None:
+            self.forces.clear()
+            for address, value in forces.items():
+                self.forces.set(address, value)
+
+
+class RecordedInputs:
+    """A module that shows the input images of a recording, one after the other.
+
+    Args:
+        images: the bytes of an image per scan.
+        times: of the images, ns, ascending.
+        links: losses and returns of its link, ascending.
+    """
+
+    def __init__(
+        self, images: Sequence[bytes], times: Sequence[int], links: Iterable[LinkChange] = ()
+    ) -> None:
+        self.events: list[Event] = []
+        self._images = images
+        self._times = times
+        self._last = len(times) - 1
+        self._row = -1
+        self._image = Image(buffer=bytearray(images[0])) if images else Image()
+        self._links = list(links)
+        self.linked = True
+
+    def hold(self, image: bytes) -> None:
+        """Show an image from the next update on, whatever was recorded."""
+        self._images, self._times, self._last, self._row = (image,), (0,), 0, -1
+
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        """Return the image in force at `now_ns`; see `Module.update`."""
+        row = self._row
+        while row < self._last and self._times[row + 1] <= now_ns:
+            row += 1
+        if row != self._row:
+            self._row = row
+            self._image.raw[:] = self._images[row]
+        while self._links and self._links[0].now_ns <= now_ns:
+            self.linked = self._links.pop(0).good
+        return self._image
+
+    def plc_run(self, running: bool) -> None:
+        """Do nothing: the recording continues; see `Module.plc_run`."""
+
+    def power_cycle(self) -> None:
+        """Do nothing: the recording continues; see `Module.power_cycle`."""
+
+
+def recorded_outputs(score: ReplayPlan, memory: Sequence[bytes], layout: MemoryLayout) -> ScanLogic:
+    """Return logic that writes the output images of a recording, scan by scan."""
+    written = (image for row, image in enumerate(memory) if "logic" not in IDLE_PHASES[score.mode(row)])
+
+    def logic(scan: LogicScan) -> None:
+        image = next(written)
+        for slot in scan.slot.values():
+            slot.outputs.raw[:] = image[layout.places[slot.number].outputs]
+
+    return logic
+
+
+@dataclass(frozen=True, slots=True)
+class Stimulus:
+    """A stimulus of a recording."""
+
+    at_ns: int
+    slot: int
+    input: InputBit
+    energised: bool | None  # its level from then on; None = controlled by the machine's switch or station
+
+
+def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: bool = True) -> MachineSpec:
+    """Return a machine with the recorded stimuli as its only changes by time.
+
+    Its own timeline and stations have acted in the recording, so that they are removed; a released
+    input of theirs is de-energized.
+
+    Args:
+        stimuli: those of its slot, in order of time.
+        switches: keep the machine's switches; if not, the stimuli give all levels.
+    """
+    bare = replace(machine, timeline=(), stations=(), switches=machine.switches if switches else ())
+    entries = []
+    for each in stimuli:
+        let_go = each.energised is None and not bare.fed_inputs & each.input.value
+        entries.append(TimelineEntry(each.at_ns, each.input, False if let_go else each.energised))
+    return replace(bare, timeline=tuple(entries))

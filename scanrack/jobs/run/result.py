@@ -1,0 +1,146 @@
+"""`run`, for users' programs, and its result: scans, moves, errors in the manual's words, the trace."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from scanrack.runtime.loop.events import JsonValue
+from scanrack.runtime.loop.listeners import QuietListener
+from scanrack.runtime.loop.rack import Rack
+from scanrack.traces.read.event_text import OF_ADAPTERS, describe
+
+from ..load.loading import LoadedRack, load_rack, scans_to_run
+from .build import check_ports
+from .running import JobRun, RunOptions
+
+UNDER_WAY = "still under way at the end"
+
+RULES_OF_START = frozenset({"CER-01", "POS-01"})
+"""Rules that fire in every healthy start: nothing is configured, and no position is valid."""
+
+
+@dataclass(slots=True)
+class SeenError:
+    """A rule of the manual that set an error bit."""
+
+    sentence: str  # the rule, with its bits, its words and the first scan that shows it
+    count: int = 0
+
+
+@dataclass(slots=True)
+class RunCounters(QuietListener):
+    """A listener that counts. Its size does not grow with the length of a run.
+
+    Attributes:
+        moves: number by (slot, kind, outcome).
+        errors: by (slot, rule), the first one first.
+        of_start: those of every start, see `RULES_OF_START`.
+    """
+
+    scans: int = 0
+    moves: Counter[tuple[JsonValue, JsonValue, JsonValue]] = field(default_factory=Counter)
+    errors: dict[tuple[JsonValue, JsonValue], SeenError] = field(default_factory=dict)
+    of_start: dict[tuple[JsonValue, JsonValue], SeenError] = field(default_factory=dict)
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+        """Count a move or an error."""
+        if topic != "/events":
+            return
+        if fields["kind"] == "move":
+            self.moves[fields["slot"], fields["name"], fields.get("outcome", "ended")] += 1
+        elif fields["kind"] in ("rule", *OF_ADAPTERS) and fields.get("bits"):
+            key = fields["slot"], fields["name"]
+            starts = fields["name"] in RULES_OF_START and key not in self.of_start
+            seen = self.of_start if starts else self.errors
+            seen.setdefault(key, SeenError(describe(topic, scan, fields))).count += 1
+
+    def end(self, rack: Rack) -> None:
+        """Count the moves in progress at the end of the run."""
+        for slot in rack.slots.values():
+            kind = getattr(slot.module, "under_way", None)
+            if kind is not None:
+                self.moves[slot.number, kind, UNDER_WAY] += 1
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Count a scan."""
+        self.scans += 1
+
+
+@dataclass(frozen=True, slots=True)
+class MoveCount:
+    """Moves of one kind that ended in one way, such as 3 "relative" moves that were "complete"."""
+
+    slot: JsonValue
+    kind: JsonValue
+    outcome: JsonValue
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class ErrorCount:
+    """An error of a module."""
+
+    slot: JsonValue
+    rule: JsonValue  # of the manual, such as "CMD-03"; for an adapter the kind of its observation
+    text: str  # the rule, with its bits, its words and the first scan that shows it
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class RunResult:
+    """The result of a run."""
+
+    scans: int
+    time_ns: int  # their machine time, ns
+    moves: list[MoveCount]  # by slot, kind and outcome; one in progress at the end says so
+    errors: list[ErrorCount]  # the first one first
+    every_start: list[ErrorCount]  # errors of every start, see `RULES_OF_START`
+    hints: list[str]
+    trace: Path | None  # path of the recording; None without one
+
+
+def result_of(run: JobRun, tally: RunCounters, trace: Path | None) -> RunResult:
+    """Return the result of a finished run."""
+    tally.end(run.rack)
+    moves = [MoveCount(*key, count) for key, count in tally.moves.items()]
+    errors, every_start = (
+        [ErrorCount(slot, rule, seen.sentence, seen.count) for (slot, rule), seen in each.items()]
+        for each in (tally.errors, tally.of_start)
+    )
+    time_ns = tally.scans * run.cpu.period_ns
+    return RunResult(tally.scans, time_ns, moves, errors, every_start, run.hints.sentences(), trace)
+
+
+def run(
+    rack: LoadedRack | str | Path,
+    duration: str | None = None,
+    *,
+    scans: int | None = None,
+    trace: str | Path | None = None,
+) -> RunResult:
+    """Run a rack in virtual time.
+
+    Args:
+        rack: a loaded one (see `load_rack`), or the path of a rack file.
+        duration: machine time with its unit, such as "10 s"; by default `run_for_s` of the rack or 10 s.
+        scans: number of scans, instead.
+        trace: path of a recording, by default none.
+
+    Raises:
+        ValueError: an unusable rack or program, a real port, or a trace that would replace an owned
+            file.
+        CpuFault: the program, a module or a listener failed; the trace has all scans until then.
+        OSError: the trace can't be written.
+    """
+    job = rack if isinstance(rack, LoadedRack) else load_rack(rack)
+    check_ports(job.spec, realtime=False, live=False)
+    count = scans_to_run(job.spec, duration, scans, endless=False)
+    path, tally = None if trace is None else Path(trace), RunCounters()
+    with ExitStack() as ports:
+        job_run = JobRun(job, ports, RunOptions(trace=path, listeners=[tally]))
+        job_run.run(count)
+    return result_of(job_run, tally, path)

@@ -1,0 +1,81 @@
+"""The file of a ladder program's tags from run to run: read before the first scan, written after the last."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from scanrack.io_images.input_files import read_input
+from scanrack.io_images.text_limits import LIMITS, TextKind
+from scanrack.traces.files.guard import TAGS, check_output
+from scanrack.traces.files.locking import beside, held
+from scanrack.traces.files.newfile import naming, new_file
+
+from ..load.loading import LoadedRack
+from ..load.retaining import retaining
+from ..load.rungs import is_rungs
+from ..trust.owned import in_use, names_of
+
+
+class RetainedMemory:
+    """The retentive memory of a job; its file is locked until the context is left.
+
+    Args:
+        job: runs a ladder program.
+        trace: the recording, or None.
+        keep: number of earlier recordings to keep, see `keeping_of`.
+
+    Raises:
+        ValueError: the job's program has no tags, the file has another use, or it
+            is not a file of retained tags.
+        OSError: another run has the file, or its folder can't be written.
+    """
+
+    def __init__(
+        self, job: LoadedRack, path: Path, trace: Path | None = None, keep: int | None = None
+    ) -> None:
+        if not is_rungs(job.logic):
+            raise ValueError(f"--retain {path}: the program is a Python function; it has no tags to retain")
+        self.path, self._program = path, job.logic
+        recorded = [] if trace is None else names_of(job, trace, keep)
+        self._used = {**in_use(job), **dict.fromkeys(recorded, "the recording")}
+        target = check_output(path, TAGS, self._used)
+        with ExitStack() as lock, naming(path, beside(target, "lock")):
+            lock.enter_context(held(target))
+            self.job, self._said = self._load(job)
+            self._lock = lock.pop_all()
+
+    def _load(self, job: LoadedRack) -> tuple[LoadedRack, list[str]]:
+        try:
+            data = read_input(self.path, LIMITS[TextKind.RETAINED].size)
+        except FileNotFoundError:
+            return job, []
+        except OSError as error:
+            raise ValueError(f"{self.path}: the retained tags can't be read: {error.strerror}") from None
+        return retaining(job, data, str(self.path))
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._lock.close()
+
+    def begin(self) -> list[str]:
+        """Return a sentence for each tag that was left out."""
+        return [f"{self.path}: {each}" for each in self._said]
+
+    def end(self) -> None:
+        """Write the present tags.
+
+        Raises:
+            OwnedError: the file may no longer be replaced.
+            OSError: the file can't be written; an earlier one is unchanged.
+        """
+        from scanrack.ladder.run.edit import retained_text
+
+        with new_file(self.path, TAGS, used=self._used, locked=True) as file:
+            file.write(retained_text(self._program.engine))

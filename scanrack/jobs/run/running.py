@@ -1,0 +1,186 @@
+"""A job, run scan by scan and recorded: the work of `scanrack run`, without its messages.
+
+    with ExitStack() as ports:
+        run = JobRun(load_job("line.toml"), ports, RunOptions(trace=Path("line.mcap")))
+        run.run(5000)
+
+Errors are exceptions; `commands.programs.run` turns them into messages and an exit status.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import AbstractContextManager, ExitStack, nullcontext
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.listeners import ScanListener
+from scanrack.runtime.loop.pace import FreeRun, Pacer
+from scanrack.traces.write.recorder import ScanRecorder
+
+from ..load.building import build_cpu, build_rack
+from ..load.loading import LoadedRack
+from ..record.recording import recorder_for
+from ..record.sequence_watch import declared_axes, sequences_in, standing
+from .editing import RunProgram
+from .external_tags import tell_cpu
+from .hints import Hints
+
+if TYPE_CHECKING:  # imported late: the controllers of units take time to import
+    from scanrack.runtime.controllers.pcl601.line import Pcl601
+    from scanrack.runtime.live.actions import Force
+    from scanrack.runtime.live.operator_actions import OperatorActions
+
+    from ..record.order_repeater import OrderRepeater, RecordedOrder
+    from ..record.program_versions import ProgramVersions
+    from .rack_units import UnitsBeside
+
+Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
+"""Observes a CPU while it runs: a progress bar. Arguments: the CPU, the number of its last scan or None."""
+
+
+def unobserved(cpu: Cpu, scans: int | None) -> AbstractContextManager[None]:
+    """Run without an observer."""
+    return nullcontext()
+
+
+@dataclass(frozen=True, slots=True)
+class RunOptions:
+    """The options of a run."""
+
+    trace: Path | None = None  # path of the recording; None = no recording
+    live: bool = False  # real ports may be driven
+    pacer: Pacer | None = None  # makes scans wait for the wall clock; None = as fast as possible
+    listeners: Iterable[ScanListener] = ()
+    warn: Callable[[str], object] = lambda _hint: None
+    handled: bool = False  # the rack can be operated while it runs: tags are set and forced, incidents happen
+    metadata: Mapping[str, str] = field(default_factory=dict)
+    keep: int | None = None  # number of earlier recordings to keep; None = the rack file's
+    orders: Iterable[RecordedOrder] | None = None  # of a recorded session, given again to an operable rack
+    forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
+    editions: ProgramVersions | None = None  # loads the programs of edits; None without edits
+
+
+AS_IT_IS = RunOptions()
+
+
+class JobRun:
+    """A job on a new rack, powered up and not yet scanned.
+
+    Attributes:
+        repeated: gives the orders of a recorded session; None without them.
+        stubs: the stubs in use, see `LoadedRack.stubs`.
+        steps: the waits of the program's sequences at the end of the run, a sentence each; none after a
+            fault.
+
+    Args:
+        ports: closes the real ports that are opened.
+
+    Raises:
+        ValueError: a unit's program or a port can't be used, or a real port is not allowed.
+        OSError: the trace can't be written.
+    """
+
+    def __init__(self, job: LoadedRack, ports: ExitStack, options: RunOptions = AS_IT_IS) -> None:
+        handled = options.handled or options.orders is not None or bool(options.forces)
+        units = {unit.address: unit.make(job.folder) for unit in job.spec.unit}
+        self.stubs = job.stubs
+        self.rack = build_rack(job.spec, ports if options.live else None, handled=handled)
+        self.program = RunProgram(job.logic, handled=handled, editions=options.editions)
+        self.hints = Hints(self.rack, job.spec, options.warn, declared_axes(self.program.logic))
+        self.steps: list[str] = []
+        recorder = None if options.trace is None else self._recorder(job, options.trace, options, handled)
+        beside = _beside(units, options.trace)
+        listeners = [
+            *options.listeners,
+            self.hints,
+            *([] if beside is None else [beside]),
+            *([] if recorder is None else [self.program.recorded(recorder)]),  # closed last: reads all files
+        ]
+        self._pacer = options.pacer or FreeRun()
+        self._pacer.beat = lambda: _draft(recorder, beside)
+        self.cpu = build_cpu(job.spec, self.program.logic, self.rack, listeners=listeners, pacer=self._pacer)
+        if self.program.operated is not None:
+            tell_cpu(self.program.operated, self.cpu)
+        self._hold(options)
+        self.repeated: OrderRepeater | None = None
+        if options.orders is not None:
+            self._repeat(options.orders)
+
+    def _repeat(self, orders: Iterable[RecordedOrder]) -> None:
+        from ..record.order_repeater import OrderRepeater
+
+        self.repeated = OrderRepeater(self.cpu, self.hands, orders)
+        self.cpu.add_listener(self.repeated)
+        self.repeated.begin()
+
+    def _hold(self, options: RunOptions) -> None:
+        """Hold the forces; warn of those that can't be."""
+        for order in options.forces:
+            try:
+                self.hands.act(order, 0, 0)
+            except ValueError as error:
+                options.warn(f"a force is not held: {error}")
+
+    def _recorder(self, job: LoadedRack, trace: Path, options: RunOptions, handled: bool) -> ScanRecorder:
+        return recorder_for(
+            job,
+            self.rack,
+            trace,
+            self.program.logic,
+            orders=handled,
+            sequences=self.program.may_bring_sequences,
+            metadata=options.metadata,
+            keep=options.keep,
+            warn=options.warn,
+        )
+
+    @property
+    def hands(self) -> OperatorActions:
+        """Carries out orders on the rack; tags only of a program under a debugger."""
+        return self.program.hands(self.cpu, self.rack)
+
+    def run(self, scans: int | None = None, *, observed: Observer = unobserved) -> None:
+        """Run to the end, or until Ctrl-C stops the CPU between scans; then close the listeners.
+
+        Args:
+            scans: their number; None = until Ctrl-C.
+
+        Raises:
+            CpuFault: the program, a module or a listener failed.
+            OSError: the trace can't be finished.
+            KeyboardInterrupt: a second Ctrl-C.
+        """
+        cpu = self.cpu
+        with (
+            nullcontext() if self._pacer.free else _frozen_collector(),
+            cpu.stopping_on_ctrl_c(),
+            cpu,
+            observed(cpu, scans),
+        ):
+            cpu.run(scans)
+            self.steps = [str(standing(each, cpu.scan)) for each in sequences_in(self.program.logic)]
+
+
+def _frozen_collector() -> AbstractContextManager[None]:
+    from scanrack.runtime.loop.realtime import frozen_collector
+
+    return frozen_collector()
+
+
+def _beside(units: Mapping[int, Pcl601], trace: Path | None) -> UnitsBeside | None:
+    """Return the runner of the units on a rack's serial line; None without units."""
+    if not units:
+        return None
+    from .rack_units import UnitsBeside
+
+    return UnitsBeside(units, trace)
+
+
+def _draft(recorder: ScanRecorder | None, beside: UnitsBeside | None) -> None:
+    if recorder is not None:
+        recorder.draft_soon()
+    if beside is not None:
+        beside.draft()

@@ -1,0 +1,261 @@
+"""Simulated controllers of `scanrack serve` on a line: made from options, with a short status."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from scanrack.io_images.input_files import read_checked
+from scanrack.io_images.pcl601 import MAP, Register
+from scanrack.io_images.pcl601.program import Program
+from scanrack.io_images.pmc006.frame import FACTORY_ADDRESS
+from scanrack.io_images.pmc006.program import UserProgram, assemble
+from scanrack.io_images.text_limits import TextKind
+from scanrack.io_images.times import exact_ns
+from scanrack.runtime.controllers.pcl601.line import Pcl601
+from scanrack.runtime.controllers.pcl601.pinstates import connect
+from scanrack.runtime.controllers.pcl601.program import load, read_program
+from scanrack.runtime.controllers.pcl601.stored import ProgramRunner
+from scanrack.runtime.controllers.pcl601.wiring import Wiring
+from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
+from scanrack.runtime.controllers.pmc006.line import Pmc006
+from scanrack.runtime.controllers.pmc006.pins import Pin
+from scanrack.runtime.line.rtu import Timing
+from scanrack.runtime.line.wire import ControllerDevice
+
+NO_PROGRAM = "-"
+THUMBWHEEL_DIGITS = 7
+
+PORT_GAP_MS = 5.0
+"""Silence between frames on transports that do not keep time."""
+
+SERIAL_GAP_MS = 25.0
+"""The same on a serial port: USB adapters deliver received bytes every 16 ms."""
+
+GAP_MS_MAX = 10_000
+RECORDED = [row for row in MAP if row.register not in (Register.COMMAND, Register.FIRMWARE)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedUnit:
+    """One controller, or one axis of a stack of drives.
+
+    Attributes:
+        address: on its line, or the number of the axis.
+        status: returns a word or two for each column of the status table.
+        values: returns its present values, by name, as recorded.
+        wire: sets an input to a state, by name; ValueError for an unknown input or state.
+    """
+
+    address: int
+    status: Callable[[], dict[str, str]]
+    values: Callable[[], dict[str, int]]
+    wire: Callable[[str, str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unit(ServedUnit):
+    """One controller on a line.
+
+    Attributes:
+        answer: answers a Modbus request PDU; None for a unit without Modbus.
+        do: carries out a command code as if received; None for a unit without such codes.
+    """
+
+    device: ControllerDevice
+    answer: Callable[[bytes], bytes | None] | None = None
+    do: Callable[[int], None] | None = None
+
+
+def addresses_in(texts: list[str]) -> list[int]:
+    """Return the addresses of the units; ValueError if it is not an address, or one is given twice.
+
+    >>> addresses_in(["7", "1-3"])
+    [7, 1, 2, 3]
+
+    Args:
+        texts: each an address, or the first and the last of a row of them.
+    """
+    found: list[int] = []
+    for text in texts:
+        first, _, last = text.partition("-")
+        if not (first.isdecimal() and (last or first).isdecimal()) or int(last or first) > 255:
+            raise ValueError(f"--address {text}: an address is a number, such as 7, or several, such as 1-3")
+        found += range(int(first), int(last or first) + 1)
+    for address in found:
+        if found.count(address) > 1:
+            raise ValueError(f"--address {address} is given twice: two units can't share an address")
+    return found
+
+
+def pcl601_units(
+    addresses: list[int],
+    programs: list[Path],
+    speed: float,
+    thumbwheels: Sequence[str] = (),
+    gap_ms: float = PORT_GAP_MS,
+) -> list[Unit]:
+    """Make PCL601s, one for each address, by default 1; a frame ends by its length and its CRC.
+
+    After silence of `gap_ms` of real time another frame may begin. A program goes to the unit that its
+    `.axis` names; without that directive, to the only unit.
+
+    Raises:
+        ValueError: an illegal address, or an unusable program or thumbwheel.
+    """
+    if not 0 < gap_ms <= GAP_MS_MAX:
+        raise ValueError(f"--gap-ms {gap_ms:g}: it has to be above 0, and at most {GAP_MS_MAX}")
+    timing = Timing(round(exact_ns(gap_ms, "ms", "--gap-ms") * max(speed, 1)), by_length=True)
+    wirings = _wirings(addresses or [1], thumbwheels)
+    devices = {address: Pcl601(address, wiring=wiring, timing=timing) for address, wiring in wirings.items()}
+    for file in programs:
+        program = read_program(file)
+        device = devices[_axis(file, program, list(devices))]
+        load(device.controller, program)
+        device.power_cycle(0)
+    return [
+        Unit(
+            device=device,
+            address=address,
+            status=partial(_pcl601_status, device),
+            values=partial(pcl601_values, device),
+            wire=partial(_wire_pcl601, device),
+            answer=device.answer,
+            do=partial(_do_pcl601, device),
+        )
+        for address, device in devices.items()
+    ]
+
+
+def _wirings(addresses: list[int], thumbwheels: Sequence[str]) -> dict[int, Wiring]:
+    """Return the thumbwheels of the units, given as DIGITS or ADDRESS:DIGITS."""
+    wirings = dict.fromkeys(addresses, Wiring())
+    for text in thumbwheels:
+        address, _, digits = text.rpartition(":")
+        chosen = [each for each in addresses if not address or str(each) == address]
+        if not chosen or not (digits.isdecimal() and len(digits) <= THUMBWHEEL_DIGITS):
+            raise ValueError(f"--thumbwheel {text}: it has to be up to 7 digits, or ADDRESS:DIGITS")
+        wirings[chosen[0]] = Wiring(True, int(digits))
+    return wirings
+
+
+def _axis(file: Path, program: Program, addresses: list[int]) -> int:
+    """Return the address of the unit of a program."""
+    if program.axis is None and len(addresses) == 1:
+        return addresses[0]
+    if program.axis not in addresses:
+        said = "has no .axis" if program.axis is None else f"is for axis {program.axis}"
+        raise ValueError(f"{file} {said}; the units have the addresses {', '.join(map(str, addresses))}")
+    return program.axis
+
+
+def _pcl601_status(device: Pcl601) -> dict[str, str]:
+    controller = device.controller
+    registers = controller.read()
+    return {
+        "address": str(registers[Register.ADDRESS]),
+        "line": "Modbus RTU" if device.line_format.parity == "E" else "AA ASCII",
+        "position": f"{registers[Register.POSITION]:,}",
+        "motion": "moving" if controller.busy else "idle",
+        "program": _program_state(controller.runner),
+        "outputs": f"{controller.output_pins:08b}"[::-1],
+        "error": str(registers[Register.ERROR_CODE]),
+    }
+
+
+def _program_state(runner: ProgramRunner | None) -> str:
+    if runner is None:
+        return NO_PROGRAM
+    return "running" if runner.running else "stored"
+
+
+def pcl601_values(device: Pcl601) -> dict[str, int]:
+    """Return registers, inputs and outputs by name, as they are recorded."""
+    controller = device.controller
+    registers = controller.read()
+    return {
+        **{row.register.name.lower(): registers[row.register] for row in RECORDED},
+        "inputs": controller.inputs.active(),
+        "outputs": controller.output_pins,
+        "program_running": int(controller.program_running),
+    }
+
+
+def _do_pcl601(device: Pcl601, code: int) -> None:
+    device.controller.do(code)
+    device.controller.settle(device.controller.now_ns)
+
+
+def _wire_pcl601(device: Pcl601, name: str, state: str) -> None:
+    connect(device.controller.pins, name, state)
+    device.controller.settle(device.controller.now_ns)
+
+
+def pmc006_units(
+    addresses: list[int],
+    programs: list[Path],
+    _speed: float,
+    thumbwheels: Sequence[str] = (),
+    _gap_ms: float = PORT_GAP_MS,
+) -> list[Unit]:
+    """Make one PMC006; its line is RS-232, point to point.
+
+    Raises:
+        ValueError: several units, or an unusable address or program.
+    """
+    if thumbwheels:
+        raise ValueError("--thumbwheel: only a PCL601 has one")
+    if len(addresses) > 1 or len(programs) > 1:
+        raise ValueError("a line holds one PMC006: give one --address and one --program at most")
+    program = user_program(programs[0]) if programs else None
+    controller = Pmc006Controller(address=addresses[0] if addresses else FACTORY_ADDRESS, program=program)
+    return [
+        Unit(
+            device=Pmc006(controller),
+            address=controller.address,
+            status=lambda: _pmc006_status(controller),
+            values=lambda: _pmc006_values(controller),
+            wire=lambda name, state: _wire_pmc006(controller, name, state),
+        )
+    ]
+
+
+def user_program(file: Path) -> UserProgram:
+    """Read the listing of a user program of a PMC006; ValueError if it can't be read or assembled."""
+    try:
+        return assemble(read_checked(file, TextKind.STORED))
+    except OSError as error:
+        raise ValueError(f"{file}: {error.strerror}") from error
+    except ValueError as error:
+        raise ValueError(f"{file}: {error}") from error
+
+
+def _pmc006_status(controller: Pmc006Controller) -> dict[str, str]:
+    return {
+        "address": str(controller.address),
+        "position": f"{controller.axis.position:,}",
+        "motion": "moving" if controller.axis.moving else "idle",
+        "status 1": f"{int(controller.status1):#04x}",
+        "status 2": f"{int(controller.status2):#04x}",
+    }
+
+
+def _pmc006_values(controller: Pmc006Controller) -> dict[str, int]:
+    return {
+        "position": controller.axis.position,
+        "status1": int(controller.status1),
+        "status2": int(controller.status2),
+        "levels": int(controller.levels),
+        "gpio8": int(controller.gpio8),
+    }
+
+
+def _wire_pmc006(controller: Pmc006Controller, name: str, state: str) -> None:
+    pins = {pin.name.lower(): pin for pin in Pin if pin.name is not None}
+    if name not in pins:
+        raise ValueError(f"no input {name}; choose from {', '.join(pins)}")
+    if state not in ("high", "low"):
+        raise ValueError(f"{state!r} is not a state of an input: must be high or low")
+    controller.set_pin(pins[name], state == "high")

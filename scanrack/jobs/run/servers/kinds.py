@@ -1,0 +1,154 @@
+"""The servers that `--server` knows, a row for each, and the addresses that it takes."""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from importlib.util import find_spec
+from pathlib import Path
+
+from scanrack.io_images.enip.codes import PORT
+from scanrack.io_images.installing import how_to_install
+from scanrack.runtime.line.hosts import join_address, split_address
+from scanrack.runtime.tag_servers.setup import ETHERNET_IP, MODBUS_TCP, OPC_UA
+
+HOST = "127.0.0.1"
+
+OPEN, ENCRYPTED = SECURITIES = ("none", "encrypted")
+"""What `--opc-ua-security` takes."""
+
+
+@dataclass(frozen=True, slots=True)
+class ServerKind:
+    """A protocol and its server.
+
+    Attributes:
+        main: the function of its process.
+        port: the default.
+        answers_datagrams: whether it has the UDP port, too.
+        package: what it needs beside the package's own requirements, with the extra that brings it.
+        maps: the table of the rack file that it serves; "" = all tags.
+    """
+
+    title: str
+    main: str
+    port: int
+    answers_datagrams: bool = False
+    package: tuple[str, str] | None = None
+    maps: str = ""
+
+
+_SERVER = "scanrack.runtime.live.tag_server:main"
+
+KINDS: Mapping[str, ServerKind] = {
+    ETHERNET_IP: ServerKind("EtherNet/IP", _SERVER, PORT, answers_datagrams=True),
+    OPC_UA: ServerKind(
+        "OPC UA", "scanrack.runtime.live.opcua_server:main", 4840, package=("asyncua", "opcua")
+    ),
+    MODBUS_TCP: ServerKind("Modbus TCP", _SERVER, 502, maps="server.modbus"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ServerAddress:
+    """A server and where it listens.
+
+    Attributes:
+        encrypted: whether clients must encrypt; OPC UA only.
+        users: file of those who may log in; None = anyone.
+    """
+
+    protocol: str
+    host: str
+    port: int
+    encrypted: bool = False
+    users: Path | None = None
+
+    @classmethod
+    def parse(cls, text: str) -> ServerAddress:
+        """Return the address of `PROTOCOL[:[HOST:]PORT]`.
+
+        >>> ServerAddress.parse("ethernet-ip:0")
+        ServerAddress(protocol='ethernet-ip', host='127.0.0.1', port=0, encrypted=False, users=None)
+
+        Raises:
+            ValueError: an unknown protocol, no address, or a package that is not installed.
+        """
+        protocol, _, rest = text.partition(":")
+        kind = KINDS.get(protocol)
+        if kind is None:
+            raise ValueError(
+                f"--server {text} is not allowed: {', '.join(KINDS)}, each with :PORT or :HOST:PORT"
+            )
+        if kind.package is not None and find_spec(kind.package[0]) is None:
+            package, extra = kind.package
+            raise ValueError(f"--server {text} needs {package}: {how_to_install(extra)}")
+        if not rest:
+            return cls(protocol, HOST, kind.port)
+        try:
+            host, port = split_address(rest)
+        except ValueError as error:
+            raise ValueError(f"--server {text}: {error}") from error
+        return cls(protocol, host or HOST, port)
+
+    @property
+    def kind(self) -> ServerKind:
+        """Its row."""
+        return KINDS[self.protocol]
+
+    @property
+    def is_local(self) -> bool:
+        """Whether only this machine reaches it."""
+        return self.host in ("localhost", "::1") or self.host.startswith("127.")
+
+    def listen(self) -> list[socket.socket]:
+        """Return the listening socket, and the UDP socket if the protocol has one.
+
+        Raises:
+            ValueError: the port is in use, or not allowed.
+        """
+        family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
+        at = (self.host, self.port)
+        with ExitStack() as opened:
+            try:
+                found = [opened.enter_context(socket.create_server(at, family=family, backlog=64))]
+                if self.kind.answers_datagrams:
+                    found.append(opened.enter_context(socket.socket(family, socket.SOCK_DGRAM)))
+                    found[1].bind((self.host, found[0].getsockname()[1]))
+            except OSError as error:
+                text = os.strerror(error.errno) if error.errno and error.errno > 0 else str(error)
+                where = f"{self.protocol}:{join_address(*at)}"
+                raise ValueError(f"--server {where}: {text}: choose another port") from error
+            opened.pop_all()
+        return found
+
+
+def addresses(
+    given: Sequence[str] | None, security: str | None = None, users: Path | None = None
+) -> tuple[ServerAddress, ...]:
+    """Return the addresses of options.
+
+    Args:
+        security: of the OPC UA server, a word of `SECURITIES`; None = open on this machine, else encrypted.
+        users: file of those who may log in there.
+
+    Raises:
+        ValueError: one is not allowed, a protocol is named twice, or there is no OPC UA server to secure.
+    """
+    found = [ServerAddress.parse(each) for each in given or ()]
+    names = [each.protocol for each in found]
+    for each in found:
+        if names.count(each.protocol) > 1:
+            raise ValueError(f"--server {each.protocol} is given twice: a rack has one of each")
+    if (security or users) and OPC_UA not in names:
+        raise ValueError(f"--opc-ua-{'security' if security else 'users'} goes with --server {OPC_UA}")
+    if users and security == OPEN:
+        raise ValueError(f"--opc-ua-users needs encryption: it can't go with --opc-ua-security {OPEN}")
+    for place, each in enumerate(found):
+        if each.protocol == OPC_UA:
+            encrypted = security == ENCRYPTED if security else bool(users) or not each.is_local
+            found[place] = replace(each, encrypted=encrypted, users=users)
+    return tuple(found)

@@ -1,0 +1,313 @@
+"""The list of tags as files that HMI software imports; a row of `FORMATS` for each.
+
+| software | file | source |
+|---|---|---|
+| Kepware | CSV of a device | help of KEPServerEX, "CSV Import and Export", and of its Logix driver |
+| FactoryTalk View | CSV of HMI tags | "CSV File Column Ordering" [2711E-6.12, p. 6-23]; heads as exported |
+| Ignition | JSON of tags | manual of 8.1, "Exporting and Importing Tags", "Tag Properties" |
+| Node-RED | a flow | node-red-contrib-cip-ethernet-ip |
+
+None of these programs was at hand to import a file; that of Node-RED is read by its library, st-ethernet-ip.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from scanrack.io_images.csv_cells import cell, csv_text, line_text
+from scanrack.runtime.tag_servers.tag_list import TagRow
+from scanrack.runtime.tag_servers.variables import ELEMENTS_MOST
+
+SHORTCUT = "PLC"
+"""Device shortcut of FactoryTalk Linx in addresses."""
+
+OPC_SERVER = "scanrack"
+"""Name of the connection to the rack's OPC UA server in Ignition."""
+
+SCAN_MS = 100
+
+
+@dataclass
+class TagFile:
+    """A file for an import.
+
+    Attributes:
+        left_out: names of tags that the format has no place for.
+    """
+
+    text: str = ""
+    left_out: list[str] = field(default_factory=list)
+
+    def single(self, rows: Iterable[TagRow], types: Mapping[str, Any]) -> Iterator[TagRow]:
+        """Yield rows of known types, arrays element by element; note those that are left out."""
+        for row in rows:
+            count = 1
+            for size in row.dims:
+                count *= size
+            if row.type_name not in types or count > ELEMENTS_MOST:
+                self.left_out.append(row.name)
+            elif row.dims:
+                yield from row.elements()
+            else:
+                yield row
+
+
+# --- Kepware
+
+_KEPWARE_HEAD = (
+    "Tag Name,Address,Data Type,Respect Data Type,Client Access,Scan Rate,Scaling,Raw Low,Raw High,"
+    "Scaled Low,Scaled High,Scaled Data Type,Clamp Low,Clamp High,Eng Units,Description,Negate Value"
+)
+_KEPWARE: Mapping[str, str] = {
+    "BOOL": "Boolean",
+    "SINT": "Char",
+    "INT": "Short",
+    "DINT": "Long",
+    "LINT": "LLong",
+    "USINT": "Byte",
+    "UINT": "Word",
+    "UDINT": "DWord",
+    "DWORD": "DWord",
+    "ULINT": "QWord",
+    "REAL": "Float",
+    "LREAL": "Double",
+    "STRING": "String",
+}
+_TEXT_MOST = 82
+
+
+def kepware(rows: Iterable[TagRow], title: str) -> TagFile:
+    """Return a CSV for a device of the driver Allen-Bradley ControlLogix Ethernet.
+
+    A dot in a name makes a tag group. `Grid{3}{4}` is an array of one or two dimensions, `Text.DATA/82` a
+    text.
+    """
+    made = TagFile()
+    table: list[list[object]] = [[*_KEPWARE_HEAD.split(",")]]
+    for row in _with_arrays(made, rows):
+        kind = _KEPWARE[row.type_name] + (" Array" if row.dims else "")
+        address = row.enip + "".join(f"{{{size}}}" for size in row.dims)
+        if row.type_name == "STRING" and not row.in_files:
+            address += f".DATA/{_TEXT_MOST}"
+        access = "R/W" if row.writable else "RO"
+        shown = line_text(row.description)
+        table.append([_plain(row.name, "."), address, kind, 1, access, SCAN_MS, *[""] * 9, shown, ""])
+    made.text = csv_text(table)
+    return made
+
+
+def _with_arrays(made: TagFile, rows: Iterable[TagRow]) -> Iterator[TagRow]:
+    for row in rows:
+        whole = 0 < len(row.dims) <= 2 and row.type_name not in ("STRING", "BOOL") and not row.in_files
+        yield from [row] if whole else made.single([row], _KEPWARE)
+
+
+def _plain(name: str, separator: str) -> str:
+    """Return a name with a separator of groups and without subscripts and colons.
+
+    >>> _plain("Program:Main.Steps[2,1].Time", ".")
+    'Program_Main.Steps_2_1.Time'
+    """
+    return re.sub(r"[\[:,]", "_", name.replace("]", "")).replace(".", separator)
+
+
+# --- FactoryTalk View
+
+_FACTORYTALK_HEAD = (
+    ";Tag Type, Tag Name, Tag Description, Read Only, Data Source, Security Code, Alarmed, Native Type,"
+    " Value Type, Min Analog, Max Analog, Initial Analog, Scale, Offset, DeadBand, Units, Off Label Digital,"
+    " On Label Digital, Initial Digital, Length String, Initial String, Retentive, Address,"
+    " System Source Name, System Source Index, RIO Address, Element Size Block, Number Elements Block,"
+    " Initial Block"
+)
+_FACTORYTALK_FIRST = ";###002 - THIS LINE CONTAINS VERSION INFORMATION. DO NOT REMOVE!!!"
+_COLUMNS = _FACTORYTALK_HEAD.count(",") + 1
+_LIMITS: Mapping[str, tuple[float, float]] = {
+    "SINT": (-128, 127),
+    "INT": (-(1 << 15), (1 << 15) - 1),
+    "DINT": (-(1 << 31), (1 << 31) - 1),
+    "USINT": (0, 255),
+    "UINT": (0, (1 << 16) - 1),
+    "UDINT": (0, (1 << 32) - 1),
+    "DWORD": (0, (1 << 32) - 1),
+    "REAL": (-3.4e38, 3.4e38),
+}
+"""Least and greatest value of analog tags."""
+
+_FACTORYTALK = {**_LIMITS, "BOOL": None, "STRING": None}
+
+
+def factorytalk(rows: Iterable[TagRow], title: str) -> TagFile:
+    r"""Return a CSV for the Tag Import and Export Wizard of FactoryTalk View.
+
+    Tags are digital, analog or string, with `::[PLC]Name` as address; a dot in a name makes a folder. Quoted
+    are texts, not numbers. Column D says whether the tag may be edited in the database: always.
+    """
+    made = TagFile()
+    folders: dict[str, None] = {}
+    lines = []
+    for row in made.single(rows, _FACTORYTALK):
+        name = _plain(row.name, "\\")
+        parts = name.split("\\")[:-1]
+        folders |= dict.fromkeys("\\".join(parts[: end + 1]) for end in range(len(parts)))
+        lines.append(_hmi_tag(row, name))
+    head = [_FACTORYTALK_HEAD, _FACTORYTALK_FIRST, "", ";Folders Section (Must define folders before tags)"]
+    head += [_cells("F", each, "", "F") for each in folders]
+    made.text = "\n".join([*head, "", ";Tag Section", *lines]) + "\n"
+    return made
+
+
+def _hmi_tag(row: TagRow, name: str) -> str:
+    """Return a line: columns A to G are those of all tags, the others belong to a type or to the address."""
+    limits = _LIMITS.get(row.type_name)
+    kind = "S" if row.type_name == "STRING" else "D" if limits is None else "A"
+    cells: list[object] = [None] * _COLUMNS
+    cells[:7] = kind, name, line_text(row.description), "F", "D", "*", "F"
+    if limits is not None:
+        cells[7:15] = "D", "F" if row.type_name == "REAL" else "L", *limits, 0, 1, 0, 0
+    elif kind == "D":
+        cells[16:19] = "Off", "On", "Off"
+    else:
+        cells[19:21] = _TEXT_MOST, ""
+    cells[22] = f"::[{SHORTCUT}]{row.enip}"
+    return _cells(*cells)
+
+
+def _cells(*cells: object) -> str:
+    """Return a line: texts quoted, `None` empty."""
+    quoted = (
+        '"' + each.replace('"', "'") + '"' if isinstance(each, str) else each for each in map(cell, cells)
+    )
+    return ",".join("" if each is None else str(each) for each in quoted)
+
+
+# --- Ignition
+
+_IGNITION: Mapping[str, str] = {
+    "BOOL": "Boolean",
+    "SINT": "Int1",
+    "INT": "Int2",
+    "DINT": "Int4",
+    "LINT": "Int8",
+    "USINT": "Int2",
+    "UINT": "Int4",
+    "UDINT": "Int8",
+    "DWORD": "Int8",
+    "ULINT": "Int8",
+    "REAL": "Float4",
+    "LREAL": "Float8",
+    "STRING": "String",
+}
+"""Types; Ignition has no unsigned ones."""
+
+
+def ignition(rows: Iterable[TagRow], title: str) -> TagFile:
+    """Return a JSON of a folder of OPC tags; structures are folders in it.
+
+    The connection to `opc.tcp://127.0.0.1:4840/scanrack` has to be named `scanrack`.
+    """
+    made = TagFile()
+    root: dict[str, Any] = {"name": title, "tagType": "Folder", "tags": []}
+    known = {"": root}
+    for row in rows:
+        if not row.node:
+            made.left_out.append(row.name)
+            continue
+        for each in [row] if len(row.dims) < 2 else made.single([row], _IGNITION):
+            folder, _, last = _plain(each.name, "/").rpartition("/")
+            _folder(known, folder)["tags"].append(_opc_tag(each, last))
+    made.text = json.dumps(root, indent=2) + "\n"
+    return made
+
+
+def _folder(known: dict[str, dict[str, Any]], path: str) -> dict[str, Any]:
+    if path not in known:
+        above, _, name = path.rpartition("/")
+        known[path] = {"name": name, "tagType": "Folder", "tags": []}
+        _folder(known, above)["tags"].append(known[path])
+    return known[path]
+
+
+def _opc_tag(row: TagRow, name: str) -> dict[str, Any]:
+    made = {
+        "name": name,
+        "tagType": "AtomicTag",
+        "valueSource": "opc",
+        "opcServer": OPC_SERVER,
+        "opcItemPath": row.node,
+        "dataType": _IGNITION[row.type_name] + ("Array" if row.dims else ""),
+        "readOnly": not row.writable,
+    }
+    return made | ({"documentation": row.description} if row.description else {})
+
+
+# --- Node-RED
+
+_NODE_RED = dict.fromkeys(("BOOL", "SINT", "INT", "DINT", "REAL"))
+
+
+def node_red(rows: Iterable[TagRow], title: str) -> TagFile:
+    """Return a flow: an endpoint, a node that shows all tags, and a node for each writable one.
+
+    Its nodes skip members that are arrays of several dimensions, and find an element of an array of BOOLs as
+    a BIT_STRING only (`Tag` of ethernet-ip 1.2).
+    """
+    made = TagFile()
+    table: dict[str, dict[str, dict[str, str]]] = {}
+    outs = []
+    rows = list(rows)
+    grids = [row for row in rows if len(row.dims) > 1 and "." in _program_and_name(row.enip)[1]]
+    made.left_out += [row.name for row in grids]
+    for row in made.single((row for row in rows if row not in grids), _NODE_RED):
+        program, name = _program_and_name(row.enip)
+        kind = "BIT_STRING" if row.type_name == "BOOL" and name.endswith("]") else row.type_name
+        table.setdefault(program, {})[name] = {"type": kind}
+        if row.writable:
+            outs.append((program, name))
+    flow: list[dict[str, Any]] = [
+        {"id": "rack-flow", "type": "tab", "label": title},
+        {
+            "id": "rack-endpoint",
+            "type": "eth-ip endpoint",
+            "address": "127.0.0.1",
+            "slot": "0",
+            "cycletime": "200",
+            "name": title,
+            "vartable": table,
+        },
+        _node(
+            "rack-all", "eth-ip in", 0, [["rack-show"]], mode="all", variable="", program="", name="all tags"
+        ),
+        _node("rack-show", "debug", 0, [], active=True, complete="payload", targetType="msg", name="tags")
+        | {"x": 400},
+    ]
+    for number, (program, name) in enumerate(outs, 1):
+        flow.append(
+            _node(f"rack-out-{number}", "eth-ip out", number, [], variable=name, program=program, name="")
+        )
+    made.text = json.dumps(flow, indent=2) + "\n"
+    return made
+
+
+def _program_and_name(path: str) -> tuple[str, str]:
+    """Return the program of a name, "" for the controller, and the name in it."""
+    found = re.fullmatch(r"Program:(\w+)\.(.+)", path)
+    return (found[1], found[2]) if found else ("", path)
+
+
+def _node(ident: str, kind: str, row: int, wires: list[list[str]], **more: object) -> dict[str, Any]:
+    made = {"id": ident, "type": kind, "z": "rack-flow", "x": 160, "y": 60 + 60 * row, "wires": wires, **more}
+    return made | ({"endpoint": "rack-endpoint"} if kind.startswith("eth-ip") else {})
+
+
+FORMATS: Mapping[str, Callable[[Iterable[TagRow], str], TagFile]] = {
+    "ignition": ignition,
+    "kepware": kepware,
+    "factorytalk": factorytalk,
+    "node-red": node_red,
+}
+"""Formats by the words of `--for`: tags and the name of the rack to a file."""

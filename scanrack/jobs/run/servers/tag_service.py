@@ -1,0 +1,315 @@
+"""Starts the processes of tag servers, and starts one again when it dies or stands still.
+
+The scans are not affected: they find a request in shared memory, or none.
+"""
+
+from __future__ import annotations
+
+import pickle
+import socket
+import threading
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
+from multiprocessing.connection import Connection
+
+from scanrack.io_images.enip.listing import Listing
+from scanrack.runtime.line.hosts import join_address
+from scanrack.runtime.live.mailbox import Mailbox
+from scanrack.runtime.live.tag_desk import NoTags, TagDesk
+from scanrack.runtime.tag_servers.database import Database
+from scanrack.runtime.tag_servers.nearest import unknown_patterns
+from scanrack.runtime.tag_servers.register_map import RegisterMap
+from scanrack.runtime.tag_servers.setup import MODBUS_TCP, OPC_UA, TagSetup
+from scanrack.runtime.tag_servers.ua_security import UaSecurity
+from scanrack.runtime.tag_servers.variables import VARIABLES_MOST, TagTree
+
+from ...load.loading import LoadedRack
+from ...trust.launcher import Handed, Helper, TimeoutExpired, launch
+from ..running import JobRun
+from .kinds import ServerAddress
+from .offered import listing_of_job
+from .ua_files import CERTIFICATE, FOLDER, TRUSTED, thumbprint, ua_security
+
+LOGIX, SLC = "1769-L33ER scanrack", "1764-LRP"
+"""Product names of a CompactLogix and of a MicroLogix."""
+
+GRACE_S = 0.05
+"""A server that ends within this time of the run is not started again."""
+
+PATIENCE_S = 2
+"""Longest time of a server to end."""
+
+DEATHS_MOST = 10
+"""Most restarts."""
+
+BEAT_S, STILL_MOST = 1.0, 10
+"""Time between two looks at the server's beats, and looks without one after which it stands still."""
+
+
+class TagService:
+    """A tag server for the runs of a command; it outlives branches.
+
+    Args:
+        writes: whether clients may write what the rack file lists.
+        say: called with lines for the user.
+
+    Raises:
+        ValueError: the port can't be used, or the rack file names tags that the program does not have.
+    """
+
+    def __init__(
+        self, job: LoadedRack, where: ServerAddress, say: Callable[[str], object], *, writes: bool
+    ) -> None:
+        if where.kind.maps and job.spec.server.modbus is None:
+            raise ValueError(f"--server {where.protocol}: the rack file has no [{where.kind.maps}]")
+        self._say, self._writes, self._spec = say, writes, job.spec
+        self._where, self._title = where, where.kind.title
+        listing = listing_of_job(job)
+        if problems := _problems(job, listing, where.protocol):
+            raise ValueError("; ".join(problems))
+        self._job = job
+        self._security = ua_security(job.folder, where.host, where.users) if where.encrypted else None
+        self._sockets = where.listen()
+        if where.protocol == OPC_UA and TagTree(Database(listing)).is_long:
+            say(f"{self._title} clients see the first {VARIABLES_MOST:,} variables only")
+        self._mailbox = Mailbox()
+        self._ending = threading.Event()
+        self._died = False
+        self._changing = threading.Lock()
+        self._setup: TagSetup | None = None
+        self._waker: socket.socket | None = None
+        self._their_waker: socket.socket | None = None
+        self._pipe: Connection | None = None
+        self._desk: TagDesk | None = None
+        self._process: Helper
+
+    @property
+    def port(self) -> int:
+        """The port in use."""
+        port: int = self._sockets[0].getsockname()[1]
+        return port
+
+    @property
+    def pid(self) -> int:
+        """Process id of the server."""
+        return self._process.pid
+
+    @property
+    def desk(self) -> TagDesk | None:
+        """The desk of the present run; None before the first one."""
+        return self._desk
+
+    def said(self) -> list[str]:
+        """Return the lines that tell of the server."""
+        patterns = self._spec.server.writable if self._writes else ()
+        there = join_address(self._where.host, self.port)
+        lists = self._spec.server.writable
+        none = (
+            "with --live only watch --allow-writes lets them write"
+            if lists
+            else "[server] writable lists nothing to write"
+        )
+        can = f"clients write {', '.join(patterns)}" if patterns else f"clients read; {none}"
+        lines = [f"{self._title} server on {there}: {can}"]
+        if self._security is not None:
+            lines.append(_guarded_by(self._security))
+        if not self._where.is_local and (self._security is None or not self._security.users):
+            who = "anyone who reaches this address"
+            if self._security is not None and self._security.trusted is not None:
+                who = "each trusted client"
+            lines.append(
+                f"{who} reads all {'mapped ' if self._where.kind.maps else ''}tags"
+                + (" and writes the listed ones" if patterns else "")
+                + ": the server asks for no password"
+            )
+        return lines
+
+    def serve(self, run: JobRun) -> TagDesk:
+        """Serve the tags of a run from now on; return its desk, which is a listener of the run."""
+        if self._waker is None:
+            self._waker, self._their_waker = socket.socketpair()
+        desk = TagDesk(
+            self._mailbox,
+            self._waker,
+            run.hands,
+            run.rack,
+            run.cpu.period_ns,
+            lambda: NoTags() if run.program.debugger is None else run.program.debugger.images,
+            writes=self._writes and bool(self._spec.server.writable),
+            profile=self._spec.server.profile,
+            version=1 if self._desk is None else self._desk.version + 1,
+        )
+        setup = self._setup_of(desk.listing, desk.version)
+        self._desk = desk
+        run.cpu.add_listener(desk)
+        self._offer(setup)
+        return desk
+
+    def renew(self) -> None:
+        """Serve the tags of an edited program."""
+        assert self._desk is not None
+        self._desk.renew()
+        setup = self._setup_of(self._desk.listing, self._desk.version)
+        for each in _problems(self._job, self._desk.listing, self._where.protocol):
+            self._say(each)
+        threading.Thread(target=self._offer, args=(setup,), daemon=True).start()
+
+    def _setup_of(self, listing: Listing, version: int) -> TagSetup:
+        server = self._spec.server
+        return TagSetup(
+            listing,
+            version,
+            tuple(server.writable) if self._writes else (),
+            self._spec.name,
+            SLC if listing.files else LOGIX,
+            _packed(self._sockets[0].getsockname()[0]),
+            self.port,
+            self._where.protocol,
+            server.modbus,
+            self._security,
+        )
+
+    def _offer(self, setup: TagSetup) -> None:
+        """Send tags to the server; start it the first time."""
+        with self._changing:
+            self._setup = setup
+            if self._pipe is None:
+                self._start()
+                threading.Thread(target=self._keep, name="tag server's keeper", daemon=True).start()
+                return
+            with suppress(OSError):  # it has died: the next one gets the new setup
+                self._pipe.send_bytes(pickle.dumps(self._setup))
+
+    def _start(self) -> None:
+        assert self._their_waker is not None
+        mine, theirs = socket.socketpair()
+        handed: list[Handed] = [theirs, self._their_waker, self._mailbox.memory, *self._sockets]
+        self._process = launch(self._where.kind.main, handed=handed, own_session=True)
+        theirs.close()
+        self._pipe = Connection(mine.detach())
+        with suppress(OSError):  # it has died at once: the keeper notices
+            self._pipe.send_bytes(pickle.dumps(self._setup))
+
+    def _keep(self) -> None:
+        for _ in range(DEATHS_MOST):
+            how = self._ended()
+            if self._ending.wait(GRACE_S):
+                return
+            self._died = True
+            self._say(f"the {self._title} server {how} and is started again; the scans continue")
+            with self._changing:
+                if self._ending.is_set():
+                    return
+                assert self._pipe is not None
+                self._pipe.close()
+                self._start()
+        self._process.wait()
+        if not self._ending.wait(GRACE_S):
+            self._say(f"the {self._title} server has died too often: the scans continue without it")
+
+    def _ended(self) -> str:
+        """Wait until the server has ended, or end one that stands still; return what has happened."""
+        begun = seen = self._mailbox.beats
+        still = 0
+        while True:
+            try:
+                self._process.wait(BEAT_S)
+            except TimeoutExpired:
+                beats = self._mailbox.beats
+                # one that has not begun yet, or waits for the scans, does not stand still
+                still = still + 1 if beats == seen and not self._mailbox.waits else 0
+                if still >= STILL_MOST and beats != begun:
+                    self._process.kill()
+                    self._process.wait()
+                    return "stood still"
+                seen = beats
+            else:
+                return "has died"
+
+    def end(self) -> bool:
+        """End the server; return False if all have died before they served anything."""
+        self._ending.set()
+        with self._changing:
+            for each in (self._pipe, self._waker, self._their_waker):
+                if each is not None:
+                    each.close()
+        if self._pipe is not None:
+            try:
+                self._died |= self._process.wait(PATIENCE_S) != 0
+            except TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        for each in self._sockets:
+            each.close()
+        return not self._died or self._mailbox.beats > 0
+
+
+class TagServices:
+    """The tag servers of a command.
+
+    Args:
+        writes: whether clients may write what the rack file lists.
+        say: called with lines for the user.
+
+    Raises:
+        ValueError: a port can't be used, or the rack file lacks what a server needs.
+    """
+
+    def __init__(
+        self, job: LoadedRack, wanted: Sequence[ServerAddress], say: Callable[[str], object], *, writes: bool
+    ) -> None:
+        self._services: list[TagService] = []
+        with ExitStack() as opened:
+            for each in wanted:
+                self._services.append(TagService(job, each, say, writes=writes))
+                opened.callback(self._services[-1].end)
+            opened.pop_all()
+        for service in self._services:
+            for line in service.said():
+                say(line)
+
+    def serve(self, run: JobRun) -> list[TagDesk]:
+        """Serve the tags of a run from now on; return the desks, which are listeners of the run."""
+        desks = [each.serve(run) for each in self._services]
+        if run.program.debugger is not None and desks:
+            run.program.debugger.on_edit = lambda _edit: self._renew()
+        return desks
+
+    def _renew(self) -> None:
+        for each in self._services:
+            each.renew()
+
+    def rest(self, rests: bool) -> None:
+        """Let clients wait while orders of a recording are repeated."""
+        for each in self._services:
+            if each.desk is not None:
+                each.desk.rests = rests
+
+    def end(self) -> bool:
+        """End the servers; return False if all processes of one have died before they served anything."""
+        served = [each.end() for each in self._services]
+        return all(served)
+
+
+def _guarded_by(security: UaSecurity) -> str:
+    """Return a line about an encrypted server."""
+    certificate = f"{FOLDER}/{CERTIFICATE}, thumbprint {thumbprint(security.certificate)}"
+    who = f"user {' or '.join(security.users)}" if security.users else "no password"
+    trusted = f"clients with any certificate: make {FOLDER}/{TRUSTED} to name those you trust"
+    if security.trusted is not None:
+        trusted = f"clients with one of {len(security.trusted)} certificates in {FOLDER}/{TRUSTED}"
+    return f"encrypted with Basic256Sha256, {certificate}; {who}; {trusted}"
+
+
+def _problems(job: LoadedRack, listing: Listing, protocol: str) -> list[str]:
+    """Return a sentence for each name without a tag, in `writable` or in the map that a server has."""
+    server = job.spec.server
+    database = Database(listing, server.writable)
+    found = unknown_patterns(database, server.writable)
+    if protocol == MODBUS_TCP and server.modbus is not None:
+        found += RegisterMap(database, server.modbus).problems
+    return found
+
+
+def _packed(host: str) -> bytes:
+    return socket.inet_aton(host) if ":" not in host else bytes(4)

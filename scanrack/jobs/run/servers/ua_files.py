@@ -1,0 +1,193 @@
+"""Files of an encrypted OPC UA server, in the folder `opcua` beside the rack file.
+
+    opcua/server-key.pem    the private key, mode 0600, made once
+    opcua/server.der        its certificate, made with it
+    opcua/trusted/          certificates of clients; the owner makes this folder
+
+Nothing here overwrites a file: the owner may put a key and a certificate of an authority there.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import os
+import socket
+from datetime import UTC, datetime
+from hashlib import sha1
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from scanrack.runtime.tag_servers.ua_security import UaSecurity, application_uri, uris_of, users_of
+
+if TYPE_CHECKING:
+    from cryptography.x509 import Certificate
+
+FOLDER, KEY, CERTIFICATE, TRUSTED = "opcua", "server-key.pem", "server.der", "trusted"
+
+DAYS = 3653
+"""Time for which a certificate is made."""
+
+KEY_BITS = range(2048, 4097)
+"""Lengths of RSA keys that Basic256Sha256 allows [OPC UA part 7]."""
+
+FILE_MOST = 1 << 16
+"""Bytes of a key, a certificate or a file of users."""
+
+SUFFIXES = {".der", ".pem", ".crt", ".cer"}
+"""Those of certificates; other files in `trusted` are not read."""
+
+
+def ua_security(folder: Path, host: str, users: Path | None) -> UaSecurity:
+    """Read the files of a server; make its key and certificate if there are none.
+
+    Args:
+        folder: of the rack file.
+        host: where it listens; a new certificate names it.
+        users: file of names and passwords.
+
+    Raises:
+        ValueError: a file can't be used or made, others may read a secret, or the certificate has expired.
+    """
+    names = {} if users is None else _users(users)
+    place = folder / FOLDER
+    key, certificate = place / KEY, place / CERTIFICATE
+    if not key.exists() and not certificate.exists():
+        _make(key, certificate, host)
+    for each, other in ((key, certificate), (certificate, key)):
+        if not each.exists():
+            raise ValueError(f"{each} is missing: restore it, or delete {other.name}, and both are made")
+    pem, der = _secret(key), _content(certificate)
+    uri = _checked(pem, der, key, certificate)
+    return UaSecurity(der, uri, pem, names, _trusted(place / TRUSTED))
+
+
+def thumbprint(certificate: bytes) -> str:
+    """Return the SHA-1 of a certificate, as OPC UA clients show it."""
+    return sha1(certificate).hexdigest().upper()
+
+
+def _users(path: Path) -> dict[str, bytes]:
+    try:
+        return users_of(_secret(path).decode("utf-8-sig"))  # editors of Windows begin it with a mark
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path}: it must be UTF-8") from error
+    except ValueError as error:
+        text = str(error)
+        raise ValueError(text if text.startswith(str(path)) else f"{path}: {text}") from error
+
+
+def _secret(path: Path) -> bytes:
+    """Return the content of a file that no one else may read."""
+    content = _content(path)
+    if os.name == "posix" and path.stat().st_mode & 0o077:
+        raise ValueError(f"{path}: other users may read or change it: chmod 600 {path}")
+    return content
+
+
+def _content(path: Path) -> bytes:
+    try:
+        if not path.is_file():
+            raise ValueError(f"{path}: {'it must be a regular file' if path.exists() else 'no such file'}")
+        with path.open("rb") as file:
+            content = file.read(FILE_MOST + 1)
+    except OSError as error:
+        raise ValueError(f"{path}: {error.strerror}") from error
+    if len(content) > FILE_MOST:
+        raise ValueError(f"{path}: it has more than {FILE_MOST} bytes")
+    return content
+
+
+def _trusted(folder: Path) -> frozenset[bytes] | None:
+    """Return the certificates in a folder; None, which is all, if nothing has its name."""
+    if not os.path.lexists(folder):
+        return None
+    if not folder.is_dir():
+        raise ValueError(f"{folder}: it must be a folder")
+    from cryptography.hazmat.primitives.serialization import Encoding
+    from cryptography.x509 import load_pem_x509_certificates
+
+    found: set[bytes] = set()
+    try:
+        paths = sorted(each for each in folder.iterdir() if each.suffix.lower() in SUFFIXES)
+    except OSError as error:
+        raise ValueError(f"{folder}: {error.strerror}") from error
+    for path in paths:
+        content = _content(path)
+        try:
+            is_text = b"-----BEGIN" in content
+            certificates = load_pem_x509_certificates(content) if is_text else [_loaded(content)]
+        except ValueError as error:
+            raise ValueError(f"{path}: it is no certificate") from error
+        found.update(each.public_bytes(Encoding.DER) for each in certificates)
+    return frozenset(found)
+
+
+def _loaded(der: bytes) -> Certificate:
+    from cryptography.x509 import load_der_x509_certificate
+
+    return load_der_x509_certificate(der)
+
+
+def _checked(pem: bytes, der: bytes, key_path: Path, path: Path) -> str:
+    """Return the URI that a certificate names; ValueError if it can't be used with the key."""
+    from cryptography.hazmat.primitives.asymmetric.rsa import RSAPrivateKey
+    from cryptography.hazmat.primitives.serialization import load_pem_private_key
+
+    try:
+        key = load_pem_private_key(pem, None)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{key_path}: it is no private key in PEM without a password") from error
+    if not isinstance(key, RSAPrivateKey) or key.key_size not in KEY_BITS:
+        raise ValueError(f"{key_path}: it must be an RSA key of {KEY_BITS[0]} to {KEY_BITS[-1]} bits")
+    uris = uris_of(der)
+    if not uris:
+        raise ValueError(f"{path}: it is no certificate in DER that names the URI of an application")
+    certificate = _loaded(der)
+    if certificate.public_key() != key.public_key():
+        raise ValueError(f"{path}: {key_path.name} is the key of another certificate")
+    if not certificate.not_valid_before_utc <= datetime.now(UTC) <= certificate.not_valid_after_utc:
+        end = f"{certificate.not_valid_after_utc:%Y-%m-%d}"
+        raise ValueError(f"{path}: it is valid until {end} only: delete {KEY} and it, and both are made")
+    return uris[0]
+
+
+def _make(key: Path, certificate: Path, host: str) -> None:
+    """Make a private key and its certificate, signed by itself."""
+    from cryptography.hazmat.primitives.asymmetric import rsa
+    from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat
+
+    made = rsa.generate_private_key(public_exponent=65537, key_size=KEY_BITS[0])
+    der = _signed(made, host).public_bytes(Encoding.DER)
+    try:
+        key.parent.mkdir(exist_ok=True)
+        _write(key, made.private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption()), 0o600)
+        _write(certificate, der, 0o644)
+        if not (ignored := key.parent / ".gitignore").exists():
+            _write(ignored, f"{KEY}\n".encode(), 0o644)
+    except OSError as error:
+        raise ValueError(f"{error.filename or key.parent}: {error.strerror}") from error
+
+
+def _write(path: Path, content: bytes, mode: int) -> None:
+    binary: int = getattr(os, "O_BINARY", 0)
+    with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | binary, mode), "wb") as file:
+        file.write(content)
+
+
+def _signed(key: Any, host: str) -> Certificate:
+    """Return a certificate of an application [OPC UA part 6, 6.2.2]."""
+    from asyncua.crypto.cert_gen import generate_self_signed_app_certificate
+    from cryptography.x509 import DNSName, GeneralName, IPAddress, UniformResourceIdentifier
+    from cryptography.x509.oid import ExtendedKeyUsageOID
+
+    machine = socket.gethostname() or "localhost"
+    names: list[GeneralName] = [UniformResourceIdentifier(application_uri()), DNSName(machine)]
+    try:
+        address = ipaddress.ip_address(host)
+        if not address.is_unspecified:
+            names.append(IPAddress(address))
+    except ValueError:
+        if host != machine:
+            names.append(DNSName(host))
+    uses = [ExtendedKeyUsageOID.SERVER_AUTH]
+    return generate_self_signed_app_certificate(key, "scanrack", {}, names, uses, DAYS)

@@ -1,0 +1,101 @@
+"""The control channel of served controllers: JSON objects, one a line, each answered by one.
+
+    {"key": "8c1f..."}         first: the key that was printed, as for the page of `watch`
+    {"fault": "drop=2"}        a fault, as `--fault` has it
+    {"pin": "in1=ground"}      an input, as `--pin` has it
+    {"state": 1}               the registers, inputs and outputs of the unit at address 1
+
+An answer is {"ok": true}, with "state" and "at_ns" if it was asked for, or {"error": "..."}.
+A connection that does not begin with the key, or sends a line that is not JSON, is answered and ended: a page
+in a browser on this machine can send a request to any port, and its lines are not taken for orders.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+import secrets
+
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.text_limits import shortened
+from scanrack.runtime.line.ports.textlines import EndOfTalkError, TextLinePort
+from scanrack.runtime.loop.pace import Clock
+
+from .line import LOOPBACK, LineService, wire
+
+KEY_BYTES = 16
+ALLOWED = '{"fault": TEXT}, {"pin": TEXT} or {"state": ADDRESS}'
+
+
+class ControlChannel:
+    """Answers the lines of test programs on this machine.
+
+    Args:
+        port: on the loopback address, 0 = any that is free.
+
+    Raises:
+        PortError: it can't listen there.
+    """
+
+    def __init__(self, line: LineService, clock: Clock, port: int) -> None:
+        self._line, self._clock = line, clock
+        self._port = TextLinePort(LOOPBACK, port)
+        self.name = self._port.name
+        self.key = secrets.token_hex(KEY_BYTES)
+
+    def look(self) -> None:
+        """Answer the lines that have arrived."""
+        self._port.serve(self.answer)
+
+    def close(self) -> None:
+        """Stop listening."""
+        self._port.close()
+
+    def answer(self, text: str, known: bool) -> str:
+        """Carry out a line; return its answer.
+
+        Args:
+            known: whether the client has given the key.
+
+        Raises:
+            EndOfTalkError: the line is not JSON, or not the key that has to come first.
+        """
+        try:
+            said = json_value(text)
+        except ValueError:
+            problem = f"{shortened(text.strip(), 80)}: it is not JSON; it has to be {ALLOWED}"
+            raise EndOfTalkError(json.dumps({"error": problem})) from None
+        if not known:
+            self._admit(said)
+            return json.dumps({"ok": True})
+        try:
+            return json.dumps({"ok": True} | self._carry_out(said, text))
+        except ValueError as error:
+            return json.dumps({"error": str(error)})
+
+    def _admit(self, said: object) -> None:
+        """Compare the key, in constant time."""
+        key = said.get("key") if isinstance(said, dict) else None
+        given = key.encode("utf-8", "replace") if isinstance(key, str) else b""
+        if not hmac.compare_digest(given, self.key.encode()):
+            problem = 'the first line has to be {"key": TEXT} with the key that was printed'
+            raise EndOfTalkError(json.dumps({"error": problem}))
+
+    def _carry_out(self, said: object, text: str) -> dict[str, object]:
+        match said:
+            case {"fault": str(fault), **rest} if not rest:
+                self._line.set_fault(fault)
+            case {"pin": str(pin), **rest} if not rest:
+                wire(self._line.units, pin)
+            case {"state": int(address), **rest} if not rest:
+                return self._state(address)
+            case _:
+                raise ValueError(f"{text.strip()}: it has to be {ALLOWED}")
+        return {}
+
+    def _state(self, address: int) -> dict[str, object]:
+        for unit in self._line.units:
+            if unit.address == address:
+                return {"at_ns": self._clock.now_ns(), "state": unit.values()}
+        there = ", ".join(str(unit.address) for unit in self._line.units)
+        raise ValueError(f"no unit at address {address}: there is {there}")

@@ -1,0 +1,235 @@
+"""The loop of a served drive: Modbus TCP, and EtherNet/IP over TCP and UDP, in one thread."""
+
+from __future__ import annotations
+
+import selectors
+import socket
+from collections.abc import Callable
+from contextlib import suppress
+
+from scanrack.io_images.enip.codes import LIST_IDENTITY
+from scanrack.io_images.enip.frames import HEAD
+from scanrack.runtime.line.ports import LineListener, ModbusTcpPort, PortError, Server
+from scanrack.runtime.line.ports.modbustcp import reply_to
+from scanrack.runtime.line.ports.sockets import Listener
+from scanrack.runtime.loop.pace import Clock, wall_ns
+from scanrack.runtime.tag_servers.drive_adapter import DriveAdapter, DriveSession
+from scanrack.runtime.tag_servers.session import Frame
+from scanrack.runtime.tag_servers.tag_snapshot import BrokenClientError, Instant
+from typing_extensions import override
+
+NS_PER_S = 1_000_000_000
+DATAGRAM = 2048
+PACKETS_MOST = 64
+"""Datagrams read in a row from one socket."""
+
+NOTHING = Instant((), 0, 0)
+"""A drive has no tags."""
+
+
+class LineTap:
+    """Passes what goes over the network to a listener, at the present instant.
+
+    Args:
+        listener: None without.
+    """
+
+    def __init__(self, clock: Clock, listener: LineListener | None) -> None:
+        self._clock, self._listener = clock, listener
+
+    def heard(self, data: bytes) -> None:
+        """Pass on bytes that were received."""
+        if self._listener is not None:
+            self._listener.heard(self._clock.now_ns(), data)
+
+    def said(self, data: bytes) -> None:
+        """Pass on bytes that were sent."""
+        if self._listener is not None:
+            self._listener.said(self._clock.now_ns(), data)
+
+
+class EnipPort:
+    """A drive at EtherNet/IP.
+
+    Args:
+        tap: gets the bytes of TCP connections and the packets of class 1.
+        place: host; port of TCP and of List Identity over UDP, 0 = any that is free.
+        io_port: UDP port of class 1 packets, 0 = any that is free.
+
+    Raises:
+        PortError: it can't listen there.
+    """
+
+    def __init__(
+        self,
+        adapter: DriveAdapter,
+        place: tuple[str, int],
+        io_port: int,
+        selector: selectors.BaseSelector,
+        tap: LineTap,
+    ) -> None:
+        host, port = place
+        self.adapter, self._selector, self._tap = adapter, selector, tap
+        self._listener = Listener(host, port, selector=selector)
+        self.name = self._listener.name
+        self._port = int(self.name.rpartition(":")[2])
+        self._udp: list[socket.socket] = []
+        try:
+            self._list, self._io = self._datagrams(host, self._port), self._datagrams(host, io_port)
+        except PortError:
+            self.close()
+            raise
+        self.io_port = int(self._io.getsockname()[1])
+        self._address = adapter.address = _ipv4(host)
+        self._sessions: dict[socket.socket, DriveSession] = {}
+
+    def _datagrams(self, host: str, port: int) -> socket.socket:
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
+        opened = socket.socket(family, socket.SOCK_DGRAM)
+        try:
+            opened.bind((host, port))
+        except (OSError, OverflowError) as error:
+            opened.close()
+            raise PortError(f"{host}:{port} (UDP) can't be listened at: {error}") from error
+        opened.setblocking(False)
+        self._udp.append(opened)
+        self._selector.register(opened, selectors.EVENT_READ, self)
+        return opened
+
+    def take(self, ready: object, advance: Callable[[], None]) -> None:
+        """Handle a socket that the selector has found ready.
+
+        Args:
+            advance: advances the drive to the present instant.
+        """
+        if ready is self._io or ready is self._list:
+            self._take_datagrams(self._io if ready is self._io else self._list, advance)
+            return
+        for connection, data in self._listener.take(ready):
+            if not data:
+                self._end(connection)
+                continue
+            self._tap.heard(data)
+            try:
+                session = self._sessions.get(connection) or self._begin(connection)
+                for frame in session.receive(data):
+                    advance()
+                    reply = session.answer_at(frame, NOTHING, wall_ns())
+                    if reply and not self._listener.send(connection, reply):
+                        raise BrokenClientError("it does not take its replies")
+                    if reply:
+                        self._tap.said(reply)
+            except (BrokenClientError, OSError):
+                self._end(connection)
+
+    def _begin(self, connection: socket.socket) -> DriveSession:
+        host = str(connection.getpeername()[0])
+        session = DriveSession(self.adapter, self._address, self._port, self.io_port, host)
+        self._sessions[connection] = session
+        return session
+
+    def _end(self, connection: socket.socket) -> None:
+        self._sessions.pop(connection, None)
+        self._listener.drop(connection)
+
+    def _take_datagrams(self, opened: socket.socket, advance: Callable[[], None]) -> None:
+        for _ in range(PACKETS_MOST):
+            try:
+                data, place = opened.recvfrom(DATAGRAM)
+            except OSError:
+                return
+            if opened is self._io:
+                self._tap.heard(data)
+                advance()
+                self.adapter.receive(data, str(place[0]), wall_ns())
+            elif len(data) == HEAD.size and int.from_bytes(data[:2], "little") == LIST_IDENTITY:
+                session = DriveSession(self.adapter, self._address, self._port, self.io_port, "")
+                with suppress(OSError):
+                    reply = session.reply(Frame(LIST_IDENTITY, 0, data[12:20], b""), NOTHING)
+                    opened.sendto(reply, place)
+
+    def produce(self, advance: Callable[[], None]) -> None:
+        """Send the packet that is due; end a connection that is silent."""
+        wake_ns = self.adapter.wake_ns
+        if wake_ns is None or wall_ns() < wake_ns:
+            return
+        advance()
+        packet = self.adapter.due(wall_ns())
+        if packet is not None:
+            self._tap.said(packet[0])
+            with suppress(OSError):
+                self._io.sendto(*packet)
+
+    def drop_all(self) -> None:
+        """End all connections."""
+        for each in list(self._sessions):
+            self._end(each)
+        self.adapter.end()
+
+    def close(self) -> None:
+        """End all connections and stop listening."""
+        for each in self._udp:
+            self._selector.unregister(each)
+            each.close()
+        self._listener.close()
+
+
+def _ipv4(host: str) -> bytes:
+    try:
+        return socket.inet_aton(host)
+    except OSError:
+        return bytes(4)
+
+
+class DriveServer(Server):
+    """Serves a stack at Modbus TCP and a drive at EtherNet/IP.
+
+    Args:
+        modbus: None without Modbus TCP.
+        answer: answers a request PDU at the present instant.
+        enip: None without EtherNet/IP.
+        advance: advances the drives to the present instant.
+        selector: that of the ports.
+    """
+
+    def __init__(
+        self,
+        modbus: ModbusTcpPort | None,
+        answer: Callable[[int, bytes], bytes],
+        enip: EnipPort | None,
+        advance: Callable[[], None],
+        selector: selectors.BaseSelector,
+    ) -> None:
+        self._modbus, self._answer, self._enip = modbus, answer, enip
+        self._advance, self._selector = advance, selector
+
+    @override
+    def step(self, longest_s: float) -> None:
+        wake_ns = None if self._enip is None else self._enip.adapter.wake_ns
+        if wake_ns is not None:
+            longest_s = min(longest_s, max(0, wake_ns - wall_ns()) / NS_PER_S)
+        for key, _ in self._selector.select(longest_s):
+            if self._enip is not None and not self._is_modbus(key.data):
+                self._enip.take(key.fileobj, self._advance)
+            elif self._modbus is not None:
+                for connection, requests in self._modbus.take(key.fileobj):
+                    self._modbus.send(connection, b"".join(reply_to(each, self._answer) for each in requests))
+        if self._enip is not None:
+            self._enip.produce(self._advance)
+        self._advance()
+
+    def _is_modbus(self, owner: object) -> bool:
+        return self._modbus is not None and owner is self._modbus.listener
+
+    def drop_all(self) -> None:
+        """End all connections, as without power."""
+        for port in (self._modbus, self._enip):
+            if port is not None:
+                port.drop_all()
+
+    @override
+    def close(self) -> None:
+        for port in (self._modbus, self._enip):
+            if port is not None:
+                port.close()
+        self._selector.close()

@@ -1,0 +1,213 @@
+"""A stack of simulated drives at Modbus TCP and EtherNet/IP, in step with the wall clock.
+
+Each request acts at its own instant: the drives advance to it, then the registers answer. All axes have
+one set of registers; inputs, machines, flash, power and cable are of each axis.
+"""
+
+from __future__ import annotations
+
+import selectors
+from collections.abc import Sequence
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+
+from scanrack.io_images.drives.configuration import broken_rules
+from scanrack.io_images.drives.models import MODELS, Model
+from scanrack.runtime.config.rackspec import SlotSpec
+from scanrack.runtime.line.ports import LineListener, ModbusTcpPort, Server
+from scanrack.runtime.loop.pace import Clock
+from scanrack.runtime.machine import Machine, MachineSpec
+from scanrack.runtime.modules.drives.conditions import action
+from scanrack.runtime.modules.drives.drive import DriveUnit
+from scanrack.runtime.modules.drives.nonvolatile import DriveMemory
+from scanrack.runtime.modules.drives.options import options_of
+from scanrack.runtime.modules.drives.registers import DriveRegisters
+from scanrack.runtime.tag_servers.drive_adapter import DriveAdapter
+from typing_extensions import override
+
+from ..run.served_units import ServedUnit
+from .drive_server import DriveServer, EnipPort, LineTap
+from .line import LineService, PortChoice, socket_address
+from .machines import addressed_file, slot_in
+from .memory_file import ControllerMemory
+
+CONNECTIONS = 6
+"""Connections of Modbus TCP at once; a further one is closed [SMD p. 121]."""
+
+
+class DriveService(LineService):
+    """Drives and their registers.
+
+    Args:
+        axes: in the stack.
+        machines: rack files: FILE for the only axis, AXIS:FILE for one of several.
+        memory: the file of their flash; None without.
+
+    Raises:
+        ValueError: an unusable number of axes, file, machine or memory.
+    """
+
+    def __init__(
+        self, model: Model, clock: Clock, axes: int, machines: Sequence[str], memory: ControllerMemory | None
+    ) -> None:
+        if not 1 <= axes <= model.axes:
+            allowed = f"1 to {model.axes}" if model.axes > 1 else "1"
+            raise ValueError(f"--axes {axes}: a stack of the {model.title} has {allowed}")
+        self.model = model
+        self._clock = clock
+        self._tap = LineTap(clock, None)
+        self._server: DriveServer | None = None
+        slots = _slots(model, machines, axes)
+        flash = _flash(model, memory, axes)
+        self.axes = [_drive(model, slots.get(at), flash[at - 1]) for at in range(1, axes + 1)]
+        self.registers = DriveRegisters(self.axes)
+        self._scanned = DriveAdapter(self.axes[0]) if model.identity is not None and axes == 1 else None
+        self.units = [self._unit(at, drive) for at, drive in enumerate(self.axes, 1)]
+        if memory is not None:
+            memory.follow([partial(_memory_of, each) for each in self.axes])
+
+    @property
+    @override
+    def title(self) -> str:
+        count = len(self.axes)
+        return self.model.name if count == 1 else f"{self.model.name} with {count} axes"
+
+    def advance(self, now_ns: int) -> None:
+        """Advance all axes."""
+        for axis in self.axes:
+            axis.advance(max(now_ns, axis.now_ns))
+            axis.events.clear()
+            axis.machine.events.clear()
+
+    @override
+    def set_fault(self, text: str) -> None:
+        raise ValueError(f"{text!r}: the {self.model.title} has no faults of a line; choose from its pins")
+
+    @override
+    def server(
+        self, choice: PortChoice, clock: Clock, listener: LineListener | None = None
+    ) -> tuple[Server, str]:
+        if choice.tcp is None and choice.ethernet_ip is None:
+            raise ValueError(f"{self.model.name}: give --tcp [HOST:]PORT, --ethernet-ip [HOST:]PORT or both")
+        selector, self._tap = selectors.DefaultSelector(), LineTap(clock, listener)
+        with ExitStack() as opened:
+            opened.callback(selector.close)
+            modbus = enip = None
+            if choice.tcp is not None:
+                modbus = ModbusTcpPort(*socket_address(choice.tcp), CONNECTIONS, selector)
+                opened.callback(modbus.close)
+            if choice.ethernet_ip is not None:
+                place = socket_address(choice.ethernet_ip, "--ethernet-ip")
+                enip = EnipPort(self._adapter(), place, choice.io_port, selector, self._tap)
+            opened.pop_all()
+        self._server = DriveServer(modbus, self._answer, enip, self._advance, selector)
+        return self._server, self._places(modbus, enip)
+
+    def _adapter(self) -> DriveAdapter:
+        if self._scanned is None:
+            known = ", ".join(each.title for each in MODELS.values() if each.identity is not None)
+            raise ValueError(
+                f"--ethernet-ip: the EDS file of one {known} is known, not that of the {self.title}"
+            )
+        return self._scanned
+
+    def _places(self, modbus: ModbusTcpPort | None, enip: EnipPort | None) -> str:
+        names = [] if modbus is None else [modbus.name]
+        if enip is not None:
+            names.append(f"{enip.name} EtherNet/IP, UDP {enip.io_port}")
+        return "  ".join(names)
+
+    def _advance(self) -> None:
+        self.advance(self._clock.now_ns())
+
+    def _answer(self, unit: int, pdu: bytes) -> bytes:
+        self._advance()
+        head = bytes((unit,))
+        self._tap.heard(head + pdu)
+        reply = self.registers.answer(pdu)
+        self._tap.said(head + reply)
+        return reply
+
+    def _unit(self, number: int, drive: DriveUnit) -> ServedUnit:
+        wired = drive.machine.spec.fed_inputs
+        return ServedUnit(
+            address=number,
+            status=partial(_status, number, drive, self._scanned),
+            values=partial(_values, drive, self._scanned),
+            wire=partial(self._wire, drive, wired),
+        )
+
+    def _wire(self, drive: DriveUnit, wired: int, name: str, state: str) -> None:
+        self.advance(self._clock.now_ns())
+        action(drive, name, state, wired)()
+        if name == "power" and len(self.axes) == 1 and self._server is not None:
+            self._server.drop_all()
+
+
+def _drive(model: Model, slot: SlotSpec | None, memory: DriveMemory | None) -> DriveUnit:
+    spec = MachineSpec() if slot is None else slot.machine
+    options = slot.options if slot is not None and slot.module == model.name else None
+    return DriveUnit(model, Machine(spec), options, memory)
+
+
+def _slots(model: Model, texts: Sequence[str], axes: int) -> dict[int, SlotSpec]:
+    """Return the slots whose machines the axes move, by the number of the axis."""
+    found: dict[int, SlotSpec] = {}
+    for text in texts:
+        axis, file = addressed_file(text, list(range(1, axes + 1)))
+        if axis in found:
+            raise ValueError(f"--machine {text}: axis {axis} has a machine already")
+        found[axis] = slot_in(Path(file), model.name, "amci-drive", "amci3601")
+    return found
+
+
+def _flash(model: Model, memory: ControllerMemory | None, axes: int) -> Sequence[DriveMemory | None]:
+    if memory is None or not memory.known:
+        return [None] * axes
+    memory.check_number(axes)
+    build = options_of(model).of(None).build
+    flash = [each for each in memory.known if isinstance(each, DriveMemory)]
+    for number, each in enumerate(flash):
+        for rule in () if each.configuration is None else broken_rules(each.configuration, model, build):
+            raise ValueError(f"{memory.path}: units.{number}.configuration: {rule.text} [{rule.id}]")
+    return flash
+
+
+def _memory_of(drive: DriveUnit) -> DriveMemory:
+    return drive.memory
+
+
+def _status(number: int, drive: DriveUnit, scanned: DriveAdapter | None) -> dict[str, str]:
+    words = drive.inputs()
+    shaft, _, _ = drive.figures()
+    late: dict[str, str] = {}
+    if scanned is not None and scanned.used:
+        late["late packets"] = f"{scanned.late_received:,} received, {scanned.late_sent:,} sent"
+    return {
+        "axis": str(number),
+        "status 0": f"{words[0] & 0xFFFF:04x}h",
+        "status 1": f"{words[1] & 0xFFFF:04x}h",
+        "shaft": f"{shaft:,}",
+        "motion": "moving" if drive.axis.moving else "idle",
+        "flash writes": f"{drive.memory.writes:,}",
+        **late,
+    }
+
+
+def _values(drive: DriveUnit, scanned: DriveAdapter | None) -> dict[str, int]:
+    """Return the words by their names, in.NAME and out.NAME, and what no word has."""
+    shaft, counts, energized = drive.figures()
+    words = drive.model.words
+    late: dict[str, int] = {}
+    if scanned is not None:
+        late = {"late_received": scanned.late_received, "late_sent": scanned.late_sent}
+    return {
+        **{f"in.{name}": word & 0xFFFF for name, word in zip(words.inputs, drive.inputs(), strict=True)},
+        **{f"out.{name}": word for name, word in zip(words.outputs, drive.words, strict=True)},
+        "shaft": shaft,
+        "encoder_counts": counts,
+        "energized": energized,
+        "flash_writes": drive.memory.writes,
+        **late,
+    }

@@ -1,0 +1,169 @@
+"""A served controller on a machine: switches, stations and people of a rack file act on its inputs.
+
+rack file            [slot.machine] of its slot with the adapter, or with a 3601
+wiring               that of the adapter, see docs/adapters.md; a normally closed limit feeds no hard limit
+time                 that of the service: a timeline begins with it
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+from scanrack.io_images.amci3601 import ALL_INPUTS, Configuration, InputBit
+from scanrack.io_images.site import SettingError
+from scanrack.runtime.config.rackfile import load_rack_file
+from scanrack.runtime.config.rackspec import SlotSpec
+from scanrack.runtime.controllers.pcl601.line import Pcl601
+from scanrack.runtime.controllers.pmc006.line import Pmc006
+from scanrack.runtime.line.wire import ControllerDevice, LineFormat
+from scanrack.runtime.machine import Machine
+from scanrack.runtime.modules.adapters.pcl601.options import Pcl601Options
+from scanrack.runtime.modules.adapters.pcl601.simulated import SimulatedPcl601
+from scanrack.runtime.modules.adapters.plant import Plant
+from scanrack.runtime.modules.adapters.pmc006.simulated import SimulatedPmc006
+from typing_extensions import override
+
+from ..run.served_units import Unit
+
+BARE = Pcl601Options(registration="polled")
+"""For the machine of a 3601: no output is wired to an input."""
+
+
+class DeviceOnMachine(ControllerDevice):
+    """A controller of a plant on its line: machine follows motor, inputs follow machine."""
+
+    def __init__(self, plant: Plant) -> None:
+        self._plant, self._device = plant, plant.device
+        self._now_ns = 0
+
+    @property
+    def line_format(self) -> LineFormat:
+        """The present format of its characters."""
+        return self._device.line_format
+
+    @property
+    def turnaround_ns(self) -> int:
+        """Silence between a request and its reply, ns."""
+        return self._device.turnaround_ns
+
+    @property
+    def motor_position(self) -> int:
+        """Physical position of the motor, steps."""
+        return self._device.motor_position
+
+    @property
+    def motor_turns(self) -> bool:
+        """Whether a motion is under way."""
+        return self._device.motor_turns
+
+    @property
+    def next_wake_ns(self) -> int | None:
+        """Instant of the next event on the line, in the controller or at the machine."""
+        known = (self._device.next_wake_ns, self._plant.machine.next_change_ns(self._now_ns))
+        return min((each for each in known if each is not None), default=None)
+
+    @override
+    def receive(self, now_ns: int, data: bytes) -> None:
+        self._device.receive(now_ns, data)
+
+    @override
+    def advance(self, now_ns: int) -> bytes:
+        """Advance through all events of controller and machine; return the bytes for the line."""
+        said = b""
+        while (due_ns := self.next_wake_ns) is not None and self._now_ns < due_ns < now_ns:
+            said += self._step(due_ns)
+        return said + self._step(now_ns)
+
+    def _step(self, now_ns: int) -> bytes:
+        said = self._device.advance(now_ns)
+        self._plant.sense(now_ns)
+        self._now_ns = now_ns
+        return said
+
+    @override
+    def power_cycle(self, now_ns: int) -> None:
+        self._plant.power_cycle(now_ns)
+
+
+def on_machines(units: list[Unit], texts: list[str]) -> list[Unit]:
+    """Return the units, each with its machine.
+
+    Args:
+        texts: rack files: FILE for the only unit, ADDRESS:FILE for one of several.
+
+    Raises:
+        ValueError: a file or its machine can't be used, or it is for no unit.
+    """
+    found = {unit.address: unit for unit in units}
+    for text in texts:
+        address, file = addressed_file(text, list(found))
+        if isinstance(found[address].device, DeviceOnMachine):
+            raise ValueError(f"--machine {text}: unit {address} has a machine already")
+        found[address] = _on_machine(found[address], Path(file))
+    return list(found.values())
+
+
+def addressed_file(text: str, addresses: list[int]) -> tuple[int, str]:
+    """Return the unit and the file of FILE or ADDRESS:FILE; ValueError for an unknown unit."""
+    address, colon, file = text.partition(":")
+    if colon and address.isdecimal():
+        if int(address) not in addresses:
+            there = ", ".join(map(str, addresses))
+            raise ValueError(f"--machine {text}: no unit {address}; there is {there}")
+        return int(address), file
+    if len(addresses) > 1:
+        raise ValueError(f"--machine {text}: of several units it has to be ADDRESS:FILE")
+    return addresses[0], text
+
+
+def _on_machine(unit: Unit, file: Path) -> Unit:
+    try:
+        plant = _plant(unit.device, file)
+    except SettingError as error:
+        raise ValueError(f"--machine {file}: {error}") from error
+    plant.rewire(0, _wired_as(plant.machine))
+    device = DeviceOnMachine(plant)
+    return replace(unit, device=device, wire=partial(_wire, plant.pins, unit.wire))
+
+
+def _plant(device: ControllerDevice, file: Path) -> Plant:
+    if isinstance(device, Pcl601):
+        slot = slot_in(file, "pcl601-adapter", "amci3601")
+        options = Pcl601Options.of(slot.options) if slot.module == "pcl601-adapter" else BARE
+        return SimulatedPcl601(Machine(slot.machine), options, device)
+    assert isinstance(device, Pmc006)
+    return SimulatedPmc006(Machine(slot_in(file, "pmc006-adapter", "amci3601").machine), device)
+
+
+def slot_in(file: Path, *modules: str) -> SlotSpec:
+    """Return the only slot of a rack file with one of some modules, an earlier one first.
+
+    Raises:
+        ValueError: the file can't be used, or has no such slot, or several.
+    """
+    slots = load_rack_file(file).spec.slot
+    for module in modules:
+        found = [each for each in slots if each.module == module]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise ValueError(
+                f"--machine {file}: {len(found)} of its slots have an {module}; it has to be one"
+            )
+    raise ValueError(f"--machine {file}: no slot has a {', '.join(modules[:-1])} or an {modules[-1]}")
+
+
+def _wired_as(machine: Machine) -> Configuration:
+    """Return a configuration whose inputs are those of the machine, low where a switch is normally closed."""
+    closed = sum({switch.input.value for switch in machine.spec.switches if switch.normally_closed})
+    used = machine.spec.fed_inputs | InputBit.HOME.value | InputBit.CW_LIMIT.value  # as each has to have
+    return Configuration(inputs_used=used, active_high=ALL_INPUTS & ~closed, starting_speed=1)
+
+
+def _wire(wired: frozenset[str], wire: Callable[[str, str], None], name: str, state: str) -> None:
+    if name in wired:
+        raise ValueError(f"{name} is wired to the machine: of the inputs, {', '.join(sorted(wired))} are")
+    wire(name, state)

@@ -1,0 +1,173 @@
+"""The file of what served controllers keep without power, read at the start and written at each change.
+
+    {"format": "scanrack memory 1", "controller": "pcl601", "units": [{"address": 1, ...}]}
+
+A killed process loses at most the change of the last 10 ms: each file is written whole beside the old one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, ExitStack
+from pathlib import Path
+from types import TracebackType
+from typing import Annotated, Any, Generic, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.drives.models import MODELS
+from scanrack.io_images.input_files import read_input_text
+from scanrack.io_images.text_limits import TextKind
+from scanrack.runtime.controllers.pcl601.line import Pcl601
+from scanrack.runtime.controllers.pcl601.nonvolatile import Pcl601Memory, Pcl601MemoryReader
+from scanrack.runtime.controllers.pmc006.line import Pmc006
+from scanrack.runtime.controllers.pmc006.nonvolatile import Pmc006Memory
+from scanrack.runtime.line.wire import ControllerDevice
+from scanrack.runtime.modules.drives.nonvolatile import DriveMemory
+from scanrack.traces.files.guard import MEMORY, Used, check_output
+from scanrack.traces.files.locking import beside, held
+from scanrack.traces.files.newfile import naming, new_file
+
+from ..run.served_units import Unit
+
+FORMAT = "scanrack memory 1"
+
+UnitMemory = Pcl601Memory | Pmc006Memory | DriveMemory
+
+MemoryType = TypeVar("MemoryType", Pcl601Memory, Pmc006Memory, DriveMemory)
+
+
+class _File(BaseModel, Generic[MemoryType]):
+    """The contents of the file."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    format: Literal["scanrack memory 1"]
+    controller: str
+    units: Annotated[tuple[MemoryType, ...], Field(strict=False, min_length=1)]
+
+
+KINDS: Mapping[str, type[_File[Any]]] = {
+    "pcl601": _File[Pcl601Memory],
+    "pmc006": _File[Pmc006Memory],
+    **{model.name: _File[DriveMemory] for model in MODELS.values() if model.flash},
+}
+"""What the file of a controller has; controllers that keep nothing are not here."""
+
+
+class ControllerMemory(AbstractContextManager["ControllerMemory"]):
+    """The nonvolatile memory of served controllers; its file is locked until the context is left.
+
+    Attributes:
+        known: what the file has, in the order of the units; empty without a file.
+
+    Args:
+        controller: as in `KINDS`.
+        used: files that it may not replace.
+
+    Raises:
+        ValueError: the file has another use, is of another controller, or is damaged; or the controller
+            keeps nothing.
+        OSError: another service has the file, or its folder can't be written.
+    """
+
+    def __init__(self, path: Path, controller: str, used: Used) -> None:
+        if controller not in KINDS:
+            raise ValueError(f"--memory {path}: the {controller} keeps nothing without power")
+        self.path, self._controller, self._used = path, controller, used
+        target = check_output(path, MEMORY, used)
+        with ExitStack() as lock, naming(path, beside(target, "lock")):
+            lock.enter_context(held(target))
+            self.known = self._read()
+            self._lock = lock.pop_all()
+        self._readers: Sequence[Callable[[], UnitMemory]] = ()
+
+    def _read(self) -> tuple[UnitMemory, ...]:
+        if not self.path.exists() or not self.path.stat().st_size:
+            return ()
+        try:
+            said = json_value(read_input_text(self.path, TextKind.MEMORY), TextKind.MEMORY)
+            if isinstance(said, dict) and said.get("controller", self._controller) != self._controller:
+                raise ValueError(f"it is that of a {said['controller']}, not of a {self._controller}")
+            units: tuple[UnitMemory, ...] = KINDS[self._controller].model_validate(said).units
+        except ValidationError as error:
+            first = error.errors(include_url=False)[0]
+            where = ".".join(map(str, first["loc"]))
+            raise ValueError(f"{self.path}: {where}: {first['msg'].removeprefix('Value error, ')}") from None
+        except ValueError as error:
+            raise ValueError(f"{self.path}: {error}") from None
+        return units
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._lock.close()
+
+    def restore(self, units: list[Unit], *, addressed: bool) -> None:
+        """Power the units up with what the file has, and follow them from now on.
+
+        Args:
+            addressed: the addresses of the units are newer than those in the file.
+
+        Raises:
+            ValueError: the file has another number of units.
+        """
+        self.check_number(len(units))
+        for unit, known in zip(units, self.known, strict=False):
+            assert not isinstance(known, DriveMemory)
+            _restore(known.addressed(unit.address) if addressed else known, unit.device)
+        self.follow([_reader(each.device) for each in units])
+
+    @property
+    def addresses(self) -> list[int]:
+        """Addresses of the controllers in the file, in their order; empty without a file, and for drives."""
+        return [each.address for each in self.known if not isinstance(each, DriveMemory)]
+
+    def check_number(self, units: int) -> None:
+        """Check that the file, if there is one, has that many units; ValueError for another number."""
+        if self.known and len(self.known) != units:
+            raise ValueError(f"{self.path}: it has {len(self.known)} units; asked for are {units}")
+
+    def follow(self, readers: Sequence[Callable[[], UnitMemory]]) -> None:
+        """Write from now on what the readers return, one for each unit."""
+        self._readers = readers
+
+    def look(self) -> None:
+        """Write the file if something has changed.
+
+        Raises:
+            OwnedError: the file may no longer be replaced.
+            OSError: it can't be written; an earlier one is unchanged.
+        """
+        now = tuple(read() for read in self._readers)
+        if now != self.known:
+            self._write(now)
+            self.known = now
+
+    def _write(self, units: tuple[UnitMemory, ...]) -> None:
+        said = {
+            "format": FORMAT,
+            "controller": self._controller,
+            "units": [each.model_dump(mode="json") for each in units],
+        }
+        with new_file(self.path, MEMORY, used=self._used, locked=True) as file:
+            file.write(json.dumps(said, indent=1).replace("{\n ", "{", 1) + "\n")
+
+
+def _restore(memory: UnitMemory, device: ControllerDevice) -> None:
+    if isinstance(memory, Pcl601Memory):
+        assert isinstance(device, Pcl601)
+        memory.restore(device)
+    else:
+        assert isinstance(memory, Pmc006Memory)
+        assert isinstance(device, Pmc006)
+        memory.restore(device.controller)
+
+
+def _reader(device: ControllerDevice) -> Callable[[], UnitMemory]:
+    if isinstance(device, Pcl601):
+        return Pcl601MemoryReader(device).read
+    assert isinstance(device, Pmc006)
+    controller = device.controller
+    return lambda: Pmc006Memory.of(controller)

@@ -1,0 +1,162 @@
+"""A 3601 as remote I/O: its rack runs in step with the wall clock, and a foreign PLC is the program.
+
+    foreign PLC --Modbus TCP--> eight words --each scan--> module, machine
+                <-------------- eight words <------------
+
+Between two scans the port answers at once, from the words of the latest scan. The CPU is in program mode
+until the first write, and again when no write has come for a while: the module sees a PLC that has left run
+mode.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.io_images.times import exact_ns
+from scanrack.runtime.line.ports import ModbusTcpPort
+from scanrack.runtime.line.remote_words import RemoteWords
+from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime.loop.events import Event
+from scanrack.runtime.loop.listeners import QuietListener
+from scanrack.runtime.loop.pace import RealTime
+from scanrack.runtime.loop.scan import CpuMode, LogicScan
+from typing_extensions import override
+
+from ..load.loading import LoadedRack, load_rack
+
+CATALOG = "amci3601"
+SILENCE_MS = 500.0
+SILENCE_MS_MAX = 3_600_000
+BARE_RACK = """name = "remote-io"
+program = "remote.py"
+
+[[slot]]
+number = 1
+module = "amci3601"
+"""
+
+
+class ExternalPlc(QuietListener):
+    """The program of a rack whose words a foreign PLC writes and reads; also a listener of its scans.
+
+    Attributes:
+        slot: number of the module's slot.
+        words: what the PLC writes and reads.
+        silences: how many times it has fallen silent.
+
+    Args:
+        slot: number of the module's slot.
+        words: those of the module.
+        silence_ns: time without a write after which the CPU leaves run mode.
+        whole: refuse writes of fewer words than the module has.
+    """
+
+    def __init__(self, slot: int, words: ModuleWords, silence_ns: int, *, whole: bool = False) -> None:
+        self.slot, self._silence_ns = slot, silence_ns
+        self._now_ns = 0
+        self._torn_told = 0
+        self._inputs: tuple[int, ...] = (0,) * len(words.inputs)
+        self.words = RemoteWords(lambda: self._inputs, len(words.outputs), whole=whole)
+        self.silences = 0
+
+    cpu: Cpu
+    """The CPU it runs on, from `attach` on."""
+
+    def attach(self, cpu: Cpu) -> None:
+        """Run on a CPU: it waits in program mode for the first write."""
+        self.cpu = cpu
+        cpu.mode = CpuMode.PROGRAM
+
+    def __call__(self, scan: LogicScan) -> None:
+        """Put the words that the PLC wrote last into the output image: all at once."""
+        outputs = scan.slot[self.slot].outputs
+        for at, word in enumerate(self.words.outputs):
+            outputs[at] = word if word < 1 << 15 else word - (1 << 16)
+
+    def answer(self, pdu: bytes) -> bytes:
+        """Answer a Modbus request between two scans."""
+        reply = self.words.answer(self._now_ns, pdu)
+        if self.words.heard_ns == self._now_ns and self.cpu.mode is not CpuMode.RUN:
+            self.cpu.mode = CpuMode.RUN
+        return reply
+
+    @override
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Take the scan's input words; leave run mode if the PLC is silent."""
+        self._now_ns = now_ns
+        self._inputs = tuple(word & 0xFFFF for word in self.cpu.rack.slots[self.slot].inputs)
+        heard_ns = self.words.heard_ns
+        if self.cpu.mode is CpuMode.RUN and heard_ns is not None and now_ns - heard_ns > self._silence_ns:
+            self.cpu.mode = CpuMode.PROGRAM
+            self.silences += 1
+            after_ms = (now_ns - heard_ns) // 1_000_000
+            self._tell("silence", f"the PLC has written nothing for {after_ms:,} ms: run mode ends")
+        if self.words.torn != self._torn_told:
+            self._torn_told = self.words.torn
+            self._tell(
+                "torn write",
+                f"writes of fewer than {len(self.words.outputs)} words so far: {self._torn_told:,}",
+            )
+
+    def _tell(self, name: str, text: str) -> None:
+        self.cpu.announce(Event(self._now_ns, "remote", name, text, {"torn": self.words.torn}))
+
+
+class ServingPace(RealTime):
+    """Scans in step with the wall clock; while it waits, a port is served."""
+
+    def __init__(self, port: ModbusTcpPort, plc: ExternalPlc) -> None:
+        self._port, self._plc = port, plc
+        super().__init__(sleep=self._serve)
+
+    @override
+    def wait(self) -> bool:
+        self._serve(0)  # at least once a scan, even if scans are late
+        return super().wait()
+
+    def _serve(self, seconds: float) -> None:
+        self._port.serve(seconds, lambda _unit, pdu: self._plc.answer(pdu))
+
+
+@contextmanager
+def remote_job(
+    rack: str | None, slot: int | None, silence_ms: float, *, whole: bool
+) -> Iterator[tuple[LoadedRack, ExternalPlc]]:
+    """Load a rack with a foreign PLC in place of its program.
+
+    Args:
+        rack: its file, see `load_rack`; None = a rack with a 3601 in slot 1, and a free shaft.
+        slot: of the 3601; None if there is only one.
+        silence_ms: time without a write after which the CPU leaves run mode, ms.
+
+    Raises:
+        ValueError: an unusable file or time, or no such slot.
+    """
+    if not 0 < silence_ms <= SILENCE_MS_MAX:
+        raise ValueError(f"--silence {silence_ms:g}: it has to be above 0, at most {SILENCE_MS_MAX:,}")
+    with tempfile.TemporaryDirectory() as folder:
+        if rack is None:
+            rack = str(Path(folder) / "remote-io.toml")
+            Path(rack).write_text(BARE_RACK, encoding="utf-8", newline="\n")
+        spec = load_rack(rack, _unknown).spec
+        found = _slot_of({each.number: each.module for each in spec.slot}, slot)
+        silence_ns = exact_ns(silence_ms, "ms", "--silence")
+        plc = ExternalPlc(found, spec.words[found], silence_ns, whole=whole)
+        yield load_rack(rack, plc), plc
+
+
+def _unknown(_scan: LogicScan) -> None: ...
+
+
+def _slot_of(modules: dict[int, str], slot: int | None) -> int:
+    there = [number for number, module in modules.items() if module == CATALOG]
+    if slot is None and len(there) == 1:
+        return there[0]
+    if slot is None or slot not in there:
+        said = "has to be given" if slot is None else f"{slot}: no {CATALOG}"
+        raise ValueError(f"--slot {said}; the rack has one in slot {', '.join(map(str, there)) or 'none'}")
+    return slot

@@ -1,0 +1,176 @@
+"""What an installation has, what it lacks, and how to fix it.
+
+Nothing is imported to find it, and nothing leaves the machine.
+"""
+
+from __future__ import annotations
+
+import os
+import platform
+import re
+import shutil
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from importlib.metadata import PackageNotFoundError, requires, version
+from pathlib import Path
+
+from scanrack.io_images.installing import how_to_install
+from scanrack.runtime.loop.realtime import real_time
+
+PACKAGE = "scanrack"
+PYTHONS = ((3, 11), (3, 14))
+"""The oldest and the newest Python that scanrack runs on."""
+
+GIVES: Mapping[str, str] = {
+    "check": "other solvers that check proofs: scanrack prove --check",
+    "cluster": "searches on a cluster: scanrack fuzz --dask",
+    "conform": "scanrack conform: a real 3601 against its manual",
+    "editor": "diagnostics, hover and completion in editors: scanrack lsp",
+    "frames": "recordings as frames of pandas and Polars: trace.to_pandas()",
+    "opcua": "tags over OPC UA: scanrack run --server opc-ua",
+    "parquet": "scanrack export --parquet",
+    "plot": "charts as PNG and SVG: scanrack plot",
+    "prove": "scanrack prove, and a search that solves its way on",
+}
+"""What each extra gives; `test` and `dev` are for those who work on scanrack."""
+
+PROGRAMS: Mapping[str, str] = {
+    "tshark": "records lines of real controllers: scanrack import line.pcapng",
+    "gtkwave": "shows what scanrack export --vcd writes",
+}
+"""Programs of the system that go with scanrack, which runs without them."""
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "microsoft-edge", "safari")
+
+
+class Health(StrEnum):
+    """Status of one check."""
+
+    GOOD = "ok"
+    ABSENT = "absent"
+    """Something is not possible without it."""
+    BROKEN = "broken"
+    """Nothing works without it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """One line of the report."""
+
+    name: str
+    state: Health
+    says: str
+    mend: str = ""  # how to fix it, or what it would give
+
+
+def examined() -> list[Diagnosis]:
+    """Return what there is and what is missing, in the order of the report."""
+    return [each for part in PARTS for each in part()]
+
+
+def _python() -> Iterator[Diagnosis]:
+    oldest, newest = (".".join(map(str, each)) for each in PYTHONS)
+    fits = PYTHONS[0] <= sys.version_info[:2] <= PYTHONS[1]
+    mend = "" if fits else f"use Python {oldest} to {newest}"
+    says = f"{platform.python_version()} in {sys.executable}"
+    yield Diagnosis("Python", Health.GOOD if fits else Health.BROKEN, says, mend)
+
+
+def _package() -> Iterator[Diagnosis]:
+    missing = [each for each in _required("") if not _installed(each)]
+    says = f"{version(PACKAGE)} in {Path(__file__).parents[2]}"
+    if missing:
+        says, mend = f"{says}, without {', '.join(missing)}", how_to_install()
+        yield Diagnosis(PACKAGE, Health.BROKEN, says, mend)
+    else:
+        yield Diagnosis(PACKAGE, Health.GOOD, says)
+
+
+def _extras() -> Iterator[Diagnosis]:
+    for extra, gives in GIVES.items():
+        missing = [each for each in _required(extra) if not _installed(each)]
+        if missing:
+            mend = f"{how_to_install(extra)} for {gives}"
+            yield Diagnosis(f"extra {extra}", Health.ABSENT, f"{', '.join(missing)} missing", mend)
+        else:
+            yield Diagnosis(f"extra {extra}", Health.GOOD, gives)
+
+
+def _required(extra: str) -> list[str]:
+    """Return the distributions that scanrack, or an extra of it, needs."""
+    wanted = f'extra == "{extra}"' if extra else ""
+    found = []
+    for row in requires(PACKAGE) or ():
+        name, _, marker = row.replace("'", '"').partition(";")
+        if marker.strip() == wanted:
+            found.append(re.split(r"[<>=!~\[ ]", name, maxsplit=1)[0])
+    return found
+
+
+def _installed(distribution: str) -> bool:
+    try:
+        version(distribution)
+    except PackageNotFoundError:
+        return False
+    return True
+
+
+def _ports() -> Iterator[Diagnosis]:
+    from serial.tools.list_ports import comports
+
+    devices = sorted(each.device for each in comports())
+    if not devices:
+        mend = "plug in the adapter of a controller; simulated ones need none"
+        yield Diagnosis("serial ports", Health.ABSENT, "there is none", mend)
+    for device in devices:
+        if os.access(device, os.R_OK | os.W_OK):
+            yield Diagnosis("serial port", Health.GOOD, device)
+        else:
+            mend = 'add your user to its group, such as "dialout", and log in again'
+            yield Diagnosis("serial port", Health.ABSENT, f"{device} can't be opened", mend)
+
+
+def _real_time() -> Iterator[Diagnosis]:
+    with real_time() as outcomes:
+        granted = list(outcomes)
+    for each in granted:
+        state = Health.ABSENT if each.refusal else Health.GOOD
+        says = f"{each.name}: {each.refusal}" if each.refusal else each.name
+        yield Diagnosis("real time", state, says, each.advice)
+
+
+def _browser() -> Iterator[Diagnosis]:
+    found = next(filter(None, map(shutil.which, BROWSERS)), None) or _system_browser()
+    if found:
+        yield Diagnosis("browser", Health.GOOD, found)
+    else:
+        mend = "install one, such as Firefox or Chromium: scanrack watch shows its page in it"
+        yield Diagnosis("browser", Health.ABSENT, "none is found", mend)
+
+
+def _system_browser() -> str:
+    """Return what opens pages on macOS and Windows, which have no program of that name on the path."""
+    return {"darwin": "the system's", "win32": "the system's"}.get(sys.platform, "")
+
+
+def _programs() -> Iterator[Diagnosis]:
+    for name, gives in PROGRAMS.items():
+        found = shutil.which(name)
+        if found:
+            yield Diagnosis(name, Health.GOOD, found)
+        else:
+            mend = f"a package of your system; it {gives}"
+            yield Diagnosis(name, Health.ABSENT, "not on the path", mend)
+
+
+PARTS: tuple[Callable[[], Iterator[Diagnosis]], ...] = (
+    _python,
+    _package,
+    _extras,
+    _ports,
+    _real_time,
+    _browser,
+    _programs,
+)

@@ -1,0 +1,105 @@
+"""Writes the files that came with a trace into a folder, and nowhere else."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from scanrack.traces.files.portable import DEVICE
+
+if TYPE_CHECKING:  # a run reads no recording
+    from scanrack.traces.read.reader import Trace
+
+_BAD_PARTS = {
+    "": "has an empty part",
+    ".": "has a part '.'",
+    "..": "leads out of its folder",
+}
+_BAD_NAMES = (
+    (re.compile(r"/"), "leads out of its folder: it is absolute"),
+    (re.compile(r".*\\"), "leads out of its folder where \\ separates folders"),
+    (re.compile(r".*:"), "has a colon, which is a drive or a stream on Windows"),
+    (re.compile(r".*[. ](/|$)"), "has a part that ends in a dot or a space, which Windows drops"),
+    (
+        re.compile(f"(.*/)?{DEVICE}", re.IGNORECASE),
+        "is a device on Windows",
+    ),
+)
+"""Forbidden beginnings of names and the reasons: the same on all systems, as is the meaning of a trace."""
+
+
+def checked_name(name: str) -> str:
+    """Return the name of a file in a trace, if it names a file in the target folder.
+
+    Args:
+        name: path from that folder, parts separated by `/`.
+
+    Raises:
+        ValueError: it may lead elsewhere, or names no file.
+    """
+    why = next(_objections(name), None)
+    if why is not None:
+        raise ValueError(f"{name!r} is refused as the name of a file: it {why}")
+    return name
+
+
+def _objections(name: str) -> Iterator[str]:
+    if not name.isprintable():
+        yield "has characters that can't be printed"
+    yield from (why for pattern, why in _BAD_NAMES[:2] if pattern.match(name))
+    yield from (_BAD_PARTS[part] for part in name.split("/") if part in _BAD_PARTS)
+    yield from (why for pattern, why in _BAD_NAMES[2:] if pattern.match(name))
+
+
+def check_names(names: Iterable[str]) -> None:
+    """Refuse names of files that can't be written to one folder.
+
+    Raises:
+        ValueError: one leads elsewhere, or two are one file on a system that ignores case.
+    """
+    seen: dict[str, str] = {}
+    for name in names:
+        key = unicodedata.normalize("NFKC", checked_name(name)).casefold()
+        if key in seen:
+            raise ValueError(f"the trace brings {seen[key]!r} and {name!r}, which may be one file")
+        seen[key] = name
+
+
+def attached_files(trace: Trace) -> dict[str, bytes]:
+    """Return the files that came with a trace, by name."""
+    return {each.name: each.data for each in trace.attachments()}
+
+
+def extract(files: Mapping[str, bytes], folder: Path) -> list[Path]:
+    """Write files into a folder; make the folder if it is missing. Return their paths.
+
+    No symbolic link below the folder is followed.
+
+    Raises:
+        ValueError: a name leads out of the folder, or another file is there already.
+        OSError: one can't be written.
+    """
+    check_names(files)
+    targets = {folder / name: data for name, data in files.items()}
+    for target, data in targets.items():
+        _check_free(target, data, folder)
+    for target, data in targets.items():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if not target.exists():
+            with target.open("xb") as file:  # never through a link, unlike "wb"
+                file.write(data)
+    return list(targets)
+
+
+def _check_free(target: Path, data: bytes, folder: Path) -> None:
+    """Refuse to overwrite another file, or to write through a symbolic link."""
+    for place in (target, *target.parents):
+        if place == folder:
+            break
+        if place.is_symlink():
+            raise ValueError(f"{place} is a symbolic link: choose another folder")
+    if target.exists() and (not target.is_file() or target.read_bytes() != data):
+        raise ValueError(f"{target} is there already, with something else in it: choose another folder")

@@ -1,0 +1,147 @@
+"""Starts helper processes; no other file starts one.
+
+    python -P -c BOOT COUNT FOLDER... CHUNK_BYTES RECORDS HANDED MODULE:FUNCTION ARGUMENT...
+
+Python searches the current folder first for the modules of `python -c` and `python -m`, so that a stranger's
+`json.py` there would run. -P prevents that. A helper receives the search path of this process before it
+imports anything, and the limits for reading traces before it begins.
+
+What is handed to a helper comes on its standard input, as a pickled list of tickets. A ticket is what the
+other side opens a socket or shared memory by:
+
+    POSIX     the number of a descriptor, which the helper inherits
+    Windows   the description of a socket, made for this helper only; the name of the memory
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Sequence
+from contextlib import suppress
+from importlib import import_module
+from subprocess import PIPE, TimeoutExpired
+from typing import IO
+
+from scanrack.runtime.live.shared_memory import SharedMemory
+from scanrack.traces.format.limits import Limits, limits, set_limits
+
+__all__ = ["PIPE", "Handed", "Helper", "TimeoutExpired", "begin", "launch"]
+
+Helper = subprocess.Popen[bytes]
+Stream = int | IO[bytes] | None
+Handed = socket.socket | SharedMemory
+
+Ticket = tuple[int | None, int | str | bytes]
+"""Size of a memory, or None for a socket; and a number, a name or a description."""
+
+BOOT = (
+    "import sys; count = int(sys.argv[1]); sys.path[:] = sys.argv[2 : 2 + count]; "
+    f"from {__name__} import begin; begin(sys.argv[2 + count :])"
+)
+"""The first code of a helper; `sys` is built in."""
+
+
+def launch(
+    main: str,
+    *arguments: object,
+    handed: Sequence[Handed] = (),
+    stdin: Stream = subprocess.DEVNULL,
+    stdout: Stream = None,
+    stderr: Stream = None,
+    environment: dict[str, str] | None = None,
+    own_session: bool = False,
+) -> Helper:
+    """Start a helper; OSError if it can't be started.
+
+    Args:
+        main: the function to call, `module:function`, with what is handed and its arguments as texts.
+        handed: what both have from now on; then `stdin` is not used.
+        stdin: as for `subprocess.Popen`; nothing by default.
+        stdout: ours by default.
+        stderr: ours by default.
+        environment: its environment variables; None = ours.
+        own_session: whether Ctrl-C of the terminal does not reach it; Ctrl-Break of Windows never ends it.
+    """
+    path = [each for each in sys.path if each]  # the empty one is the current folder
+    asked = limits()
+    words = [*path, asked.chunk_bytes, asked.records, len(handed), main, *arguments]
+    python, environment = _python(environment)
+    process = subprocess.Popen(
+        [python, *_flags(), "-c", BOOT, str(len(path)), *map(str, words)],
+        stdin=PIPE if handed else stdin,
+        stdout=stdout,
+        stderr=stderr,
+        env=environment,
+        pass_fds=[] if sys.platform == "win32" else [int(_ticket(each, 0)[1]) for each in handed],
+        start_new_session=own_session,
+        creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0) if own_session else 0,
+    )
+    if process.stdin is not None and handed:
+        with suppress(OSError), process.stdin as tickets:  # one that has died is noticed by its end
+            tickets.write(pickle.dumps([_ticket(each, process.pid) for each in handed]))
+        process.stdin = None  # for `communicate`
+    return process
+
+
+def _python(environment: dict[str, str] | None) -> tuple[str, dict[str, str] | None]:
+    """Return Python's path, and environment variables for it.
+
+    In a virtual environment of Windows `python.exe` starts another process, for which the tickets would have
+    to be. The standard library's `multiprocessing` starts that one itself, in this way.
+    """
+    started: str = vars(sys)["_base_executable"]
+    if sys.platform == "win32" and started != sys.executable:
+        environment = (environment or dict(os.environ)) | {"__PYVENV_LAUNCHER__": sys.executable}
+    else:
+        started = sys.executable
+    return started, environment
+
+
+def _ticket(each: Handed, pid: int) -> Ticket:
+    if isinstance(each, SharedMemory):
+        return each.size, each.place
+    if sys.platform == "win32":
+        place: int | bytes = each.share(pid)
+    else:
+        place = each.fileno()
+    return None, place
+
+
+def _taken(ticket: Ticket) -> Handed:
+    """Return what a ticket is for, in the helper."""
+    size, place = ticket
+    if size is not None:
+        assert not isinstance(place, bytes)
+        return SharedMemory(size, place)
+    if sys.platform == "win32":
+        assert isinstance(place, bytes)
+        found = socket.fromshare(place)
+    else:
+        found = socket.socket(fileno=int(place))
+    return found
+
+
+def _flags() -> list[str]:
+    """Return Python's options: no current folder, and the warnings that this process ignores."""
+    if sys.flags.isolated:
+        return ["-I"]
+    given = {"-E": sys.flags.ignore_environment, "-s": sys.flags.no_user_site}
+    return ["-P", *(option for option, on in given.items() if on)]
+
+
+def begin(words: list[str]) -> None:
+    """Set the limits and call the function: the main function of a helper; for `words` see `BOOT`."""
+    if hasattr(
+        signal, "SIGBREAK"
+    ):  # Ctrl-Break goes to all processes of a console: who started this one ends it
+        signal.signal(signal.SIGBREAK, signal.SIG_IGN)
+    chunk_bytes, records, handed, main, *arguments = words
+    set_limits(Limits(int(chunk_bytes), int(records)))
+    taken = map(_taken, pickle.load(sys.stdin.buffer)) if int(handed) else ()  # of our own parent
+    module, _, function = main.partition(":")
+    getattr(import_module(module), function)(*taken, *arguments)

@@ -1,0 +1,60 @@
+"""The files of a job, which no output replaces, and the path of its recording."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from scanrack.traces.files.guard import NOTHING, Used
+from scanrack.traces.files.keeping import RecordingKeeper, check_recordings
+
+from ..load.loading import LoadedRack
+from .attachments import files_beside
+
+
+def line_path(trace: Path) -> Path:
+    """Return the file of the line beside a trace.
+
+    >>> line_path(Path("out/run.mcap")).name
+    'run.line.mcap'
+    """
+    return trace.with_name(f"{trace.stem}.line.mcap")
+
+
+def in_use(job: LoadedRack) -> dict[Path, str]:
+    """Return the files of a job, each with its role."""
+    beside = dict.fromkeys(files_beside(job).values(), "a file that the program needs")
+    return {**beside, job.program: "the program", job.rack_file: "the rack file"}
+
+
+def recording_of(job: LoadedRack, trace: Path) -> list[Path]:
+    """Return the files of a job's recording: its trace, and that of the units beside the rack."""
+    return [trace, line_path(trace)] if job.spec.unit else [trace]
+
+
+def keeping_of(job: LoadedRack, trace: Path, keep: int | None = None) -> RecordingKeeper | None:
+    """Return the keeper of earlier recordings; None if none are kept.
+
+    Args:
+        keep: their number; None = the rack file's.
+    """
+    most = job.spec.keep_traces if keep is None else keep
+    return RecordingKeeper(trace, most, recording_of(job, trace)[1:]) if most else None
+
+
+def check_recording(job: LoadedRack, trace: Path, used: Used = NOTHING, keep: int | None = None) -> None:
+    """Refuse a recording that would replace an owned file, or move one in use.
+
+    Args:
+        used: files in use beside those of the job.
+        keep: see `keeping_of`.
+
+    Raises:
+        OwnedError: see `check_output`.
+    """
+    check_recordings(recording_of(job, trace), keeping_of(job, trace, keep), {**in_use(job), **used})
+
+
+def names_of(job: LoadedRack, trace: Path, keep: int | None = None) -> list[Path]:
+    """Return the files of a recording, and those of the recordings that are kept; arguments as above."""
+    keeping = keeping_of(job, trace, keep)
+    return recording_of(job, trace) + ([] if keeping is None else keeping.names())

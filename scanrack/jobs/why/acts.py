@@ -1,0 +1,284 @@
+"""What an owner could do so that a value becomes another one: found by doing it, on copies of the rack.
+
+    the rack at the scan | copy 1: no action
+                         | copy 2: press start for 60 ms, then 5 s
+                         | copy 3: close stop, then press start ...
+
+A copy is a fork of the process: rack, machine and program continue. One act is tried before two,
+so that what is found lacks nothing and has nothing too much; all of it has been tried before it is told.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import permutations
+from typing import Any, Protocol
+
+from scanrack.io_images.times import parse_duration, seconds
+from scanrack.ladder.debug import CauseLink
+from scanrack.ladder.debug.watched import shown
+from scanrack.runtime.live import actions
+from scanrack.runtime.live.operator_actions import OperatorActions
+from scanrack.runtime.machine.spec import INPUT_NAMES
+from scanrack.runtime.modules.record import Trait
+
+PRESS = "60 ms"
+BETWEEN = "100 ms"
+WITHIN_NS = 5_000_000_000
+"""Time that a copy has after the last act."""
+
+LOOKS = "20 ms"
+"""Time between two looks at the value."""
+
+MOST_TRIES = 60
+"""Most copies."""
+
+MOST_ACTS = 2
+
+_TERMINAL = re.compile(r"slot (\d+) input (?:\d+ \((\w+)\)|IN_(\w+))")
+_SLOT = re.compile(r"slot (\d+): ")
+
+
+class Rack(Protocol):
+    """A bench."""
+
+    spec: Any
+    slot: Any
+    events: Any
+
+    def __getitem__(self, tag: str) -> Any: ...
+    def __setitem__(self, tag: str, value: object) -> None: ...
+
+    @property
+    def now_ns(self) -> int:
+        """Its time."""
+
+    def run_for(self, time: str) -> None:
+        """Run it."""
+
+    def unforce(self, address: str) -> None:
+        """Release a force."""
+
+    def run_mode(self) -> None:
+        """Turn its key to run."""
+
+
+@dataclass(frozen=True, slots=True)
+class Act:
+    """Something that an owner does."""
+
+    text: str  # press start for 60 ms
+    on: str  # what it is done to: two acts on one thing are never tried together
+    do: Callable[[Any], object]
+    is_press: bool = False  # of a button
+    orders: tuple[actions.Action | int, ...] = ()  # of a session, and ns between them; none if it has none
+
+
+@dataclass(frozen=True, slots=True)
+class Acts:
+    """What was found: the acts in their order, and how long after the first one the value is as wished."""
+
+    tag: str
+    wanted: object
+    found: tuple[Act, ...] | None  # none: it comes by itself; None: nothing was found
+    after_ns: int
+    stimulus: str  # the first thing that the machine or the timeline of the rack file did meanwhile
+    tries: int
+
+    def __str__(self) -> str:
+        goal = f"{self.tag} {_becomes(self.wanted)}"
+        if self.found is None:
+            tries = "1 try" if self.tries == 1 else f"{self.tries} tries"
+            return f"{goal}: nothing that an owner can do was found in {tries}"
+        after = f"{seconds(self.after_ns)} s"
+        if not self.found and self.stimulus:
+            return f"{goal} in {after}, as the rack file goes on: {self.stimulus}"
+        if not self.found:
+            return f"{goal} by itself: wait {after}"
+        return f"{goal} {after} after this: {', then '.join(act.text for act in self.found)}"
+
+    def orders(self) -> list[dict[str, Any]] | None:
+        """Return the orders of a session that do it, as messages, and `wait_ns`; None without such orders."""
+        steps: list[actions.Action | int] = []
+        for act in self.found or ():
+            if not act.orders:
+                return None
+            steps += [*act.orders, parse_duration(BETWEEN)]
+        return [{"wait_ns": each} if isinstance(each, int) else actions.said_of(each) for each in steps]
+
+    def as_json(self) -> dict[str, object]:
+        """Return it as JSON values."""
+        acts = None if self.found is None else [act.text for act in self.found]
+        return {"acts": acts, "after_ns": self.after_ns, "tries": self.tries}
+
+
+def acts_for(bench: Rack, link: CauseLink, tag: str, wanted: object) -> Acts | None:
+    """Return what an owner could do; None on a system that can't copy a process.
+
+    Args:
+        bench: at the scan of the question; it is not touched. It must not record: a copy would write, too.
+        link: the chain of the present value; what it ends in is tried first.
+    """
+    if not hasattr(os, "fork"):
+        return None
+    return next(every_act(bench, link, tag, wanted))
+
+
+def every_act(bench: Rack, link: CauseLink, tag: str, wanted: object) -> Iterator[Acts]:
+    """Yield what an owner could do, no set with another one in it; at least one answer."""
+    tries, known = 0, list[set[str]]()
+    for chosen in _sets(list(_acts(bench, link))):
+        texts = {act.text for act in chosen}
+        if tries == MOST_TRIES or any(each <= texts for each in known):
+            continue
+        tries += 1
+        found = _tried(bench, chosen, tag, wanted)
+        if found is not None:
+            known.append(texts)
+            yield Acts(tag, wanted, chosen, *found, tries)
+    if not known:
+        yield Acts(tag, wanted, None, 0, "", tries)
+
+
+def _sets(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
+    """Yield no act, each act, and two acts on two things: those before others that end with a button."""
+    for count in range(MOST_ACTS + 1):
+        chosen = [each for each in permutations(acts, count) if len({act.on for act in each}) == count]
+        yield from sorted(
+            chosen, key=lambda each: [act.is_press for act in each] != [False] * (count - 1) + [True]
+        )
+
+
+def _tried(bench: Rack, acts: Sequence[Act], tag: str, wanted: object) -> tuple[int, str] | None:
+    """Return after how long a copy of the rack has the value, and what its machine did; None if never."""
+    system: Any = os  # type checkers know its fork on POSIX only
+    read, write = os.pipe()
+    child: int = system.fork()
+    if not child:
+        os.close(read)
+        try:
+            found = _done(bench, acts, tag, wanted)
+            os.write(write, b"" if found is None else f"{found[0]} {found[1]}".encode())
+        finally:
+            os._exit(0)  # an act that is refused, or a fault of the program, is no answer
+    os.close(write)
+    with os.fdopen(read, "rb") as answer:
+        said = answer.read().decode()
+    os.waitpid(child, 0)
+    after, _, stimulus = said.partition(" ")
+    return (int(after), stimulus) if said else None
+
+
+def _done(bench: Rack, acts: Sequence[Act], tag: str, wanted: object) -> tuple[int, str] | None:
+    begun, told = bench.now_ns, len(bench.events)
+    for act in acts:
+        act.do(bench)
+        bench.run_for(BETWEEN)
+    limit = bench.now_ns + WITHIN_NS
+    while bench[tag] != wanted:
+        if bench.now_ns >= limit:
+            return None
+        bench.run_for(LOOKS)
+    stimuli = [each.text for each in bench.events[told:] if each.kind == "stimulus"]
+    return bench.now_ns - begun, stimuli[0] if stimuli else ""
+
+
+# --- what can be done
+
+
+def _acts(bench: Rack, link: CauseLink) -> Iterator[Act]:
+    """Yield acts, those on the ends of the chain first, each once."""
+    seen: set[str] = set()
+    for act in (*_of_links(bench, link), *_of_panels(bench)):
+        if act.text not in seen:
+            seen.add(act.text)
+            yield act
+
+
+def _of_links(bench: Rack, link: CauseLink) -> Iterator[Act]:
+    for each in link.walk():
+        terminal = _TERMINAL.search(each.text)
+        slot = _SLOT.match(each.text)
+        if each.kind == "force":
+            yield _of_force(each.name)
+        elif each.kind == "mode":
+            turn = actions.Mode("run")
+            yield Act("turn the key to run", "the key", lambda bench: bench.run_mode(), orders=(turn,))
+        elif each.kind in ("input", "operator") and terminal is not None:
+            yield from _of_input(bench, int(terminal[1]), (terminal[2] or terminal[3]).lower())
+        elif each.kind == "operator" and isinstance(each.value, bool):
+            yield _of_tag(each.name, not each.value)
+        elif each.kind == "incident" and slot is not None:
+            yield _of_link(int(slot[1]))
+
+
+def _of_force(name: str) -> Act:
+    order = actions.Unforce(name)
+    return Act(f"take the force off {name}", name, lambda bench: bench.unforce(name), orders=(order,))
+
+
+def _of_link(number: int) -> Act:
+    text = f"restore the link to slot {number}"
+    return Act(text, f"slot {number}", lambda bench: bench.slot[number].inject(None))
+
+
+def _of_tag(name: str, value: bool) -> Act:
+    def put(bench: Any) -> None:
+        bench[name] = value
+
+    return Act(f"set {name} to {shown(value)}", name, put, orders=(actions.Write(name, value),))
+
+
+def _of_panels(bench: Rack) -> Iterator[Act]:
+    """Yield acts on the named inputs of cards, buttons and switches, and on inputs of an axis that are on."""
+    for slot in bench.spec.slot:
+        for name in (slot.options or {}).get("inputs") or ():
+            yield from _of_input(bench, slot.number, str(name))
+        if slot.has(Trait.MACHINE) and not slot.is_live:
+            status = slot.words.groups["status"]
+            for name in INPUT_NAMES:
+                at = f"IN_{name.upper()}"
+                if at in status and bench[f"slot{slot.number}.status.{at}"]:
+                    yield from _of_input(bench, slot.number, name)
+
+
+def _of_input(bench: Rack, number: int, name: str) -> Iterator[Act]:
+    """Yield what can be done to an input that the machine does not operate: the orders of a session."""
+    slot = next(each for each in bench.spec.slot if each.number == number)
+    if slot.has(Trait.MACHINE) and name in INPUT_NAMES and slot.machine.fed_inputs & INPUT_NAMES[name].value:
+        return
+    at = f"{name} (slot {number})"
+    try:
+        is_on = bool(bench[f"slot{number}.input.{name}"])
+    except ValueError:
+        is_on = bool(bench[f"slot{number}.status.IN_{name.upper()}"])
+    off, on = (actions.Press(number, name, each) for each in (False, True))
+    if is_on:
+        yield Act(f"open {at}", at, _by_hand(off), orders=(off,))
+        return
+    press = (on, parse_duration(PRESS), off)
+    yield Act(f"press {at} for {PRESS}", at, _by_hand(*press), True, press)
+    yield Act(f"close {at}", at, _by_hand(on), orders=(on,))
+
+
+def _by_hand(*steps: actions.Action | int) -> Callable[[Any], None]:
+    """Return what gives orders, and waits between them, ns."""
+
+    def do(bench: Any) -> None:
+        hands = OperatorActions(bench.cpu, bench.cpu.rack, None)
+        for each in steps:
+            if isinstance(each, int):
+                bench.run_for(f"{each} ns")
+            else:
+                hands.act(each, bench.now_ns, bench.scans)
+
+    return do
+
+
+def _becomes(wanted: object) -> str:
+    if isinstance(wanted, bool):
+        return "comes on" if wanted else "goes off"
+    return f"becomes {wanted}"

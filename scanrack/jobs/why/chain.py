@@ -1,0 +1,550 @@
+"""The chain of causes through a rack: images, modules and their rules, and the program behind them."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from scanrack.io_images.addresses import Address
+from scanrack.io_images.amci3601 import COMPLETION_BITS, MOTIONS, CommandMsw, StatusMsw
+from scanrack.io_images.amci3601.rules.causes import BitCause, Origin, cause_of
+from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.times import seconds
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.debug import CauseLink, Chains, Debugger, linked
+from scanrack.ladder.debug.causes import CellChange
+from scanrack.ladder.debug.cells import Cell
+from scanrack.ladder.state.memory import Value
+from scanrack.runtime.loop.incidents import FaultKind
+from scanrack.runtime.loop.scan import MODE_MASK, CpuMode
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read.reader import TraceEvent
+from scanrack.traces.replay import PackedTrace
+
+from ..load.loading import LoadedRack
+from .chains.axis_blocks import AxisBlocks
+from .chains.partners import chain_of_partner
+from .drive_waits import started
+from .outranked import Outranking, forced, of_cpu, of_link, spellings
+from .past import ALL_BITS, Past, SlotPast, event_text
+from .waits import is_idle, refused_configuration, searches_home, waits
+
+ANSWER = 2
+"""Scans from a change of an output image to the answer in the input image, at the most."""
+
+_SWITCHED = {"rule", "home", "registration"}
+"""Events of a module that a terminal may have made: rules, and moves that end at an input."""
+
+_CUT = {"cut short", "found no home", "stopped by the external input"}
+"""Outcomes of a move that its command does not explain."""
+
+_INCIDENTS = {each.value for each in FaultKind}
+
+_BY_MOTION = COMPLETION_BITS | StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
+_RATES = StatusMsw.ACCELERATING | StatusMsw.DECELERATING | StatusMsw.HOLD_STATE
+
+
+@dataclass(frozen=True, slots=True)
+class Bits:
+    """Bits of a word of an image."""
+
+    slot: int
+    image: str  # "in" or "out"
+    word: int
+    mask: int
+
+    @classmethod
+    def at(cls, place: Address) -> Bits:
+        """Return the bits at an address."""
+        mask = ALL_BITS if place.bit is None else 1 << place.bit
+        return cls(place.slot, "in" if place.image == "I" else "out", place.word, mask)
+
+    @property
+    def address(self) -> Address:
+        """The address of its one bit, or of its word."""
+        bit = self.mask.bit_length() - 1 if self.mask & self.mask - 1 == 0 else None
+        return Address(self.slot, "I" if self.image == "in" else "O", self.word, bit)
+
+
+@dataclass(slots=True)
+class RackChain:
+    """Makes chains through a recording.
+
+    Args:
+        maker: makes the chains of a ladder program, see `Debugger.chains`; None for any other program.
+        deep: see `Chains`.
+        program: the ladder program, whose partners are asked, too; None for none.
+    """
+
+    recording: PackedTrace
+    maker: Callable[..., Chains] | None = None
+    deep: bool = False
+    program: LadderLogic | None = None
+    _known: dict[tuple[Bits, int], CauseLink] = field(default_factory=dict)
+    _chains: Chains | None = None
+    _told: dict[int, list[TraceEvent]] | None = None
+    _asked: int = 0  # row of the question
+
+    # --- questions
+
+    def of_tag(self, tag: str, row: int) -> CauseLink | None:
+        """Return the chain of a tag of a ladder program; None of a structure that has not changed."""
+        chains, cells = self.chains, self.chains.cells(tag)
+        leaf, scan = cells[0].leaf, self.recording.numbers[row]
+        if leaf.is_image and leaf.slot is not None and leaf.ident not in chains.lowered.written_inputs:
+            side = "out" if leaf.output else "in"
+            return self.of_bits(Bits(leaf.slot, side, cells[0].index, _mask(cells[0])), tag, row)
+        names = {tag, leaf.path, cells[0].name, chains.full_name(tag)}
+        outranked = forced(self.recording.events, scan, names) or of_cpu(self.recording, row)
+        stays = outranked is not None and outranked.kind == "fault" and chains.causes.origins(cells, scan)
+        if outranked is None or stays:  # a fault ends what a tag might still become, not what it is
+            self._asked = row
+            return chains.of_tag(tag, scan)
+        while row and CpuMode(self.recording.flags[row] & MODE_MASK) is CpuMode.PROGRAM:
+            row -= 1  # the program has not run since then
+        ran = self.recording.numbers[row]
+        value = chains.causes.value(cells[0], ran) if len(cells) == 1 else None
+        link = self._outranked(outranked, tag, value)
+        if outranked.kind != "mode":
+            return link
+        changed = chains.of_tag(tag, ran)  # the key holds a value that is older
+        return link if changed is None else replace(link, scan=changed.scan, now_ns=changed.now_ns)
+
+    def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
+        """Return the chain of bits of an image after a scan."""
+        self._asked = row
+        return self._overruled(bits, name, row) or self._of_bits(bits, name, row)
+
+    def _of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
+        changed = Past(self.recording, row).last_change(bits.slot, bits.image, bits.word, bits.mask)
+        return self._of_rest(bits, name, row) if changed is None else self._of_change(bits, name, changed)
+
+    def _overruled(self, bits: Bits, name: str, row: int) -> CauseLink | None:
+        """Return the link of what outranks the program or the module in a scan; None if nothing does."""
+        recording, scan = self.recording, self.recording.numbers[row]
+        found = forced(recording.events, scan, spellings(bits.address))
+        if found is None and bits.image == "out":
+            found = of_cpu(recording, row)
+        elif found is None:
+            found = of_link(recording, self._slot(bits.slot), scan)
+        if found is None:
+            return None
+        link = self._outranked(found, name, self.value(bits, row))
+        if found.kind != "mode":
+            return link
+        changed = Past(recording, row).last_change(bits.slot, bits.image, bits.word, bits.mask)
+        if changed is None:
+            return link
+        # the key holds a value that is older
+        return replace(link, scan=recording.numbers[changed], now_ns=recording.times[changed])
+
+    def _outranked(self, found: Outranking, name: str, value: Value | None) -> CauseLink:
+        return CauseLink(found.kind, name, value, found.scan, found.now_ns, found.text)
+
+    def _slot(self, number: int) -> SlotInfo:
+        return next(each for each in self.recording.slots if each.number == number)
+
+    @property
+    def chains(self) -> Chains:
+        """What makes chains through the ladder program."""
+        if self._chains is None:
+            assert self.maker is not None
+            hooks = {
+                "outside": self._of_input,
+                "at_rest": self._of_input_at_rest,
+                "run_mode": self._before_run_mode,
+            }
+            self._chains = self.maker(deep=self.deep, **hooks, blocks=AxisBlocks(self))
+        return self._chains
+
+    def _before_run_mode(self, scan: int) -> str:
+        """Return since when the key was at program before a first scan in run mode; "" if it was not."""
+        row = bisect_left(self.recording.numbers, scan)
+        mode = of_cpu(self.recording, row - 1) if 0 < row < len(self.recording.numbers) else None
+        if mode is None or mode.kind != "mode":
+            return ""
+        return f"the key was at program since {seconds(mode.now_ns)} s"
+
+    def lost(self, slot: int, name: str, row: int) -> CauseLink | None:
+        """Return the link of a lost link to a module in a scan; None if it is good."""
+        found = of_link(self.recording, self._slot(slot), self.recording.numbers[row])
+        return None if found is None else self._outranked(found, name, None)
+
+    def of_status(self, slot: int, bit: StatusMsw, row: int) -> CauseLink | None:
+        """Return the chain of a status bit of a 3601 after a scan."""
+        return self._of_bits(Bits(slot, "in", 0, bit.value), f"slot{slot}.status.{bit.name}", row)
+
+    def _of_input_at_rest(self, cell: Cell, name: str, value: Value, scan: int) -> CauseLink | None:
+        """Explain an input of a ladder program that has not changed."""
+        slot = cell.leaf.slot
+        if slot is None or all(each.number != slot for each in self.recording.slots):
+            return None
+        if not cell.leaf.is_image:
+            found = of_link(self.recording, self._slot(slot), scan)
+            return self._outranked(found, name, value) if found else None
+        row = bisect_left(self.recording.numbers, scan)
+        if row == len(self.recording.numbers):
+            return None
+        bits = Bits(slot, "in", cell.index, _mask(cell))
+        named = self._better(bits, name)
+        return self._overruled(bits, named, row) or self._of_bits(bits, named, row)
+
+    def _of_rest(self, bits: Bits, name: str, row: int) -> CauseLink | None:
+        """Explain bits of an image that have not changed; None if nothing is known of them."""
+        slot = self._slot(bits.slot)
+        if bits.image == "out":
+            cell = self._cell(bits) if self.maker is not None else None
+            return self.chains.of_cell(cell, name, self.recording.numbers[row]) if cell else None
+        value = self.value(bits, row)
+        at = 0, self.recording.times[0]
+        if slot.words.modes is not None and not slot.is_stepper and not self._is_terminal(slot, bits):
+            said = waits(SlotPast(Past(self.recording, row), slot))[0]
+            return CauseLink("module", name, value, *at, f"slot {slot.number}: {said}")
+        row_of = cause_of(bits.word, bits.mask.bit_length() - 1) if slot.is_stepper else None
+        if bits.address.bit is None or (slot.is_stepper and row_of is None):
+            return None
+        if row_of is None or row_of.origin is Origin.TERMINAL:
+            text = f"{self._terminal(slot, bits)}, never {'off' if value else 'on'}"
+            return CauseLink("input", name, value, *at, text)
+        return self._of_module_at_rest(bits, name, row, row_of)
+
+    def _of_module_at_rest(self, bits: Bits, name: str, row: int, cause: BitCause) -> CauseLink:
+        """Explain a status bit that has not changed: what the module waits for, or a command never sent."""
+        slot, value = self._slot(bits.slot), self.value(bits, row)
+        parts: dict[str, Any] = {"kind": "module", "name": name, "value": value, "scan": 0}
+        parts["now_ns"] = self.recording.times[0]
+        past = SlotPast(Past(self.recording, row), slot)
+        said = waits(past)[0]
+        if value or not cause.commands or not is_idle(past):
+            return CauseLink(**parts, text=f"slot {slot.number}: {said}")
+        masks = [each.value for each in CommandMsw if each & cause.commands]
+        behind = [self._never_sent(slot, mask, row) for mask in masks]
+        causes = [(link,) for link in behind if link is not None][:1]
+        return linked(causes, **parts, text=f"{cause.off} [{cause.rules[0]}]")
+
+    def _never_sent(self, slot: SlotInfo, mask: int, row: int) -> CauseLink | None:
+        """Return the chain of a command bit that the program could send; None if nothing is known."""
+        bits = Bits(slot.number, "out", 0, mask)
+        names = [name for name, bit in slot.words.bits("O", 0) if mask >> bit & 1]
+        return self._of_bits(
+            bits, f"slot{slot.number}.command.{names[0]}" if names else str(bits.address), row
+        )
+
+    def _of_input(self, origin: CellChange, name: str, value: Value) -> CauseLink | None:
+        """Explain an input of a ladder program."""
+        cell = origin.cell
+        if cell.leaf.slot is None:
+            return self._of_partner(origin, name, value)
+        if not cell.leaf.is_image:
+            return self._of_connection(origin, name, value)
+        bits = Bits(cell.leaf.slot, "in", cell.index, _mask(cell))
+        row = bisect_left(self.recording.numbers, origin.scan)
+        if row == len(self.recording.numbers) or self.recording.numbers[row] != origin.scan:
+            return None  # the recording begins later
+        return self._of_change(bits, self._better(bits, name), row)
+
+    def _of_connection(self, origin: CellChange, name: str, value: Value) -> CauseLink:
+        """Explain the fault of a connection, such as `axis.I.Fault`."""
+        now_ns = self.chains.causes.now_ns(origin.scan)
+        text = f"slot {origin.cell.leaf.slot}: the link to it is {'lost' if value else 'restored'}"
+        return CauseLink("incident", name, value, origin.scan, now_ns, text)
+
+    def _of_partner(self, origin: CellChange, name: str, value: Value) -> CauseLink | None:
+        """Explain a consumed tag by the rack that produces it."""
+        chains, path = self.chains, origin.cell.leaf.path
+        now_ns, program = chains.causes.now_ns(origin.scan), self.program
+        each = next(each for each in chains.lowered.connections if _is_in(path, each.tag))
+        if program is None:
+            return None
+        found = chain_of_partner(program, path, each.rpi_ns, now_ns, self._of_other)
+        if found is None:
+            return None
+        parts = {"name": name, "value": value, "scan": origin.scan, "now_ns": now_ns}
+        return linked(
+            [(found,)], kind="partner", **parts, text=f"a sample of {program.stubs[each.tag.upper()]}"
+        )
+
+    def _of_other(
+        self, recording: PackedTrace, job: LoadedRack, debugger: Debugger, tag: str
+    ) -> CauseLink | None:
+        """Return the chain of a tag of another rack after its last scan."""
+        other = RackChain(recording, debugger.chains, self.deep, debugger.program)
+        return other.of_tag(tag, len(recording.scans) - 1)
+
+    def _better(self, bits: Bits, name: str) -> str:
+        """Return the name of a module's bit instead of an address."""
+        if not name.startswith(("Local:", "I:", "O:")):
+            return name
+        words = next(slot.words for slot in self.recording.slots if slot.number == bits.slot)
+        image = bits.address.image
+        for group, named in words.groups.items():
+            for each, at in named.items():
+                if at == (image, bits.word, bits.address.bit):
+                    return f"slot{bits.slot}.{group}.{each}"
+        return name
+
+    def _of_change(self, bits: Bits, name: str, row: int) -> CauseLink:
+        known = self._known.get((bits, row))
+        if known is None:
+            overruled = self._overruled(bits, name, row)
+            if overruled is not None:
+                known = overruled
+            elif bits.image == "out":
+                known = self._of_program(bits, name, row)
+            else:
+                known = self._of_module(bits, name, row)
+            self._known[bits, row] = known
+        return known
+
+    def link(
+        self, kind: str, bits: Bits, name: str, row: int, text: str = "", *causes: CauseLink
+    ) -> CauseLink:
+        """Return a link of a change of an image."""
+        return linked(
+            [(each,) for each in causes],
+            kind=kind,
+            name=name,
+            value=self.value(bits, row),
+            before=self.value(bits, row - 1) if row else None,
+            scan=self.recording.numbers[row],
+            now_ns=self.recording.times[row],
+            text=text,
+        )
+
+    def value(self, bits: Bits, row: int) -> Value:
+        """Return bits in a scan: a bool of one bit, else the word."""
+        word = Past(self.recording, row).words(bits.slot, bits.image, row)[bits.word]
+        return word if bits.address.bit is None else bool(word & bits.mask)
+
+    # --- outputs
+
+    def _of_program(self, bits: Bits, name: str, row: int) -> CauseLink:
+        """Explain an output by the program; here by a ladder program."""
+        found = None
+        if self.maker is not None:
+            cell = self._cell(bits)
+            found = cell and self.chains.of_cell(cell, name, self.recording.numbers[row])
+        return found or self.link("unknown", bits, name, row, "no program is known that wrote it")
+
+    def _cell(self, bits: Bits) -> Cell | None:
+        images = self.chains.lowered.layout.images
+        leaf = next((leaf for leaf in images if leaf.slot == bits.slot and leaf.output), None)
+        mask = None if bits.address.bit is None else bits.mask
+        return None if leaf is None else Cell(leaf, bits.word, mask)
+
+    # --- modules
+
+    def _events(self, row: int, slot: int | None = None) -> list[TraceEvent]:
+        scan = self.recording.numbers[row]
+        told = self._events_by_scan.get(scan, [])
+        return [each for each in told if slot is None or each.fields.get("slot", 0) == slot]
+
+    def _of_module(self, bits: Bits, name: str, row: int) -> CauseLink:
+        slot = next(each for each in self.recording.slots if each.number == bits.slot)
+        done = list(self._done(slot, bits, row))
+        if done:
+            kind, text = done[0]
+            return self.link(kind, bits, name, row, text)
+        if self._is_terminal(slot, bits):
+            return self.link("input", bits, name, row, self._terminal(slot, bits))
+        rules = [each for each in self._events(row, bits.slot) if each.topic == "/events"]
+        own = [each for each in rules if set(self._names(slot, bits)) & set(_named(each))]
+        own = own or [each for each in rules if not _named(each)]
+        text = "; ".join(event_text(each) for each in own[:1])
+        text = self._standing(slot, bits, row) or text
+        cut = next((each for each in own if each.fields.get("outcome") in _CUT), None)
+        switched = cut is not None or any(
+            each.fields.get("kind") == "rule" or each.fields.get("name") in _SWITCHED for each in own
+        )
+        cut_row = self._cut_row(cut, row)
+        behind = list(self._terminals(slot, cut_row)) if switched else []
+        behind = behind or (list(self._interruption(slot, cut_row)) if cut is not None else [])
+        behind = behind or list(self._command(slot, bits, row))
+        return self.link("module", bits, name, row, text or self._of_bit(bits, row), *behind)
+
+    def _cut_row(self, cut: TraceEvent | None, row: int) -> int:
+        """Return the scan in which a motion was cut; on an adapter its end shows in a later one."""
+        cut_ns = None if cut is None else cut.fields.get("cut_ns")
+        return row if cut_ns is None else min(row, bisect_left(self.recording.times, int(str(cut_ns))))
+
+    def _interruption(self, slot: SlotInfo, row: int) -> Iterator[CauseLink]:
+        """Yield what cut a motion short in a scan: the CPU that left run mode, a command, or a rule."""
+        mode = of_cpu(self.recording, row)
+        if mode is not None:
+            yield self._outranked(mode, "the CPU", None)
+            return
+        answered = self._answered(slot, row)
+        if answered is not None:
+            yield answered
+            return
+        rules = [each for each in self._events(row, slot.number) if each.fields.get("kind") == "rule"]
+        if rules:
+            parts = {"kind": "module", "name": f"slot {slot.number}", "value": None}
+            at = {"scan": self.recording.numbers[row], "now_ns": self.recording.times[row]}
+            yield linked([], **parts, **at, text=event_text(rules[0]))
+
+    def _of_bit(self, bits: Bits, row: int) -> str:
+        """Return what a change of a bit says, by its row; of a word nothing."""
+        bit = bits.address.bit if self._slot(bits.slot).is_stepper else None
+        cause = None if bit is None else cause_of(bits.word, bit)
+        return (
+            "" if cause is None else f"{cause.on if self.value(bits, row) else cause.off} [{cause.rules[0]}]"
+        )
+
+    def _standing(self, slot: SlotInfo, bits: Bits, row: int) -> str:
+        """Return what ends an error that still stands at the scan of the question; "" if it does not."""
+        standing = StatusMsw.CONFIG_ERROR | StatusMsw.MODE_CONFIG | StatusMsw.POSITION_INVALID
+        asked = self._asked
+        if (
+            not slot.is_stepper
+            or bits.word
+            or not bits.mask & standing
+            or not self.value(bits, row)
+            or not self.value(bits, asked)
+        ):
+            return ""
+        past = SlotPast(Past(self.recording, asked), slot)
+        if bits.mask & StatusMsw.POSITION_INVALID and not searches_home(past):
+            return ""
+        refused = refused_configuration(past) if bits.mask & StatusMsw.CONFIG_ERROR else None
+        return f"slot {slot.number}: {refused or waits(past)[0]}"
+
+    def _terminals(self, slot: SlotInfo, row: int) -> Iterator[CauseLink]:
+        """Yield the inputs of a stepper that changed in a scan, by the switches of the machine or by hand."""
+        past = Past(self.recording, row)
+        now = past.words(slot.number, "in", row)
+        before = past.words(slot.number, "in", row - 1) if row else (0,) * len(now)
+        if any(slot.words.configures("in", words) for words in (before, now)):
+            return  # the words of a configuration are no terminals
+        for name, at in slot.words.groups.get("status", {}).items():
+            if (now[at.word] ^ before[at.word]) >> at.bit & 1 and shows_input(slot, name):
+                bits = Bits(slot.number, "in", at.word, 1 << at.bit)
+                yield self._of_change(bits, f"slot{slot.number}.status.{name}", row)
+
+    def _done(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[tuple[str, str]]:
+        """Yield what was done to a module in a scan from outside: its kind, and a sentence."""
+        at, scan = self._terminal(slot, bits), self.recording.numbers[row]
+        for each in self._events_by_scan.get(scan, []):
+            text = str(each.fields.get("text", ""))
+            if each.topic == "/orders" and text.startswith(f"Slot {slot.number}:"):
+                if _is_for(each, slot, bits):
+                    yield "operator", f"{at}: {text}"
+            elif each.topic == "/stimuli" and each.fields.get("slot", 0) == slot.number:
+                if each.fields.get("name") in _INCIDENTS:
+                    yield "incident", f"slot {slot.number}: {text}"
+                elif _is_of(str(each.fields.get("name")), slot, bits):
+                    yield "input", f"{at}: {text}"
+
+    def _is_terminal(self, slot: SlotInfo, bits: Bits) -> bool:
+        """Whether bits are inputs of the module, and not what it reports."""
+        if slot.words.modes is None:
+            return True
+        if not is_stepper(slot.words):
+            names = self._names(slot, bits)
+            return bool(names) and all(shows_input(slot, name) for name in names)
+        own = slot.words.further
+        return (
+            bits.word == 1 and bits.address.bit is not None and own.keys().isdisjoint(self._names(slot, bits))
+        )
+
+    def _terminal(self, slot: SlotInfo, bits: Bits) -> str:
+        if bits.address.bit is None:
+            return f"slot {slot.number} {slot.words.inputs[bits.word]}"
+        number = 16 * bits.word + bits.address.bit
+        names = self._names(slot, bits)
+        if slot.words.modes is not None:
+            return f"slot {slot.number} input{''.join(f' {name}' for name in names)}"
+        return f"slot {slot.number} input {number}{''.join(f' ({name})' for name in names[:1])}"
+
+    def _names(self, slot: SlotInfo, bits: Bits) -> list[str]:
+        return [name for name, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
+
+    def _command(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[CauseLink]:
+        """Yield what a module answers to: its outputs just before, or the last start of a motion."""
+        past = Past(self.recording, row)
+        answered = self._answered(slot, row)
+        if answered is not None:
+            yield answered
+            return
+        if not slot.is_stepper:
+            found = started(SlotPast(past, slot))
+            if found is not None:
+                at = slot.words.groups["command"][found[0]]
+                yield self._output(Bits(slot.number, "out", 0, 1 << at.bit), slot, found[1])
+            return
+        if bits.word or bits.mask & (_BY_MOTION | _RATES):
+            for changed in reversed(past.changes(slot.number, "out", 0, MOTIONS.value)):
+                before = past.words(slot.number, "out", changed - 1)[0] if changed else 0
+                begun = past.words(slot.number, "out", changed)[0] & ~before & MOTIONS.value
+                if begun:
+                    yield self._output(Bits(slot.number, "out", 0, begun), slot, changed)
+                    return
+
+    def _answered(self, slot: SlotInfo, row: int) -> CauseLink | None:
+        """Return the chain of the outputs that changed just before a scan; None if none did."""
+        past = Past(self.recording, row)
+        for word in range(len(slot.words.outputs)):
+            changed = past.last_change_between(slot.number, "out", word, max(0, row - ANSWER), row)
+            if changed is not None:
+                before = past.words(slot.number, "out", changed - 1)[word] if changed else 0
+                now = past.words(slot.number, "out", changed)[word]
+                mask = (now & ~before or now ^ before) & ALL_BITS
+                return self._output(Bits(slot.number, "out", word, mask), slot, changed)
+        return None
+
+    def _output(self, bits: Bits, slot: SlotInfo, row: int) -> CauseLink:
+        names = [name for name, bit in slot.words.bits("O", bits.word) if bits.mask >> bit & 1]
+        if not names or bits.address.bit is None:
+            bits = replace(bits, mask=ALL_BITS) if len(names) != 1 else bits
+            return self._of_change(bits, f"slot{slot.number} {slot.words.outputs[bits.word]}", row)
+        return self._of_change(bits, f"slot{slot.number}.command.{names[0]}", row)
+
+    @property
+    def _events_by_scan(self) -> dict[int, list[TraceEvent]]:
+        if self._told is None:
+            self._told = {}
+            for each in self.recording.events:
+                self._told.setdefault(each.scan, []).append(each)
+        return self._told
+
+
+def _mask(cell: Cell) -> int:
+    return ALL_BITS if cell.mask is None else cell.mask
+
+
+def _is_in(path: str, tag: str) -> bool:
+    """Whether a path is a tag or a member of it."""
+    return f"{path}.".upper().startswith(f"{tag}.".upper())
+
+
+def _named(event: TraceEvent) -> list[str]:
+    bits = event.fields.get("bits")
+    return [str(each) for each in bits] if isinstance(bits, list) else []
+
+
+def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
+    """Whether a stimulus has the name of the bits of an input image."""
+    names = [each.lower() for each, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
+    inputs = any(each in (name.lower(), f"in_{name.lower()}") for each in names)
+    return inputs or slot.words.modes is None or (not slot.is_stepper and any(map(_shows, names)))
+
+
+def _is_for(order: TraceEvent, slot: SlotInfo, bits: Bits) -> bool:
+    """Whether an order on a slot is one on the bits of an input image: a press has its input alone."""
+    said = json_value(str(order.fields.get("order", "{}")))
+    return "name" not in said or _is_of(str(said["name"]), slot, bits)
+
+
+def _shows(name: str) -> bool:
+    return name.lower().startswith(_INPUTS)
+
+
+def shows_input(slot: SlotInfo, name: str) -> bool:
+    """Whether a status bit of a stepper shows an input."""
+    return _shows(name) and name not in slot.words.errors
+
+
+_INPUTS = ("in_", "input_")

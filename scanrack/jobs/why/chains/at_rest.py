@@ -1,0 +1,273 @@
+"""Why a value of a Python program has not changed: lines that could write it, and what is false around them.
+
+The last scan runs once more. Where it comes to a condition around such a line, or to the line itself, the
+parts of the condition are evaluated on that copy, and the inputs that each false part reads are noted.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+from typing import Any, Protocol
+
+from scanrack.io_images.addresses import Address
+from scanrack.io_images.site import Site
+from scanrack.ladder.debug import CauseLink, linked
+from scanrack.ladder.state.memory import Value
+from scanrack.traces.replay import PackedTrace
+
+from ..chain import Bits
+from ..past import ALL_BITS
+from ..source.class_names import Names
+from ..source.conditions import source_line
+from ..source.input_reads import Reads
+from ..source.lines import Line
+from ..traced_run import Load
+
+DEEPEST = 6
+"""Most values of the program one behind the other."""
+
+Masks = dict[tuple[int, int], int]
+
+
+@dataclass(frozen=True, slots=True)
+class Writer:
+    """A statement that could write a value, with the conditions around it, outermost first."""
+
+    line: int
+    function: str
+    value: ast.expr
+    tests: tuple[tuple[ast.expr, bool], ...]  # each with what it has to be
+
+
+@dataclass(frozen=True, slots=True)
+class FalsePart:
+    """A part of a condition that is other than it has to be."""
+
+    text: str
+    masks: Masks  # the inputs that it reads
+    names: tuple[str, ...]  # of the program's values in it
+
+
+@dataclass(slots=True)
+class Looker:
+    """Evaluates the conditions of some writers where the traced scan comes to them.
+
+    Attributes:
+        lacks: by writer the false parts of the first condition that is not as it has to be.
+    """
+
+    writers: Sequence[Writer]
+    lacks: dict[Writer, list[FalsePart]] = field(default_factory=dict)
+
+    def __call__(self, line: Line, frame: FrameType, reads: Reads) -> None:
+        """Evaluate what begins at a line."""
+        for each in self.writers:
+            if each in self.lacks or each.function != line.function:
+                continue
+            for test, wanted in each.tests:
+                if test.lineno == line.number:
+                    parts = list(_false_parts(test, wanted, frame, reads))
+                    if parts:
+                        self.lacks[each] = parts
+                        break
+            else:
+                if each.line == line.number:
+                    self.lacks[each] = list(_false_parts(each.value, True, frame, reads))
+
+
+class PythonChain(Protocol):
+    """What values at rest, and waits, ask of the program's chain."""
+
+    recording: PackedTrace
+    load: Load
+    names: Names
+
+    def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
+        """Return the chain of bits of an image."""
+
+    def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
+        """Return the chain of a value of the program."""
+
+    def of_sequence(self, name: str, row: int) -> CauseLink | None:
+        """Return where a sequence waits."""
+
+    def look(self, looker: Looker, row: int) -> None:
+        """Run the program to a scan, and show its lines to a looker."""
+
+    def name(self, bits: Bits) -> str:
+        """Return the name of an input."""
+
+    def full(self, name: str) -> str:
+        """Return a name in a method as a name of the program."""
+
+    def place(self, name: str) -> Address:
+        """Return the address of an input or output of the program."""
+
+    def value(self, bits: Bits, row: int) -> Value:
+        """Return bits in a scan."""
+
+
+def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0) -> CauseLink | None:
+    """Return the link of a value that has not changed up to a scan; None if no line writes it."""
+    writers = [each for each in writers_of(chain.load.program, text) if not _is_constant(each.value, present)]
+    if not writers or depth > DEEPEST:
+        return None
+    parts = {
+        "kind": "never",
+        "name": text,
+        "value": _plain(present),
+        "scan": 0,
+        "now_ns": chain.recording.times[0],
+    }
+    sequence = next((each for each in writers if each.function in chain.names.sequences), None)
+    if sequence is not None:
+        wait = chain.of_sequence(sequence.function, row)
+        said = f"{source_line(str(chain.load.program), sequence.line)} has not been reached"
+        return linked([(wait,)] if wait else [], **parts, text=said, site=_site(chain, sequence.line))
+    looker = Looker(writers)
+    chain.look(looker, row)
+    found = [(each, looker.lacks[each]) for each in writers if looker.lacks.get(each)]
+    if not found:
+        return None
+    writer, lacks = min(found, key=lambda pair: len(pair[1]))
+    causes = [(link,) for part in lacks for link in _behind(chain, part, row, text, depth)]
+    said = f"{' and '.join(part.text for part in lacks)} is false"
+    return linked(causes, **parts, text=said, site=_site(chain, writer.line))
+
+
+def _behind(chain: PythonChain, part: FalsePart, row: int, text: str, depth: int) -> Iterator[CauseLink]:
+    """Yield the inputs that a false part reads; without any, its values."""
+    inputs = [
+        Bits(slot, "in", word, ALL_BITS if mask == ALL_BITS else 1 << bit)
+        for (slot, word), mask in part.masks.items()
+        for bit in (range(1) if mask == ALL_BITS else range(16))
+        if mask == ALL_BITS or mask >> bit & 1
+    ]
+    for bits in inputs:
+        link = chain.of_bits(bits, chain.name(bits), row)
+        if link is not None:
+            yield link
+    for name in () if inputs else part.names:
+        full = chain.full(name)
+        if full != text:
+            link = chain.of_value(full, row, depth + 1)
+            if link is not None:
+                yield link
+
+
+def _site(chain: PythonChain, line: int) -> Site:
+    file = chain.load.program
+    return Site(file=file.name, line=line, routine="", instruction=source_line(str(file), line))
+
+
+def writers_of(program: Path, text: str) -> list[Writer]:
+    """Return the statements of a program's file that assign to a value, those of class bodies left out."""
+    try:
+        tree = ast.parse(program.read_bytes())
+    except (OSError, SyntaxError, ValueError):
+        return []
+    return list(_writers(tree, text.rpartition("."), "", ()))
+
+
+def _writers(
+    node: ast.AST, wanted: tuple[str, str, str], function: str, tests: tuple[tuple[ast.expr, bool], ...]
+) -> Iterator[Writer]:
+    for part in ast.iter_child_nodes(node):
+        if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield from _writers(part, wanted, part.name, ())
+        elif isinstance(part, ast.If | ast.While):
+            for inner, truth in ((part.body, True), (part.orelse, False)):
+                body = ast.Module(inner, [])
+                yield from _writers(body, wanted, function, (*tests, (part.test, truth)))
+        elif (
+            function
+            and isinstance(part, ast.Assign | ast.AugAssign | ast.AnnAssign)
+            and part.value is not None
+        ):
+            targets = part.targets if isinstance(part, ast.Assign) else [part.target]
+            if any(_means(each, wanted) for each in targets):
+                yield Writer(part.lineno, function, part.value, tests)
+        else:
+            yield from _writers(part, wanted, function, tests)
+
+
+def _means(target: ast.expr, wanted: tuple[str, str, str]) -> bool:
+    owner, _, name = wanted
+    if isinstance(target, ast.Name):
+        return not owner and target.id == name
+    if not isinstance(target, ast.Attribute) or target.attr != name:
+        return False
+    return ast.unparse(target.value) in (owner, "self")
+
+
+def _is_constant(value: ast.expr, present: Any) -> bool:
+    """Whether an expression is a constant that is the present value already."""
+    return isinstance(value, ast.Constant) and type(value.value) is type(present) and value.value == present
+
+
+def _false_parts(test: ast.expr, wanted: bool, frame: FrameType, reads: Reads) -> Iterator[FalsePart]:
+    """Yield the parts of an expression that keep it from being as wanted."""
+    if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
+        yield from _false_parts(test.operand, not wanted, frame, reads)
+    elif isinstance(test, ast.BoolOp):
+        parts = [list(_false_parts(each, wanted, frame, reads)) for each in test.values]
+        if isinstance(test.op, ast.And) is wanted:
+            yield from (part for each in parts for part in each)
+        elif all(parts):
+            yield from min(parts, key=len)
+    else:
+        value, masks = _evaluated(_meant(test, frame), frame, reads)
+        if value is not None and value is not wanted:
+            text = ast.unparse(test)
+            yield FalsePart(text if wanted else f"not {text}", masks, tuple(_names(test)))
+
+
+def _meant(test: ast.expr, frame: FrameType) -> ast.expr:
+    """Return what a local name was set to in its function, so that its inputs are read again."""
+    if not isinstance(test, ast.Name) or test.id not in frame.f_locals or frame.f_locals is frame.f_globals:
+        return test
+    try:
+        tree = ast.parse(Path(frame.f_code.co_filename).read_bytes())
+    except (OSError, SyntaxError, ValueError):
+        return test
+    made = [
+        each.value
+        for each in ast.walk(tree)
+        if isinstance(each, ast.Assign)
+        and frame.f_code.co_firstlineno <= each.lineno < test.lineno
+        and any(isinstance(one, ast.Name) and one.id == test.id for one in each.targets)
+    ]
+    return made[-1] if made else test
+
+
+def _evaluated(expression: ast.expr, frame: FrameType, reads: Reads) -> tuple[bool | None, Masks]:
+    """Return whether an expression is true on the traced copy, and the inputs that it reads."""
+    before, counts = dict(reads.masks), reads.counts
+    reads.masks.clear()
+    reads.counts = lambda: True
+    try:
+        code = compile(ast.Expression(expression), "<why>", "eval")
+        value = bool(eval(code, frame.f_globals, dict(frame.f_locals)))
+        return value, {key: mask for key, mask in reads.masks.items() if mask}
+    except Exception:  # the program's own code: what it can't be asked has no answer
+        return None, {}
+    finally:
+        reads.counts = counts
+        reads.masks.clear()
+        reads.masks.update(before)
+
+
+def _names(test: ast.expr) -> Iterator[str]:
+    for part in ast.walk(test):
+        if isinstance(part, ast.Attribute | ast.Name) and isinstance(part.ctx, ast.Load):
+            text = ast.unparse(part)
+            if all(each.isidentifier() for each in text.split(".")):
+                yield text
+
+
+def _plain(value: Any) -> Any:
+    return value if isinstance(value, (bool, int, float, str)) else None if value is None else repr(value)

@@ -1,0 +1,49 @@
+"""The chain of causes in a recorded run: for what is found in runs, such as by `fuzz`."""
+
+from __future__ import annotations
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.debug import CauseLink, Debugger
+from scanrack.traces.replay import PackedTrace
+
+from ...load.loading import LoadedRack
+from ...replay.replaying import score_of
+from ...replay.tag_orders import TagOrders
+from ..answer import Why
+from ..followed import can_follow, follow
+from ..input_replay import InputReplay
+from ..traced_run import Load
+
+
+def chain_of(
+    recording: PackedTrace,
+    job: LoadedRack,
+    what: str,
+    row: int | None = None,
+    *,
+    load: Load | None = None,
+    deep: bool = False,
+) -> CauseLink:
+    """Return the chain of causes of a value in a recorded run, back to what first made it so.
+
+    The program runs again on the recorded inputs; `CauseLink.walk` yields the links.
+
+    Args:
+        job: the rack and its program.
+        what: a tag, a bit or word of an image, a value of a Python program, or a sequence.
+        row: the scan of the question, by default the last one.
+        load: loads a Python program again; None for a ladder program, and for images alone.
+        deep: whether to include Add-On Instruction rungs.
+
+    Raises:
+        ValueError: an unknown name.
+    """
+    row = len(recording.scans) - 1 if row is None else row
+    if not isinstance(job.logic, LadderLogic):
+        return Why(recording, row, job.spec, load).chain(what, deep=deep)
+    debugger = Debugger(job.logic)
+    if can_follow(recording, debugger):
+        follow(recording, debugger, row)
+    else:
+        InputReplay(recording, job.spec, row).play(debugger, TagOrders(score_of(recording), recording.events))
+    return Why(recording, row, job.spec, None, debugger).chain(what, deep=deep)

@@ -1,0 +1,83 @@
+"""The chain of causes behind a consumed tag: in the rack that produces it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.debug import CauseLink, Debugger
+from scanrack.ladder.model.stubs import Partner
+from scanrack.runtime.loop.faults import CpuFault
+from scanrack.traces.replay import PackedTrace
+
+from ...load.building import build_cpu, build_rack
+from ...load.linked_racks import FromRack
+from ...load.loading import LoadedRack, load_job
+from ..journal import Journal
+
+MOST_SCANS = 500_000
+"""Most scans of the other rack: it runs again from its power-up."""
+
+Explain = Callable[[PackedTrace, LoadedRack, Debugger, str], CauseLink | None]
+"""Returns the chain of a tag of a rack after the last scan of its recording."""
+
+
+def chain_of_partner(
+    program: LadderLogic, path: str, rpi_ns: int, now_ns: int, explain: Explain
+) -> CauseLink | None:
+    """Return the chain of a consumed value in the rack that produces it, each link with the rack's name.
+
+    Args:
+        path: the consumed tag, or a member of it.
+        rpi_ns: its interval.
+        now_ns: time of the scan that got it.
+
+    Returns:
+        None if no other rack produces it, or if that rack has run too long to be run again.
+    """
+    consumed, _, rest = path.partition(".")
+    partner = program.stubs.get(consumed.upper())
+    source = partner.source if isinstance(partner, Partner) else None
+    if not isinstance(source, FromRack) or not source.tag:
+        return None
+    job = load_job(str(source.rack.path))
+    until_ns = now_ns // rpi_ns * rpi_ns
+    if not isinstance(job.logic, LadderLogic) or until_ns // job.spec.scan_ns > MOST_SCANS:
+        return None
+    debugger = Debugger(job.logic)
+    recording = _recorded(job, debugger, until_ns)
+    if recording is None:
+        return None
+    tag = f"{source.tag}.{rest}" if rest else source.tag
+    found = explain(recording, job, debugger, tag)
+    return None if found is None else _named(found, source.rack.path.name, {})
+
+
+def _recorded(job: LoadedRack, debugger: Debugger, until_ns: int) -> PackedTrace | None:
+    """Run a rack to the scans that begin before a time; None if there are none."""
+    rack = build_rack(job.spec)
+    journal = Journal(rack)
+    cpu = build_cpu(job.spec, debugger, rack, listeners=[journal])
+    with cpu:
+        try:
+            while cpu.now_ns < until_ns:
+                cpu.run(1)
+        except CpuFault:
+            pass  # the sample is that of the scan before
+    return journal.recording() if cpu.scan else None
+
+
+def _named(link: CauseLink, rack: str, known: dict[CauseLink, CauseLink]) -> CauseLink:
+    """Return a chain whose links have the name of their rack."""
+    ahead = [link]
+    while ahead:
+        each = ahead[-1]
+        missing = [cause for group in each.causes for cause in group if cause not in known]
+        if missing:
+            ahead += missing
+            continue
+        ahead.pop()
+        causes = tuple(tuple(known[cause] for cause in group) for group in each.causes)
+        known.setdefault(each, replace(each, name=f"{rack}: {each.name}", causes=causes))
+    return known[link]

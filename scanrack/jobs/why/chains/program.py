@@ -1,0 +1,349 @@
+"""The chain of causes through a Python program: lines, the inputs they read, waits of sequences."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.addresses import Address, parse_address
+from scanrack.io_images.site import Site
+from scanrack.ladder.debug import CauseLink, Operand, linked
+from scanrack.ladder.debug.watched import shown
+from scanrack.ladder.state.memory import same
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.scan import ScanLogic
+from scanrack.traces.read.sequence_steps import Step, steps_of
+
+from ...record.tag_names import named_values, namespace_of
+from ..chain import Bits, RackChain
+from ..outranked import forced, of_cpu
+from ..past import ALL_BITS, Past
+from ..source.class_names import Names
+from ..source.conditions import source_line
+from ..source.lines import NOWHERE, Line
+from ..traced_run import Load, TracedChange, TracedRun, Watched, fresh, run_again
+from .at_rest import Looker, never
+from .waiting import open_wait
+
+
+@dataclass(slots=True)
+class ProgramChain(RackChain):
+    """Makes chains through a recording and its Python program."""
+
+    spec: RackSpec = field(kw_only=True)
+    load: Load = field(kw_only=True)
+    names: Names = field(kw_only=True)
+    present: dict[str, Any] = field(default_factory=dict)  # values that were asked about last
+    _runs: dict[tuple[int, str], TracedRun] = field(default_factory=dict)
+
+    # --- questions
+
+    def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
+        """Return the chain of a value of the program after a scan; None if nothing is known of it.
+
+        Args:
+            depth: how many values led to it.
+        """
+        scan, found = self.recording.numbers[row], self._last_changes([text], row)
+        if text not in self.present:
+            return None
+        outranked = forced(self.recording.events, scan, {text}) or of_cpu(self.recording, row)
+        stays = outranked is not None and outranked.kind == "fault" and text in found
+        if outranked is not None and not stays:
+            return self._outranked(outranked, text, _plain(self.present[text]))
+        return self._of_value(text, found[text]) if text in found else self._never(text, row, depth)
+
+    def _never(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
+        return never(self, text, row, self.present.get(text), depth)
+
+    def of_sequence(self, name: str, row: int) -> CauseLink | None:
+        """Return where a sequence waits, and what it waits for; None if it has not begun."""
+        steps = [each for each in self._steps(name) if each.scan <= self.recording.numbers[row]]
+        if not steps:
+            return None
+        cause = open_wait(self, steps, row)
+        link = self._of_wait(steps, len(steps) - 1)
+        return link if cause is None else replace(link, causes=((cause,),), depth=1 + cause.depth)
+
+    def _of_rest(self, bits: Bits, name: str, row: int) -> CauseLink | None:
+        """Explain bits of an image that have not changed: of an output the lines that could write it."""
+        found = RackChain._of_rest(self, bits, name, row)
+        if found is not None or bits.image == "in":
+            return found
+        own = [each for each, address in self.names.addresses.items() if address == str(bits.address)]
+        return never(self, own[0], row, self.value(bits, row)) if own else None
+
+    def look(self, looker: Looker, row: int) -> None:
+        """Run the program to a scan, and show its lines to a looker."""
+        run_again(self.recording, self.spec, self.load, frozenset({row}), row, look=looker)
+
+    def _steps(self, sequence: str) -> list[Step]:
+        return steps_of(self.recording.events).get(sequence, [])
+
+    # --- lines
+
+    def _of_program(self, bits: Bits, name: str, row: int) -> CauseLink:
+        again = self._traced(row, "")
+        at = self.recording.span((bits.slot, "out")).start + 2 * bits.word
+        made = [each for each in again.changes.get(row, ()) if _differs(each, at, bits.mask)]
+        values = self.value(bits, row), self.value(bits, row - 1) if row else None
+        return self._of_line(bits.slot, name, values, row, again, made)
+
+    def _of_value(self, text: str, row: int) -> CauseLink:
+        again = self._traced(row, text)
+        made = [each for each in again.changes.get(row, ()) if not same(each.before[1], each.after[1])]
+        values = again.value, made[0].before[1] if made else None
+        return self._of_line(0, text, values, row, again, made)
+
+    def _traced(self, row: int, text: str) -> TracedRun:
+        known = self._runs.get((row, text))
+        if known is None:
+            watched = self.watched(text) if text else None
+            known = run_again(self.recording, self.spec, self.load, frozenset({row}), row, watched)
+            self._runs[row, text] = known
+        return known
+
+    def _of_line(
+        self,
+        slot: int,
+        name: str,
+        values: tuple[Any, Any],
+        row: int,
+        again: TracedRun,
+        made: Sequence[TracedChange],
+    ) -> CauseLink:
+        """Return the link of a change by a line; `values` after and before its scan."""
+        sent = [each for each in made[-1].senders if each.slot == slot] if made else []
+        line = sent[0].line if sent else made[-1].line if made else NOWHERE
+        common = {"name": name, "value": _plain(values[0]), "scan": self.recording.numbers[row]}
+        common |= {"now_ns": self.recording.times[row], "before": _plain(values[1])}
+        if not again.explains(row):
+            return CauseLink("unknown", **common, text=again.no_line(Past(self.recording, row)))
+        if not line.number and name in Past(self.recording, row).forced_tags:
+            return CauseLink("force", **common, text=f"forced to {shown(common['value'])}")
+        if not line.number:
+            text = f"sent by {sent[0].text}" if sent else "no line of the program wrote it"
+            return CauseLink("line" if sent else "unknown", **common, text=text)
+        waited = self._of_sender(line, row) if sent else self._waited(line, row)
+        causes = [(each,) for each in (waited or list(self._of_reads(made[-1], row)))]
+        site = _site(line)
+        text = source_line(line.file, line.number)
+        return linked(
+            causes, **common, kind="line", site=site, text=text, operands=self._operands(made[-1], row)
+        )
+
+    def refuse(self, text: str) -> None:
+        """Refuse a name that the program does not have; ValueError."""
+        with fresh(self.load) as logic:
+            named_values(namespace_of(logic), [text])
+
+    def _operands(self, change: TracedChange, row: int) -> tuple[Operand, ...]:
+        values = [Operand(name, value, changed=False) for name, value in change.values.items()]
+        bits = [
+            Operand(self.name(each), self.value(each, row), changed=changed)
+            for each, changed in self._read(change, row)
+        ]
+        return (*values, *bits)
+
+    def _read(self, change: TracedChange, row: int) -> Iterator[tuple[Bits, bool]]:
+        """Yield the bits that the program had read before a change, and whether they were new in the scan."""
+        now = Past(self.recording, row)
+        for (slot, word), mask in change.masks.items():
+            if not mask:
+                continue
+            before = now.words(slot, "in", row - 1)[word] if row else 0
+            differs = (before ^ now.words(slot, "in", row)[word]) & mask
+            if mask == ALL_BITS:
+                yield Bits(slot, "in", word, mask), bool(differs)
+                continue
+            for bit in range(16):
+                if mask >> bit & 1:
+                    yield Bits(slot, "in", word, 1 << bit), bool(differs >> bit & 1)
+
+    def name(self, bits: Bits) -> str:
+        """Return the name of an input, as the program or the module has it."""
+        for name, address in self.names.addresses.items():
+            if address == str(bits.address):
+                return name
+        words = next(slot.words for slot in self.recording.slots if slot.number == bits.slot)
+        for group, named in words.groups.items():
+            for name, at in named.items():
+                if at == ("I", bits.word, bits.mask.bit_length() - 1) and bits.address.bit is not None:
+                    return f"slot{bits.slot}.{group}.{name}"
+        return f"slot{bits.slot} {words.inputs[bits.word]}" if bits.address.bit is None else str(bits.address)
+
+    def _of_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
+        """Yield the inputs that were new, else the value in the conditions that changed last."""
+        new = [bits for bits, changed in self._read(change, row) if changed]
+        for bits in new:
+            yield self._of_change(bits, self.name(bits), row)
+        if not new and row:
+            names = [name for _, each in change.stands.inside for name in each]
+            found = self._last_changes([self.full(name) for name in (*names, *change.stands.names)], row - 1)
+            last = max(found.values(), default=None)
+            yield from (self._of_value(name, at) for name, at in found.items() if at == last)
+            if last is None:
+                yield from self._of_old_reads(change, row)
+
+    def _of_old_reads(self, change: TracedChange, row: int) -> Iterator[CauseLink]:
+        """Yield the input among those read that changed last."""
+        links = [self.of_bits(bits, self.name(bits), row) for bits, _ in self._read(change, row)]
+        found = [each for each in links if each is not None]
+        last = max((each.scan for each in found), default=None)
+        yield from (each for each in found if each.scan == last)
+
+    # --- values
+
+    def full(self, name: str) -> str:
+        """Return a name in a method as a name of the program."""
+        return f"{self.names.prefix}{name.removeprefix('self.')}" if name.startswith("self.") else name
+
+    def watched(self, text: str) -> Watched:
+        """Return what reads a value of the program."""
+
+        def watched(logic: ScanLogic) -> Callable[[], Any]:
+            namespace = namespace_of(logic)
+            code = compile(_source(namespace, text), "<watched>", "eval")
+            return lambda: eval(code, namespace)
+
+        return watched
+
+    def _last_changes(self, texts: Sequence[str], row: int) -> dict[str, int]:
+        """Return the rows in which values of the program changed last, up to one."""
+        found: dict[str, int] = {}
+
+        def watched(logic: ScanLogic) -> Callable[[], Any]:
+            try:
+                namespace = namespace_of(logic)
+            except ValueError:
+                return lambda: None
+            codes = {}
+            for text in texts:
+                try:
+                    codes[text] = compile(_source(namespace, text), "<watched>", "eval")
+                except ValueError:
+                    continue  # a local name, or a value that is not plain
+            seen = self.present = {text: eval(code, namespace) for text, code in codes.items()}
+            rows = iter(range(row + 1))
+            begun: list[bool] = []
+
+            def look() -> None:
+                if not begun:
+                    begun.append(True)  # the value before the first scan
+                    return
+                at = next(rows)
+                for text, code in codes.items():
+                    value = eval(code, namespace)
+                    if not same(value, seen[text]):
+                        seen[text], found[text] = value, at
+
+            return look
+
+        run_again(self.recording, self.spec, self.load, frozenset(), row, watched)
+        return found
+
+    # --- sequences
+
+    def _waited(self, line: Line, row: int) -> list[CauseLink]:
+        """Return the wait whose end let a sequence come to a line."""
+        scan = self.recording.numbers[row]
+        steps = [each for each in self._steps(line.function) if each.scan < scan]
+        return [self._of_end(steps, len(steps) - 1, row)] if steps else []
+
+    def _of_sender(self, line: Line, row: int) -> list[CauseLink]:
+        """Return the wait before the line that awaits the command of an axis."""
+        scan, file = self.recording.numbers[row], Path(line.file).name
+        steps = [each for each in self._steps(line.function) if each.scan <= scan]
+        at = [number for number, each in enumerate(steps) if (each.file, each.line) == (file, line.number)]
+        return [self._of_end(steps, at[-1] - 1, self._row(steps[at[-1]]))] if at and at[-1] else []
+
+    def _of_wait(self, steps: Sequence[Step], number: int) -> CauseLink:
+        """Return the link of a wait that has begun, behind it the end of the one before."""
+        step = steps[number]
+        row = self._row(step)
+        causes = [(self._of_end(steps, number - 1, row),)] if number else []
+        before = f"waits for {steps[number - 1].wait}" if number else None
+        text = f"waits for {step.wait}" if step.line else "is over"
+        return linked(causes, **self._parts(step, row, text), before=before)
+
+    def _of_end(self, steps: Sequence[Step], number: int, row: int) -> CauseLink:
+        """Return the link of the end of a wait in a scan: what it waited for, or the wait before it."""
+        ends = [row]  # the rows in which this wait ended, the one before it, and so on
+        while not (causes := [(each,) for each in self._of_condition(steps[number], ends[-1])]) and number:
+            ends.append(self._row(steps[number]))
+            number -= 1
+        while True:
+            step, row = steps[number], ends.pop()
+            found = linked(causes, **self._parts(step, row, f"{step.wait} is over"))
+            if not ends:
+                return found
+            causes, number = [(found,)], number + 1
+
+    def _parts(self, step: Step, row: int, text: str) -> dict[str, Any]:
+        line = Line(str(self.load.folder / step.file), step.line, step.sequence)
+        at = {"scan": self.recording.numbers[row], "now_ns": self.recording.times[row]}
+        return {"kind": "wait", "name": step.sequence, "value": None, **at, "text": text, "site": _site(line)}
+
+    def _row(self, step: Step) -> int:
+        return bisect_left(self.recording.numbers, step.scan)
+
+    def _of_condition(self, step: Step, row: int) -> Iterator[CauseLink]:
+        """Yield the inputs and axes of a wait that changed in the scan that ended it."""
+        for name in self.names.named_in(step.wait):
+            slot = self.names.axes.get(name)
+            if slot is None:
+                yield from self._new(Bits.at(self.place(name)), name, row)
+            else:
+                yield from self._of_axis(slot, row)
+
+    def place(self, name: str) -> Address:
+        """Return the address of an input or output of the program."""
+        return parse_address(
+            self.names.addresses[name], {slot.number: slot.words for slot in self.recording.slots}
+        )
+
+    def _new(self, bits: Bits, name: str, row: int) -> Iterator[CauseLink]:
+        if (
+            bits.image == "in"
+            and Past(self.recording, row).last_change(bits.slot, "in", bits.word, bits.mask) == row
+        ):
+            yield self._of_change(bits, name, row)
+
+    def _of_axis(self, slot: int, row: int) -> Iterator[CauseLink]:
+        """Yield the status bits of an axis that changed in a scan, those with a name."""
+        past = Past(self.recording, row)
+        words = next(each.words for each in self.recording.slots if each.number == slot)
+        before = past.words(slot, "in", row - 1)[0] if row else 0
+        differs = (past.words(slot, "in", row)[0] ^ before) & ALL_BITS
+        came = differs & past.words(slot, "in", row)[0] or differs
+        for name, bit in words.bits("I", 0):
+            if came >> bit & 1:
+                yield self._of_change(Bits(slot, "in", 0, 1 << bit), f"slot{slot}.status.{name}", row)
+                return
+
+
+def _source(namespace: Any, text: str) -> str:
+    (value,) = named_values(namespace, [text])
+    return value.source
+
+
+def _site(line: Line) -> Site:
+    return Site(
+        file=Path(line.file).name,
+        line=line.number,
+        routine="",
+        instruction=source_line(line.file, line.number),
+    )
+
+
+def _plain(value: Any) -> Any:
+    return value if isinstance(value, (bool, int, float, str)) else None if value is None else repr(value)
+
+
+def _differs(change: TracedChange, at: int, mask: int) -> bool:
+    """Return whether a change affects the masked bits of the word at a place."""
+    before, after = (int.from_bytes(each[0][at : at + 2], "little") for each in (change.before, change.after))
+    return bool((before ^ after) & mask)

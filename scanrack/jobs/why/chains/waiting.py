@@ -1,0 +1,101 @@
+"""What a sequence waits for: an edge that was missed, an input at rest, an axis, the rest of a dwell."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from scanrack.io_images.times import parse_duration, seconds
+from scanrack.ladder.debug import CauseLink
+from scanrack.traces.read.sequence_steps import Step
+
+from ..chain import Bits
+from ..outranked import of_link
+from ..past import Past, SlotPast
+from ..waits import waits
+from .at_rest import PythonChain
+
+_DWELL = re.compile(r"dwell ([\d.]+ \w+)")
+_EDGE = re.compile(r"(\w+) (rises|falls)")
+
+
+def open_wait(chain: PythonChain, steps: Sequence[Step], row: int) -> CauseLink | None:
+    """Return what the last of a sequence's steps waits for at a scan; None if that is not known."""
+    step = steps[-1]
+    if not step.line:
+        return None
+    edge = _EDGE.search(step.wait)
+    if edge is not None and edge[1] in chain.names.addresses:
+        return _of_edge(chain, steps, edge[1], edge[2], row)
+    found = next(_parts(chain, step, row), None)
+    return found or _of_dwell(chain, step, row)
+
+
+def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
+    """Yield what the inputs and axes of a wait are doing."""
+    for name in chain.names.named_in(step.wait):
+        slot = chain.names.axes.get(name)
+        if slot is not None:
+            yield of_axis(chain, name, slot, row)
+        else:
+            link = chain.of_bits(Bits.at(chain.place(name)), name, row)
+            if link is not None:
+                yield link
+
+
+def of_axis(chain: PythonChain, name: str, number: int, row: int) -> CauseLink:
+    """Return what the module of an axis does or waits for at a scan; its lost link outranks that."""
+    recording = chain.recording
+    slot = next(each for each in recording.slots if each.number == number)
+    lost = of_link(recording, slot, recording.numbers[row])
+    if lost is not None:
+        return CauseLink(lost.kind, name, None, lost.scan, lost.now_ns, lost.text)
+    changed = Past(recording, row).last_change(number, "in", 0) or 0
+    text = "; ".join(waits(SlotPast(Past(recording, row), slot))[:2])
+    at = recording.numbers[changed], recording.times[changed]
+    return CauseLink("module", name, None, *at, f"slot {number}: {text}")
+
+
+def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row: int) -> CauseLink | None:
+    """Return the link of an input whose edge is awaited: one that came too early is named."""
+    bits, past = Bits.at(chain.place(name)), Past(chain.recording, row)
+    wanted = way == "rises"
+    words = next(each.words for each in chain.recording.slots if each.number == bits.slot)
+    edges = [
+        each
+        for each in past.changes(bits.slot, bits.image, bits.word, bits.mask)
+        if bool(past.words(bits.slot, bits.image, each)[bits.word] & bits.mask) is wanted
+        and not words.configures("in", past.words(bits.slot, "in", each))
+    ]
+    last = edges[-1] if edges else None
+    missed = last is not None and _meanwhile(chain, steps, last)
+    if last is None or not missed:
+        found = chain.of_bits(bits, name, row)
+        return None if found is None else replace(found, causes=(), depth=1)
+    verb = "rose" if wanted else "fell"
+    new = "rise" if wanted else "fall"
+    text = f"{verb} at {seconds(chain.recording.times[last])} s while {missed}; it needs a new {new}"
+    value = chain.value(bits, row)
+    return CauseLink("input", name, value, chain.recording.numbers[last], chain.recording.times[last], text)
+
+
+def _meanwhile(chain: PythonChain, steps: Sequence[Step], row: int) -> str:
+    """Return where a sequence was at an edge; "" if it waited for it there."""
+    scan, waits_now = chain.recording.numbers[row], steps[-1]
+    before = [each for each in steps if each.scan < scan]
+    at = before[-1] if before else None
+    if at is None:
+        return f"{waits_now.sequence} had not begun"
+    if (at.file, at.line, at.wait) == (waits_now.file, waits_now.line, waits_now.wait):
+        return ""
+    return f"{at.sequence} was at line {at.line} ({at.wait})"
+
+
+def _of_dwell(chain: PythonChain, step: Step, row: int) -> CauseLink | None:
+    found = _DWELL.search(step.wait)
+    if found is None:
+        return None
+    left = step.now_ns + parse_duration(found[1]) - chain.recording.times[row]
+    text = f"runs since {seconds(step.now_ns)} s: {found[0]}, done in {seconds(max(left, 0))} s"
+    return CauseLink("timer", step.sequence, None, step.scan, step.now_ns, text)

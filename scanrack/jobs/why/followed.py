@@ -1,0 +1,212 @@
+"""A ladder program on the inputs of a recording, compiled and without a rack: what most recordings allow.
+
+A recording whose tags were forced or set from outside, or whose program was edited, is played by a CPU
+instead, see `input_replay`; so is a program that writes its inputs, or has routines in Python.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, islice
+from types import MappingProxyType
+from typing import NamedTuple
+
+import numpy as np
+from scanrack.ladder.debug import Debugger
+from scanrack.ladder.debug.journal import RecordedPast
+from scanrack.ladder.debug.replay import NO_FORCES, input_leaves
+from scanrack.ladder.debug.stretch import PlainInputs, ScanInputs, Write
+from scanrack.ladder.model.tags import Leaf
+from scanrack.ladder.state.snapshots import SavedValues, snapshot
+from scanrack.runtime.loop.phases import IDLE_PHASES
+from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
+from scanrack.traces.read.columns import Columns
+from scanrack.traces.read.packed import CHUNK_SCANS, memory_blocks
+from scanrack.traces.replay import PackedTrace
+
+from ..record.link_losses import link_changes
+from ..record.order_repeater import is_edit
+
+Span = tuple[memoryview, slice]
+
+NO_SNAPSHOTS: Mapping[int, str] = MappingProxyType({})
+
+UNUSUAL = ScanFlag.TAGS_FROM_OUTSIDE | ScanFlag.OUTPUT_FORCES | ScanFlag.FAULT
+
+
+class FollowResult(NamedTuple):
+    """What became of a program that followed a recording."""
+
+    row: int  # of the last scan
+    met: bool  # whether a tag has come on in it
+    departs: int | None  # row of the first scan with other outputs than recorded, or None
+
+
+def can_follow(recording: PackedTrace, debugger: Debugger) -> bool:
+    """Return whether the inputs of a recording are all that its program depends on."""
+    lowered = debugger.engine.lowered
+    if debugger.interpreted or lowered.written_inputs or lowered.connections or recording.numbers[0]:
+        return False
+    if any(is_edit(each) or each.topic in ("/orders", "/forces") for each in recording.events):
+        return False
+    # the fault of a link counts as set from outside, before the scan that follows
+    links = [each + by for each in _link_faults(recording, _faults(debugger)) for by in (0, 1)]
+    for columns in recording.scans.chunks():
+        unusual = columns.scan[(columns.flags & int(UNUSUAL)) != 0]
+        if not np.isin(unusual, links).all():
+            return False
+    return True
+
+
+def follow(
+    recording: PackedTrace,
+    debugger: Debugger,
+    last: int,
+    until: str | None = None,
+    snapshots: Mapping[int, str] = NO_SNAPSHOTS,
+) -> FollowResult:
+    """Run a program on recorded inputs up to a row, or until a tag comes on; see `can_follow`.
+
+    Args:
+        snapshots: of the recording. The run begins at the latest one before the row if the program continues
+            from there as recorded, else at the first scan.
+    """
+    inputs = _RecordedInputs(recording, debugger)
+    if until is None and snapshots and inputs.are_of_every_scan():
+        found = _from_snapshot(inputs, debugger, last, snapshots)
+        if found is not None:
+            return found
+    return _run(inputs, debugger, 0, last, until)
+
+
+def _from_snapshot(
+    inputs: _RecordedInputs, debugger: Debugger, last: int, snapshots: Mapping[int, str]
+) -> FollowResult | None:
+    """Run from the latest snapshot before a row; without success put the program back, and return None."""
+    memory = debugger.engine.memory
+    begin, saved = snapshot(memory), SavedValues(memory)
+    found: FollowResult | None = None
+    try:
+        values = {scan: saved.of(text) for scan, text in snapshots.items() if 0 < scan <= last}
+        past = RecordedPast({0: begin, **values}, inputs.between, inputs.plain, last)
+        start = next(past.snapshots(last))
+        debugger.go_to(past, start)
+        found = _run(inputs, debugger, start, last)
+    except (ArithmeticError, LookupError, TypeError, ValueError):
+        pass  # they are values that no run of the program has: below all scans are run
+    if found is None or found.departs is not None:
+        debugger.start_again(begin)
+        return None
+    return found
+
+
+def _run(
+    inputs: _RecordedInputs, debugger: Debugger, first: int, last: int, until: str | None = None
+) -> FollowResult:
+    memory, recording = debugger.engine.memory, inputs.recording
+    outputs: list[Span] = [
+        (memory.cells[leaf.ident].cell_contents.cast("B"), recording.span((int(leaf.slot or 0), "out")))
+        for leaf in memory.layout.images
+        if leaf.output
+    ]
+    departs, row = None, -1
+    for row, _ in enumerate(debugger.follow(inputs.from_to(first, last)), first):
+        if departs is None and inputs.runs and any(cell != inputs.block[span] for cell, span in outputs):
+            departs = row
+        if until is not None and debugger.tags[until]:
+            return FollowResult(row, True, departs)
+    return FollowResult(row, False, departs)
+
+
+class _RecordedInputs:
+    """What went into the scans: images, and the faults of links as they change.
+
+    Attributes:
+        block: the memory of the present scan of `from_to`.
+        runs: whether the program ran in it.
+    """
+
+    def __init__(self, recording: PackedTrace, debugger: Debugger) -> None:
+        own = input_leaves(debugger.engine.memory)
+        self.recording = recording
+        self._own = [recording.span((int(leaf.slot or 0), "in")) for leaf in own]
+        self._faults = _link_faults(recording, _faults(debugger))
+        self._chunks: dict[int, list[ScanInputs]] = {}
+        self.block, self.runs = b"", False
+
+    def are_of_every_scan(self) -> bool:
+        """Return whether no scan is left out, and the program ran in all of them."""
+        numbers = self.recording.numbers
+        flags = {flag for each in self.recording.scans.chunks() for flag in np.unique(each.flags).tolist()}
+        return numbers[-1] == len(numbers) - 1 and all(map(_runs, flags))
+
+    def from_to(self, first: int, last: int) -> Iterator[ScanInputs]:
+        """Yield the inputs of some rows."""
+        for number in range(first // CHUNK_SCANS, last // CHUNK_SCANS + 1):
+            start, blocks = CHUNK_SCANS * number, memory_blocks(self.recording.scans.chunk(number))
+            pairs = zip(blocks, self._chunk(number), strict=True)
+            for self.block, inputs in islice(pairs, max(0, first - start), last + 1 - start):
+                self.runs = inputs.images is not None
+                yield inputs
+
+    def between(self, first: int, last: int) -> Iterator[ScanInputs]:
+        """Return the inputs of some rows."""
+        numbers = range(first // CHUNK_SCANS, last // CHUNK_SCANS + 1)
+        parts = ((CHUNK_SCANS * number, self._chunk(number)) for number in numbers)
+        return chain.from_iterable(part[max(0, first - start) : last + 1 - start] for start, part in parts)
+
+    def plain(self, first: int, last: int) -> PlainInputs | None:
+        """Return the inputs of some rows as arrays; None of the first scan, and of those with other inputs.
+
+        The rows are those of one chunk, since snapshots are as far apart as a chunk is divisible.
+        """
+        number = first // CHUNK_SCANS
+        columns = self.recording.scans.chunk(number)
+        rows = slice(first - CHUNK_SCANS * number, last + 1 - CHUNK_SCANS * number)
+        if not first or rows.stop > CHUNK_SCANS or any(first <= each <= last for each in self._faults):
+            return None
+        spans = [slice(span.start // 2, span.stop // 2) for span in self._own]
+        return PlainInputs(columns.time_ns[rows], tuple(columns.words[rows, span] for span in spans))
+
+    def _chunk(self, number: int) -> list[ScanInputs]:
+        if number not in self._chunks:
+            self._chunks[number] = self._made(self.recording.scans.chunk(number))
+        return self._chunks[number]
+
+    def _made(self, columns: Columns) -> list[ScanInputs]:
+        own, faults, flags = self._own, self._faults, columns.flags.tolist()
+        meant = {flag: (_runs(flag), bool(flag & ScanFlag.FIRST_SCAN)) for flag in set(flags)}
+        made = []
+        scans = zip(
+            memory_blocks(columns), flags, columns.scan.tolist(), columns.time_ns.tolist(), strict=True
+        )
+        for block, flag, number, now_ns in scans:
+            runs, first = meant[flag]
+            images = [block[span] for span in own] if runs else None
+            writes = faults.get(number, ())
+            made.append(ScanInputs(now_ns, first, images, writes, NO_FORCES if writes else None))
+        return made
+
+
+def _runs(flag: int) -> bool:
+    """Return whether the program ran in a scan."""
+    return "logic" not in IDLE_PHASES[CpuMode(flag & MODE_MASK)]
+
+
+def _faults(debugger: Debugger) -> list[Leaf]:
+    """Return the tags that are faults of connections, such as `axis.I.Fault`."""
+    leaves = debugger.engine.lowered.layout.leaves.values()
+    return [leaf for leaf in leaves if leaf.slot is not None and not leaf.is_image]
+
+
+def _link_faults(recording: PackedTrace, leaves: Sequence[Leaf]) -> Mapping[int, tuple[Write, ...]]:
+    """Return by scan the faults of connections that changed before it: -1 while a module does not answer."""
+    found: dict[int, tuple[Write, ...]] = {}
+    for leaf in leaves:
+        before = 0
+        for change in link_changes(recording.events, int(leaf.slot or 0)):
+            value = 0 if change.good else -1
+            if value != before:
+                found[change.scan] = (*found.get(change.scan, ()), (leaf, 0, value))
+            before = value
+    return found

@@ -1,0 +1,161 @@
+"""What outranks every rung and line: a force, the CPU's mode or fault, a lost link, a module without power.
+
+In this order. Where one of them is in effect, a value is what it makes of it, whatever the program says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+from scanrack.io_images.addresses import Address
+from scanrack.io_images.times import seconds
+from scanrack.runtime.loop.incidents import FaultKind
+from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read.reader import TraceEvent
+from scanrack.traces.replay import PackedTrace
+
+from ..record.link_losses import link_changes
+from ..replay.replaying import image_forces
+from ..replay.tag_orders import forced_in
+from .past import event_text
+
+SETTLES = 3
+"""Scans behind the return of a link in which its words are those that changed meanwhile."""
+
+CAUSES_OF_LOSS = {
+    FaultKind.LINK_LOST.value: "link lost",
+    FaultKind.REMOVED.value: "module removed",
+    FaultKind.FATAL_ERROR.value: "module failed",
+    FaultKind.ASIC_LOST.value: "link lost, the module's bus interface failed",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Outranking:
+    """What outranks the program, from a scan on."""
+
+    kind: str  # of the link
+    scan: int
+    now_ns: int
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Loss:
+    """A time without a link to a module; `until` is None while it lasts."""
+
+    scan: int
+    now_ns: int
+    until: int | None
+    until_ns: int | None
+
+
+def forced(events: tuple[TraceEvent, ...], scan: int, names: set[str]) -> Outranking | None:
+    """Return the force of one of some addresses or tags in a scan; None if none is forced."""
+    since: tuple[TraceEvent, object] | None = None
+    for each in events:
+        if each.topic != "/forces" or each.scan > scan:
+            continue
+        held: Mapping[str, object] = {**image_forces(each), **forced_in(each)}
+        value = next((held[name] for name in held if name in names), None)
+        if value is None:
+            since = None
+        elif since is None or since[1] != value:
+            since = each, value
+    if since is None:
+        return None
+    event, value = since
+    text = f"forced to {int(value) if isinstance(value, bool) else value} since {seconds(event.now_ns)} s"
+    return Outranking("force", event.scan, event.now_ns, text)
+
+
+def spellings(place: Address) -> set[str]:
+    """Return the addresses whose force holds a bit or word: its own, and that of its word."""
+    return {str(place), str(replace(place, bit=None))}
+
+
+def of_cpu(recording: PackedTrace, row: int) -> Outranking | None:
+    """Return what keeps the program from running in a scan: a fault, or the key; None if it runs."""
+    scan = recording.numbers[row]
+    if recording.flags[row] & ScanFlag.FAULT:
+        told = [each for each in recording.events if each.topic == "/faults" and each.scan <= scan]
+        text = event_text(told[-1]) if told else "the CPU faulted"
+        return Outranking("fault", scan, recording.times[row], text)
+    mode = CpuMode(recording.flags[row] & MODE_MASK)
+    if mode is not CpuMode.PROGRAM:
+        return None
+    first = row
+    while first and CpuMode(recording.flags[first - 1] & MODE_MASK) is mode:
+        first -= 1
+    now_ns = recording.times[first]
+    since = f"the key is at program since {seconds(now_ns)} s"
+    text = f"{since}: program mode, tags keep their values, outputs are off"
+    return Outranking("mode", recording.numbers[first], now_ns, text)
+
+
+def losses(events: tuple[TraceEvent, ...], slot: int) -> Iterator[Loss]:
+    """Yield the times without a link to a module, in order."""
+    lost: tuple[int, int] | None = None
+    for change in link_changes(events, slot):
+        if not change.good and lost is None:
+            lost = change.scan, change.now_ns
+        elif change.good and lost is not None:
+            yield Loss(*lost, change.scan, change.now_ns)
+            lost = None
+    if lost is not None:
+        yield Loss(*lost, None, None)
+
+
+def of_link(recording: PackedTrace, slot: SlotInfo, scan: int) -> Outranking | None:
+    """Return the loss of a link that a module's words in a scan are made by: it lasts, or has just ended."""
+    for each in losses(recording.events, slot.number):
+        if each.scan > scan or (each.until is not None and scan >= each.until + SETTLES):
+            continue
+        why = _reason(recording.events, slot.number, each)
+        begun = seconds(each.now_ns)
+        if each.until is None or scan < each.until:
+            text = f"slot {slot.number}: {why} since {begun} s: {_shows(why, is_over=False)}"
+            return Outranking("incident", each.scan, each.now_ns, text)
+        assert each.until_ns is not None
+        rules = "".join(f"; {text}" for text in _rules(recording.events, slot.number, each))
+        text = (
+            f"slot {slot.number}: {why} from {begun} s to {seconds(each.until_ns)} s: "
+            f"{_shows(why, is_over=True)}"
+        )
+        return Outranking("incident", scan, each.until_ns, f"{text}{rules}")
+    return None
+
+
+def _shows(why: str, *, is_over: bool) -> str:
+    """Return what the PLC reads meanwhile: a removed module has no words, a lost link holds the last ones."""
+    if why == CAUSES_OF_LOSS[FaultKind.REMOVED.value]:
+        return "its input words were 0" if is_over else "its input words are 0"
+    return "its inputs stood still" if is_over else "its inputs stand still"
+
+
+def _reason(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> str:
+    """Return what made a loss; the incident before it, if it is recorded."""
+    told = [
+        str(each.fields.get("name"))
+        for each in events
+        if each.topic == "/stimuli"
+        and each.fields.get("slot") == slot
+        and each.fields.get("begins")
+        and each.scan <= loss.scan
+        and each.fields.get("name") in CAUSES_OF_LOSS
+    ]
+    return CAUSES_OF_LOSS[told[-1]] if told else "link lost"
+
+
+def _rules(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> Iterator[str]:
+    """Yield the first rule that the module fired while it was out of reach."""
+    assert loss.until is not None
+    for each in events:
+        own = (
+            each.topic == "/events" and each.fields.get("slot") == slot and each.fields.get("kind") == "rule"
+        )
+        if own and loss.scan <= each.scan <= loss.until:
+            yield event_text(each)
+            return

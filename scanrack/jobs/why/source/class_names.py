@@ -1,0 +1,49 @@
+"""Names of a class of logic: addresses of inputs and outputs, waits of sequences."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.ladder.python.axis3601 import Axis3601
+from scanrack.ladder.python.sequences import Logic, fresh, parts_of, sequences_of
+from scanrack.ladder.python.sequences.signals import Signal
+from scanrack.runtime.loop.scan import ScanLogic
+
+from ...load.bare_slots import bare_slots
+
+
+class Names:
+    """The names of a program; none if it is no class of `Logic`.
+
+    Args:
+        logic: the program; a new instance of it is attached to slots without modules.
+        words: names of the words of the slots.
+    """
+
+    def __init__(self, logic: ScanLogic, words: Mapping[int, ModuleWords]) -> None:
+        self.addresses: dict[str, str] = {}
+        self.axes: dict[str, int] = {}
+        self.sequences: tuple[str, ...] = ()
+        self.prefix = f"{type(logic).__name__.lower()}."
+        if isinstance(logic, Logic):
+            new = fresh(logic)
+            new.__attach_logic__(bare_slots(words))
+            parts = parts_of(new)
+            self.addresses = {each.name: str(each.at) for each in parts if isinstance(each, Signal)}
+            self.axes = {each.name: each.slot for each in parts if isinstance(each, Axis3601)}
+            self.sequences = tuple(each.name for each in sequences_of(logic))
+
+    def own(self, text: str) -> str:
+        """Return a name without that of the class: `cycle` of `line.cycle`."""
+        return text.removeprefix(self.prefix)
+
+    def declares(self, text: str) -> bool:
+        """Return whether a text is the name of an input, an output, an axis or a sequence."""
+        return self.own(text) in {**self.addresses, **self.axes, **dict.fromkeys(self.sequences)}
+
+    def named_in(self, wait: str) -> Iterator[str]:
+        """Yield the names of inputs, outputs and axes in the condition of a wait, each once."""
+        known = {**self.addresses, **self.axes}
+        yield from (name for name in dict.fromkeys(re.findall(r"\w+", wait)) if name in known)

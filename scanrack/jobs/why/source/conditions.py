@@ -1,0 +1,146 @@
+"""The conditions around a line of Python, and the values of the names in them and in the line.
+
+Values are looked up without running the program's code: locals, globals, attributes that an object has in
+its dictionary or slots, and the properties of our own objects, such as `status.MOVE_COMPLETE`.
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import linecache
+from collections import ChainMap
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from functools import cache
+from importlib.util import decode_source
+from pathlib import Path
+from types import FrameType, MemberDescriptorType
+from typing import Any
+
+from scanrack.ladder.python.sequences import Input, InputWord, Output
+from scanrack.runtime.loop.faults import is_the_users
+
+PLAIN = bool, int, float, str, type(None), Enum
+LONGEST = 60
+"""Most characters of a shown value."""
+
+
+Condition = tuple[str, tuple[str, ...]]
+"""A condition as it is written, and the names in it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Stands:
+    """The conditions around a line."""
+
+    inside: tuple[Condition, ...]  # in their source text, from the innermost outwards
+    names: tuple[str, ...]  # names and attributes in them and in the line, such as `line.step`
+
+
+NOTHING = Stands((), ())
+
+
+@cache
+def stands_in(file: str, number: int) -> Stands:
+    """Return the conditions around a line; none if the file can't be read as Python."""
+    try:
+        text = decode_source(Path(file).read_bytes())
+        tree = ast.parse(text)
+    except (OSError, SyntaxError, ValueError):
+        return NOTHING
+    inside, statement = [], None
+    for node, condition in _path(tree, number, text):
+        statement = node
+        if condition:
+            inside.append(condition)
+    names = () if statement is None or hasattr(statement, "body") else tuple(_names(statement))
+    return Stands(tuple(reversed(inside)), names)
+
+
+def source_line(file: str, number: int) -> str:
+    """Return a line of a file without the spaces around it; empty if it can't be read."""
+    return linecache.getline(file, number).strip()
+
+
+def _path(node: ast.AST, number: int, text: str) -> Iterator[tuple[ast.stmt, Condition | None]]:
+    """Yield the statements that contain a line, from the outermost inwards, each with its condition."""
+    for part in ast.iter_child_nodes(node):
+        if isinstance(part, ast.stmt) and part.lineno <= number <= (part.end_lineno or part.lineno):
+            yield part, _condition(part, number, text)
+            yield from _path(part, number, text)
+        elif isinstance(part, ast.ExceptHandler | ast.match_case) and _holds(part, number):
+            yield from _path(part, number, text)
+
+
+def _holds(part: ast.ExceptHandler | ast.match_case, number: int) -> bool:
+    return part.body[0].lineno <= number <= (part.body[-1].end_lineno or number)
+
+
+def _condition(statement: ast.stmt, number: int, text: str) -> Condition | None:
+    """Return the condition under which a line in a statement runs, and its names."""
+    if not isinstance(statement, ast.If | ast.While) or number < statement.body[0].lineno:
+        return None
+    body_ends = statement.body[-1].end_lineno or number
+    word = "if" if isinstance(statement, ast.If) else "while"
+    test = " ".join((ast.get_source_segment(text, statement.test) or "").split())
+    if number <= body_ends:
+        return f"{word} {test}", tuple(_names(statement.test))
+    is_elif = len(statement.orelse) == 1 and isinstance(statement.orelse[0], ast.If)
+    return None if is_elif else (f"else of {word} {test}", tuple(_names(statement.test)))
+
+
+def _names(node: ast.AST) -> Iterator[str]:
+    """Yield the names and attributes that are read in an expression or statement, each once."""
+    seen: dict[str, None] = {}
+    for part in ast.walk(node):
+        if isinstance(part, ast.Attribute | ast.Name) and isinstance(part.ctx, ast.Load):
+            text = ast.unparse(part)
+            if all(each.isidentifier() for each in text.split(".")):
+                seen.setdefault(text)
+    yield from seen
+
+
+def values_of(names: tuple[str, ...], frame: FrameType) -> dict[str, str]:
+    """Return the values of names in a frame as text; names without a plain value are left out."""
+    found = {}
+    for name in names:
+        try:
+            value = _value(name.split("."), frame)
+        except (AttributeError, LookupError, TypeError, ValueError):
+            continue  # it has no value here, or none that can be read without the program's code
+        if isinstance(value, PLAIN):
+            found[name] = _shown(value)
+    return found
+
+
+def _shown(value: object) -> str:
+    text = str(value) if isinstance(value, Enum) else repr(value)
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+
+def _value(parts: list[str], frame: FrameType) -> object:
+    first, *rest = parts
+    spaces: Mapping[str, Any] = ChainMap(frame.f_locals, frame.f_globals)
+    value: object = spaces[first]
+    for name in rest:
+        value = _attribute(value, name)
+    return value.read() if isinstance(value, Input) else value
+
+
+def _attribute(value: object, name: str) -> object:
+    """Return an attribute without running code of the program."""
+    if isinstance(value, type):
+        raise AttributeError(name)  # MoveKind.ABSOLUTE explains itself
+    found = inspect.getattr_static(value, name)
+    if isinstance(found, MemberDescriptorType):
+        return found.__get__(value)
+    if isinstance(found, Output | InputWord):
+        return found.__get__(value, type(value))
+    if isinstance(found, property):
+        file = getattr(getattr(found.fget, "__code__", None), "co_filename", "")
+        if not file or is_the_users(file):
+            raise AttributeError(name)
+        return getattr(value, name)
+    return found

@@ -1,0 +1,145 @@
+"""The program's reads of its input images: whole words, or single bits of them.
+
+    status.MOVE_COMPLETE     words[0] & 8080h    two bits: that one, and the mode that gives it its meaning
+    status.position          words[2], words[3]  whole words
+    inputs.bit(0, 14)        words[0] >> 14 & 1  one bit
+
+The words of an image are replaced by watched ones, whose integers know their word.
+Reads through the 16 bytes (`raw`, `bytes(image)`) are not seen.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from scanrack.runtime.loop.rack import Slot
+
+ALL_BITS = 0xFFFF
+_SIGN = 1 << 15
+
+
+@dataclass(slots=True)
+class Reads:
+    """The reads of a rack's input images.
+
+    Attributes:
+        masks: slot and word -> the used bits, in the order of the first reads; 0 if the word was
+            only copied.
+        on: whether reads are noted.
+        counts: returns whether a read is the user's.
+    """
+
+    masks: dict[tuple[int, int], int] = field(default_factory=dict)
+    on: bool = False
+    counts: Callable[[], bool] = lambda: True
+
+    def note(self, slot: int, word: int, mask: int) -> None:
+        """Note a read."""
+        if self.on and self.counts():
+            self.masks[slot, word] = self.masks.get((slot, word), 0) | mask & ALL_BITS
+
+    def watch(self, slots: Mapping[int, Slot]) -> None:
+        """Watch the input images of a program's scan from now on."""
+        for number, slot in slots.items():
+            image: Any = slot.inputs
+            if not isinstance(image.words, WatchedWords):
+                image.words = WatchedWords(image.words, number, self)
+
+
+class WatchedWords:
+    """The eight words of an image, in place of its memoryview of them."""
+
+    def __init__(self, words: memoryview, slot: int, reads: Reads) -> None:
+        self._words, self._slot, self._reads, self._note = words, slot, reads, reads.note
+
+    def __getitem__(self, index: Any) -> Any:
+        value = self._words[index]
+        if not self._reads.on and isinstance(value, int):
+            return value
+        if not isinstance(value, int):
+            return [self[each] for each in range(*index.indices(len(self._words)))]
+        word = range(len(self._words))[index]
+        self._note(self._slot, word, 0)
+        return WatchedWord(value, lambda mask: self._note(self._slot, word, mask))
+
+    def __len__(self) -> int:
+        return len(self._words)
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[word] for word in range(len(self)))
+
+    def tolist(self) -> list[Any]:
+        """Return the words, see `memoryview.tolist`."""
+        return list(self)
+
+    def __eq__(self, other: object) -> bool:
+        return self.tolist() == other
+
+    __hash__ = None  # type: ignore[assignment]  # as a memoryview that can be written has none
+
+    def __getattr__(self, name: str) -> Any:
+        """Return any other attribute of a memoryview; all words count as read."""
+        for word in range(len(self)):
+            self._note(self._slot, word, ALL_BITS)
+        return getattr(self._words, name)
+
+
+class WatchedWord(int):
+    """A word that notes which of its bits are used. It computes as an integer."""
+
+    _plain: int
+    _note: Callable[[int], None]
+    _shift: int
+
+    def __new__(cls, value: int, note: Callable[[int], None], shift: int = 0) -> WatchedWord:
+        """Make a word; `shift` is the number of bits by which it has been shifted to the right."""
+        word = super().__new__(cls, value)
+        word._plain, word._note, word._shift = value, note, shift
+        return word
+
+    def __and__(self, mask: int) -> int:
+        self._note((mask & ALL_BITS) << self._shift)
+        return self._plain & mask
+
+    __rand__ = __and__
+
+    def __rshift__(self, bits: int) -> int:
+        return WatchedWord(self._plain >> bits, self._note, self._shift + bits)
+
+    def __lt__(self, other: int) -> bool:
+        return self._compared(other, int.__lt__)
+
+    def __ge__(self, other: int) -> bool:
+        return self._compared(other, int.__ge__)
+
+    def _compared(self, other: int, compare: Callable[[int, int], bool]) -> bool:
+        """Compare; with 0 only the sign is used."""
+        self._note(_SIGN if other == 0 and not self._shift else ALL_BITS)
+        return compare(self._plain, other)
+
+
+def _whole(name: str) -> Callable[..., Any]:
+    """Return an operation of `int` that uses all bits."""
+    own = getattr(int, name)
+
+    def operation(word: WatchedWord, *others: Any) -> Any:
+        word._note(ALL_BITS << word._shift)
+        return own(word._plain, *others)
+
+    return operation
+
+
+# fmt: off
+_USE_ALL = (
+    "__add__", "__radd__", "__sub__", "__rsub__", "__mul__", "__rmul__", "__floordiv__",
+    "__rfloordiv__", "__truediv__", "__rtruediv__", "__mod__", "__rmod__", "__divmod__",
+    "__rdivmod__", "__pow__", "__rpow__", "__lshift__", "__or__", "__ror__", "__xor__", "__rxor__",
+    "__neg__", "__pos__", "__abs__", "__invert__", "__bool__", "__eq__", "__ne__", "__gt__",
+    "__le__", "__hash__", "__index__", "__int__", "__float__", "__str__", "__repr__", "__format__",
+    "__round__", "bit_length", "bit_count", "to_bytes", "conjugate",
+)
+# fmt: on
+for _name in _USE_ALL:
+    setattr(WatchedWord, _name, _whole(_name))

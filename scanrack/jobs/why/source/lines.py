@@ -1,0 +1,124 @@
+"""The lines of the user's program that change a watched value, found while they run.
+
+    line.py:37    out.load(OUT)        the watched value changes here
+    line.py:38    line.step = "back"   a later change counts; an equal value does not
+
+Only functions of the user's files are traced: a change in ours or in an installed package belongs to
+the user's line that called it. Tracing is for one scan of a run that is made for the question.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import FrameType
+from typing import Any
+
+from scanrack.ladder.state.memory import same
+from scanrack.runtime.loop.faults import is_the_users
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of the user's program."""
+
+    file: str
+    number: int  # from 1
+    function: str
+
+
+NOWHERE = Line("", 0, "")
+"""No line: before the first one, or not the user's."""
+
+
+class Lines:
+    """Traces calls, and reports each change of a watched value with its line.
+
+    Args:
+        watched: returns the value; compared with `==`.
+        changed: called with the line, the value before and the value after.
+        begins: called with each line before it runs, and with its frame.
+    """
+
+    def __init__(
+        self,
+        watched: Callable[[], Any],
+        changed: Callable[[Line, Any, Any], None],
+        begins: Callable[[Line, FrameType], None] = lambda _line, _frame: None,
+    ) -> None:
+        self._watched, self._changed, self._begins = watched, changed, begins
+        self._seen: Any = None
+        self._at = NOWHERE
+        self._outermost: FrameType | None = None
+
+    @property
+    def in_program(self) -> bool:
+        """Whether a line of the user's is running, or a function that it has called."""
+        return self._at is not NOWHERE
+
+    def call(self, function: Callable[..., None], *arguments: Any) -> None:
+        """Call a function, traced; changes between two calls belong to no line."""
+        self._seen = self._watched()
+        self._at = NOWHERE
+        self._outermost = sys._getframe()
+        try:
+            with _traced_by(self._enter):
+                function(*arguments)
+        finally:
+            self._outermost = None
+            self._look()
+
+    def _look(self) -> None:
+        """Report the previous line if the value has changed."""
+        now = self._watched()
+        if not same(now, self._seen):
+            before, self._seen = self._seen, now
+            self._changed(self._at, before, now)
+
+    def _enter(self, frame: FrameType, _event: str, _arg: object) -> Any:
+        """Trace the functions of the user's files only."""
+        if not _is_of_a_file(frame):
+            return None
+        self._look()
+        return self._line
+
+    def _line(self, frame: FrameType, event: str, _arg: object) -> Any:
+        self._look()
+        if event == "line":
+            self._at = _line_of(frame)
+            self._begins(self._at, frame)
+        elif event == "return":
+            self._at = self._caller(frame)  # the rest of its line runs now
+        return self._line
+
+    def _caller(self, frame: FrameType) -> Line:
+        """Return the user's calling line, direct or through code of others; below `call`."""
+        above = frame.f_back
+        while above is not None and above is not self._outermost:
+            if _is_of_a_file(above):
+                return _line_of(above)
+            above = above.f_back
+        return NOWHERE
+
+
+def _is_of_a_file(frame: FrameType) -> bool:
+    name = frame.f_code.co_filename
+    return is_the_users(name) and not name.startswith("<")
+
+
+def _line_of(frame: FrameType) -> Line:
+    code = frame.f_code
+    return Line(code.co_filename, frame.f_lineno, code.co_name)
+
+
+@contextmanager
+def _traced_by(function: Any) -> Iterator[None]:
+    """Trace calls, then restore the trace function of a debugger or a coverage tool."""
+    before = sys.gettrace()
+    sys.settrace(function)
+    try:
+        yield
+    finally:
+        sys.settrace(before)

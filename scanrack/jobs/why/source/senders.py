@@ -1,0 +1,50 @@
+"""The commands that an axis of a program with sequences sends, and their lines.
+
+An axis writes the words of its module after the sequences, so that no line of the program does. It sends
+them
+for its present command; the line is that of the sequence that awaits the command.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from scanrack.ladder.files.steps import Steps
+from scanrack.ladder.python.axis3601 import Axis3601
+from scanrack.ladder.python.sequences import Logic, parts_of, sequences_of
+
+from .lines import NOWHERE, Line
+
+
+@dataclass(frozen=True, slots=True)
+class Sender:
+    """The axis, or the step of a list of steps, that writes the words of a slot."""
+
+    slot: int
+    text: str  # the words and their command, in words; empty for a step
+    line: Line  # the line that awaits the command, or `NOWHERE`
+
+
+def senders(logic: object, program: Path) -> list[Sender]:
+    """Return the writers of a program's words, each with its command."""
+    if isinstance(logic, Steps):
+        return [Sender(logic.slot, "", Line(str(program), logic.line, "a step"))]
+    if not isinstance(logic, Logic):
+        return []
+    return [_sender(logic, part) for part in parts_of(logic) if isinstance(part, Axis3601)]
+
+
+def _sender(logic: Logic, axis: Axis3601) -> Sender:
+    command = axis.commanded
+    if command is None:
+        return Sender(axis.slot, f"{axis.name}, before its first command", NOWHERE)
+    if not command.busy:
+        became = command.outcome.value
+        return Sender(axis.slot, f"{axis.name}, after {command!r}: {became}", NOWHERE)
+    waiting = [each for each in sequences_of(logic) if repr(command) in each.waits_for]
+    at = NOWHERE
+    if waiting:
+        first = waiting[0]
+        at = Line(first.file or "", first.line or 0, first.name)
+    return Sender(axis.slot, f"{axis.name} for {command!r}", at)

@@ -1,0 +1,222 @@
+"""Runs a program again on recorded inputs, and traces the scans in question.
+
+    recorded inputs ---> a fresh instance of the program ---> outputs, compared with the recorded ones
+                                   |
+                                   +--> in the scans in question: which line changed what, after which reads
+
+The program is loaded again, so that the one on the bench is not disturbed. It repeats the run if it depends
+only on its inputs and its time; from the first scan that differs, its lines explain nothing.
+"""
+
+from __future__ import annotations
+
+import sys
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
+from dataclasses import dataclass, field
+from io import StringIO
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+from scanrack.ladder.state.memory import same
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.rack import Slot
+from scanrack.runtime.loop.scan import LogicScan, ScanLogic
+from scanrack.traces.replay import PackedTrace
+
+from ..record.logic_wrapper import LogicWrapper
+from ..replay.replaying import score_of
+from ..replay.tag_orders import TagOrders
+from ..trust.attachments import forget_imported
+from .input_replay import InputReplay
+from .past import Past
+from .source.conditions import Stands, stands_in, values_of
+from .source.input_reads import Reads
+from .source.lines import Line, Lines
+from .source.senders import Sender, senders
+
+LOOKED_AT = 20_000
+"""Largest number of lines of a scan whose names are looked up; longer loops are explained without values."""
+
+
+@dataclass(frozen=True, slots=True)
+class Load:
+    """The means to load the program again."""
+
+    program: Path  # its file; modules imported from its folder are imported again, too
+    logic: Callable[[], ScanLogic]  # returns a fresh instance
+    edited: Callable[[int], ScanLogic] | None = None  # the same of an edit, by its number; None without edits
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the program."""
+        return self.program.parent
+
+
+@dataclass(frozen=True, slots=True)
+class TracedChange:
+    """A change that a line made."""
+
+    line: Line  # number 0 if no line of the user's program made it
+    before: Any  # the watched value before
+    after: Any  # the watched value after
+    stands: Stands  # the conditions around the line
+    values: Mapping[str, str]  # values of the names in them and in the line, when the line began
+    masks: Mapping[tuple[int, int], int]  # the program's reads until then, see `Reads.masks`
+    senders: Sequence[Sender] = ()  # if no line made it: the commands of the program's axes
+
+
+@dataclass(slots=True)
+class TracedRun:
+    """The result of a repeated run.
+
+    Attributes:
+        changes: row of a scan in question -> the changes in it, in order.
+        departs: row of the first scan whose outputs are not the recorded ones; None if all are.
+        lost: row of the first scan of an edited program that can't be run again; None if there is none.
+        watched: row of the last scan in which the watched value changed; None if it did not.
+    """
+
+    changes: dict[int, list[TracedChange]] = field(default_factory=dict)
+    departs: int | None = None
+    lost: int | None = None
+    watched: int | None = None
+    value: Any = None
+
+    def explains(self, row: int) -> bool:
+        """Return whether the program repeated the recording, up to a scan and in it."""
+        return all(end is None or row < end for end in (self.departs, self.lost))
+
+    def no_line(self, past: Past) -> str:
+        """Return why no line is known: from some scan on, the program does not repeat the recording."""
+        if self.lost is not None and (self.departs is None or self.lost <= self.departs):
+            said = f"the program was edited before {past.when(self.lost)}, and that one can't be run again"
+            return f"no line can be named: {said}"
+        assert self.departs is not None
+        when = past.when(self.departs)
+        said = f"run again on the recorded inputs, the program writes other words from {when} on"
+        return f"no line can be named: {said}; it depends on more than its inputs and its time"
+
+
+Watched = Callable[[ScanLogic], Callable[[], Any]]
+"""Makes a function that returns a value of a fresh program."""
+
+Look = Callable[[Line, FrameType, Reads], None]
+"""Is shown each line of a traced scan as it begins, with its frame."""
+
+
+def run_again(
+    recording: PackedTrace,
+    spec: RackSpec,
+    load: Load,
+    rows: frozenset[int],
+    last: int,
+    watched: Watched | None = None,
+    look: Look | None = None,
+) -> TracedRun:
+    """Run a program again on the inputs of a recording.
+
+    Args:
+        recording: its inputs, and the expected outputs.
+        rows: the scans to trace.
+        last: row of the last scan to run.
+        watched: a value to watch in place of the outputs.
+        look: is shown the lines of the traced scans.
+    """
+    with fresh(load) as logic:
+        read = None if watched is None else watched(logic)
+        traced = _TracedLogic(logic, rows, read, load.program, look)
+        following = InputReplay(recording, spec, last)
+        traced.following = following
+        orders = TagOrders(score_of(recording), recording.events, load.edited)
+        following.play(traced, orders)
+        traced.found.departs = following.departs
+        if orders.lost:
+            scans = recording.numbers
+            traced.found.lost = bisect_left(scans, min(orders.lost))
+    return traced.found
+
+
+@contextmanager
+def fresh(load: Load) -> Iterator[ScanLogic]:
+    """Load a program again, with its own modules; drop its printed output."""
+    before = dict(sys.modules)
+    forget_imported(load.folder.resolve())
+    try:
+        with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+            yield load.logic()
+    finally:
+        forget_imported(load.folder.resolve())
+        sys.modules.update(before)
+
+
+class _TracedLogic(LogicWrapper):
+    """A logic that is traced in some scans."""
+
+    def __init__(
+        self,
+        logic: ScanLogic,
+        rows: frozenset[int],
+        read: Callable[[], Any] | None,
+        program: Path,
+        look: Look | None = None,
+    ) -> None:
+        super().__init__(logic)
+        self._look_on = look
+        self._rows, self._read, self._program = rows, read, program
+        self._reads = Reads()
+        self._lines = Lines(self._watch, self._changed, self._begins)
+        self._reads.counts = lambda: self._lines.in_program
+        self._values: dict[Line, dict[str, str]] = {}
+        self._looked = 0
+        self.following: InputReplay  # the run that it belongs to
+        self.found = TracedRun(value=None if read is None else read())
+
+    def __call__(self, scan: LogicScan) -> None:
+        self._reads.watch(scan.slot)
+        if self.following.row not in self._rows:
+            self._logic(scan)
+        else:
+            self._reads.on, self._looked = True, 0
+            self._values.clear()
+            self._reads.masks.clear()
+            self.found.changes[self.following.row] = []
+            try:
+                self._lines.call(self._logic, scan)
+            finally:
+                self._reads.on = False
+        self._look_at_value()
+
+    def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
+        """Attach the logic to watched images, see `AttachedLogic`."""
+        self._reads.watch(slots)
+        super().__attach_logic__(slots)
+
+    def _look_at_value(self) -> None:
+        if self._read is not None:
+            value = self._read()
+            if not same(value, self.found.value):
+                self.found.value, self.found.watched = value, self.following.row
+
+    def _watch(self) -> tuple[bytes, Any]:
+        return self.following.block(), None if self._read is None else self._read()
+
+    def _begins(self, line: Line, frame: FrameType) -> None:
+        self._looked += 1
+        if self._looked <= LOOKED_AT:
+            stands = stands_in(line.file, line.number)
+            names = [name for _, each in stands.inside for name in each]
+            self._reads.on = False
+            self._values[line] = values_of((*names, *stands.names), frame)
+            self._reads.on = True
+        if self._look_on is not None:
+            self._look_on(line, frame, self._reads)
+
+    def _changed(self, line: Line, before: Any, after: Any) -> None:
+        stands = stands_in(line.file, line.number)
+        masks = dict(self._reads.masks)
+        sent = () if line.number else senders(self._logic, self._program)
+        change = TracedChange(line, before, after, stands, self._values.get(line, {}), masks, sent)
+        self.found.changes[self.following.row].append(change)

@@ -1,0 +1,263 @@
+"""What it would take, of a Python program: it runs again on its recorded inputs, then on with other ones.
+
+    recorded inputs ... scan 741 | copy 1: scans 742 to 751 with start on
+                                 | copy 2: ... with guard off
+
+A program can't be copied, its process can: each try is a fork of the process that has come to the scan. On a
+system that can't fork, each try runs the program from its start.
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from scanrack.ladder.debug.remedies import (
+    MOST_CANDIDATES,
+    Candidate,
+    InputChange,
+    Remedies,
+    Search,
+    bit,
+    number,
+)
+from scanrack.ladder.state.memory import Value
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.rack import Slot
+from scanrack.runtime.loop.scan import LogicScan, ScanLogic
+from scanrack.traces.read.packed import PackedScans
+from scanrack.traces.replay import PackedTrace
+
+from ..record.logic_wrapper import LogicWrapper
+from .chain import Bits
+from .input_replay import InputReplay
+from .past import ALL_BITS, Past
+from .source.input_reads import Reads
+from .traced_run import Load, Watched, fresh
+
+Terminal = Callable[[int, int, int | None], str | None]
+"""Names the terminal at slot, word and bit, None for the word; None for what a module reports."""
+
+LAST = 2
+"""Scans whose reads count as what the program depends on."""
+
+_INT16 = -(2**15), 2**15 - 1
+
+
+class ProgramTrials:
+    """Tries other inputs on a Python program.
+
+    Args:
+        row: the scan of the question.
+        terminal: tells terminals from what modules report.
+        scans: most scans of a try, up to 255.
+    """
+
+    def __init__(
+        self, recording: PackedTrace, row: int, spec: RackSpec, load: Load, terminal: Terminal, scans: int
+    ) -> None:
+        self._recording, self._row, self._spec, self._load = recording, row, spec, load
+        self._terminal, self._scans = terminal, scans
+        self._answer: int | None = None  # of a try, its pipe
+        self._watched: Watched
+        self._wish: Value = False
+        self._replay: InputReplay | None = None
+        self._found: Remedies | None = None
+        self._refused = ""
+
+    def of(self, text: str, watched: Watched, wanted: Value | None, name: Callable[[Bits], str]) -> Remedies:
+        """Return the smallest sets of inputs after which a value of the program is as wished.
+
+        Args:
+            watched: reads the value.
+            wanted: None for the other value of a bit.
+            name: names inputs.
+
+        Raises:
+            ValueError: nothing is wished of a value that is no bit, or the program ends before that scan.
+        """
+        self._watched = watched
+        with fresh(self._load) as logic:
+            own = _Observation(logic, watched(logic), self._row - LAST)
+            self._replay = own.replay = self._to_play(lambda: self._over(own, text, wanted, name))
+            try:
+                own.replay.play(own)
+            finally:
+                if self._answer is not None:  # a try, which a fault or its last scan has ended
+                    os._exit(0)
+        if self._found is None:
+            ended = f"the program ends before the scan in question: {text} can't be tried"
+            raise ValueError(self._refused or ended)
+        return self._found
+
+    def _to_play(self, over: Callable[[], bool]) -> InputReplay:
+        return InputReplay(_longer(self._recording, self._row, self._scans), self._spec, 1 << 62, over)
+
+    def block(self) -> bytes:
+        """Return the rack's present memory block in the run."""
+        assert self._replay is not None
+        return self._replay.block()
+
+    def _over(self, own: _Observation, text: str, wanted: Value | None, name: Callable[[Bits], str]) -> bool:
+        """At the scan in question try all sets; return whether the run is over."""
+        scans = own.replay.row - self._row - 1
+        if self._answer is not None:
+            met = own.value() == self._wish
+            if met:
+                os.write(self._answer, bytes([scans]))
+            return bool(met or scans >= self._scans)
+        if scans < 0:
+            return False
+        value = own.value()
+        if wanted is None and not isinstance(value, bool):
+            self._refused = f"{text} is {value!r}: give the value that it should have"
+            return True
+        self._wish = (not value) if wanted is None else wanted
+        try:
+            self._found = self._searched(own, text, self._wish, name)
+        except _GoesOnError:
+            return False
+        return True
+
+    def _searched(self, own: _Observation, text: str, wish: Value, name: Callable[[Bits], str]) -> Remedies:
+        attempt = self._try if hasattr(os, "fork") else self._try_from_start
+        search = Search(text, wish, lambda changes: attempt(changes, own))
+        mine, reported = self._candidates(own.reads.masks, wish, name)
+        known = search.among(mine)
+        return known if known.found or not reported else search.among([*mine, *reported])
+
+    def _try(self, changes: Sequence[InputChange], own: _Observation) -> int | None:
+        """Return after how many scans the value is as wished; a copy of the process does them."""
+        system: Any = os  # type checkers know its fork on POSIX only
+        read, write = os.pipe()
+        child: int = system.fork()
+        if not child:
+            os.close(read)
+            self._answer = write
+            self._hold(own.replay, changes)
+            raise _GoesOnError
+        os.close(write)
+        with os.fdopen(read, "rb") as answer:
+            said = answer.read()
+        os.waitpid(child, 0)
+        return said[0] if said else None
+
+    def _try_from_start(self, changes: Sequence[InputChange], own: _Observation) -> int | None:
+        """Return after how many scans the value is as wished; a fresh program does all scans."""
+        found: list[int] = []
+
+        def over() -> bool:
+            scans = replay.row - self._row - 1
+            if scans == 0:
+                self._hold(replay, changes)
+            elif scans > 0 and value() == self._wish:
+                found.append(scans)
+            return bool(found) or scans >= self._scans
+
+        self._replay = replay = self._to_play(over)
+        with fresh(self._load) as logic:
+            value = self._watched(logic)
+            replay.play(logic)
+        self._replay = own.replay
+        return found[0] if found else None
+
+    def _hold(self, replay: InputReplay, changes: Sequence[InputChange]) -> None:
+        """Show changed inputs from the next scan on."""
+        past = Past(self._recording, self._row)
+        for slot in {each.cell.slot for each in changes}:
+            replay.hold(slot, _image(past, slot, changes))
+
+    def _candidates(
+        self, masks: Mapping[tuple[int, int], int], wish: Value, name: Callable[[Bits], str]
+    ) -> tuple[list[Candidate], list[Candidate]]:
+        """Return the inputs that the program has read: terminals, and what modules report."""
+        constants = [*_constants(self._load)] + ([] if isinstance(wish, bool) else [float(wish)])
+        past = Past(self._recording, self._row)
+        own: list[Candidate] = []
+        reported: list[Candidate] = []
+        for (slot, word), mask in list(masks.items())[:MOST_CANDIDATES]:
+            if not mask:
+                continue
+            value = past.words(slot, "in", self._row)[word]
+            for bits in _parts(slot, word, mask):
+                place = self._terminal(slot, word, bits.address.bit)
+                said = place or f"slot {slot}, as the module reports it"
+                named = name(bits)
+                if bits.address.bit is None:
+                    each = number(bits, named, said, value, _INT16, constants)
+                else:
+                    each = bit(bits, named, said, bool(value & bits.mask))
+                (own if place else reported).append(each)
+        return own, reported
+
+
+class _Observation(LogicWrapper):
+    """A logic whose reads are noted from a scan on."""
+
+    replay: InputReplay
+
+    def __init__(self, logic: ScanLogic, value: Callable[[], Any], first: int) -> None:
+        super().__init__(logic)
+        self.value, self._first = value, first
+        self.reads = Reads()
+
+    def __call__(self, scan: LogicScan) -> None:
+        self.reads.watch(scan.slot)
+        self.reads.on = self.replay.row >= self._first
+        try:
+            self._logic(scan)
+        finally:
+            self.reads.on = False
+
+    def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
+        """Attach the logic to watched images, see `AttachedLogic`."""
+        self.reads.watch(slots)
+        super().__attach_logic__(slots)
+
+
+class _GoesOnError(Exception):
+    """A copy of the process leaves the search and continues with its scans."""
+
+
+def _longer(recording: PackedTrace, row: int, scans: int) -> PackedTrace:
+    """Return a recording up to a scan, which is repeated some times."""
+    columns = recording.columns.rows(0, row + 1)
+    last = columns.rows(row, row + 1)
+    period_ns = int(columns.time_ns[-1] - columns.time_ns[-2]) if row else 1_000_000
+    more = [
+        last._replace(scan=last.scan + each, time_ns=last.time_ns + each * period_ns)
+        for each in range(1, scans + 1)
+    ]
+    events = tuple(each for each in recording.events if each.scan <= recording.numbers[row])
+    return PackedTrace(recording.slots, PackedScans.of(recording.layout.words, [columns, *more]), events)
+
+
+def _image(past: Past, slot: int, changes: Sequence[InputChange]) -> bytes:
+    """Return an input image with changed inputs."""
+    words = [word & ALL_BITS for word in past.words(slot, "in", past.row)]
+    for each in changes:
+        bits: Bits = each.cell
+        if bits.slot == slot and bits.address.bit is None:
+            words[bits.word] = int(each.value) & ALL_BITS
+        elif bits.slot == slot:
+            words[bits.word] = words[bits.word] | bits.mask if each.value else words[bits.word] & ~bits.mask
+    return b"".join(word.to_bytes(2, "little") for word in words)
+
+
+def _parts(slot: int, word: int, mask: int) -> Iterator[Bits]:
+    """Yield the bits of a word that were read; the word if all were."""
+    if mask == ALL_BITS:
+        yield Bits(slot, "in", word, mask)
+    else:
+        yield from (Bits(slot, "in", word, 1 << at) for at in range(16) if mask >> at & 1)
+
+
+def _constants(load: Load) -> Iterator[float]:
+    """Yield the numbers that the program's file compares with."""
+    for node in ast.walk(ast.parse(load.program.read_bytes())):
+        for each in ast.walk(node) if isinstance(node, ast.Compare) else ():
+            value = each.value if isinstance(each, ast.Constant) else None
+            if isinstance(value, (int, float)) and not isinstance(value, bool):
+                yield value

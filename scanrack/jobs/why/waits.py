@@ -1,0 +1,299 @@
+"""The wait of a module with the words of a 3601, read from its two images and their past.
+
+    out of reach             for its link
+    in configuration mode    for a valid configuration, or for bit 15 of output word 0 to return to 0
+    moving                   MOVE_COMPLETE not yet: command, position, target
+    a command bit is on      for it to return to 0: a command begins when its bit goes from 0 to 1
+    idle                     for a command
+
+Error bits that are on follow, each with the rule that set it and the command that clears it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from scanrack.io_images.amci3601 import (
+    COMPLETION_BITS,
+    KNOWN,
+    MOTIONS,
+    RULES,
+    CommandLsw,
+    CommandMsw,
+    Firmware,
+    Parameters,
+    StatusLsw,
+    StatusMsw,
+    check,
+)
+from scanrack.io_images.amci3601.words import Profile, may_be_stepper, profile_of
+from scanrack.io_images.thousands import join_reported
+from scanrack.io_images.times import seconds
+
+from ..record.link_losses import link_changes
+from .drive_waits import drive_waits
+from .past import SlotPast, event_text
+
+MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
+
+COMMANDS = 0x7FFF
+"""All bits of output word 0 but the mode."""
+
+_MANUAL = CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW
+_HOME = CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW
+_TO_A_TARGET = CommandMsw.ABSOLUTE_MOVE | CommandMsw.RELATIVE_MOVE
+_MODE = StatusMsw.MODE_CONFIG.value
+_BLENDING = CommandLsw.BLEND_PROGRAM.value
+_BY_RESET, _ONLY_RESET = RULES["RST-01"], RULES["RST-03"]
+
+CLEARED_BY = {
+    "CONFIG_ERROR": "a valid configuration clears it [CFG-13, chapter 3]",
+    "POSITION_INVALID": "a search for home or a preset clears it; it takes no absolute move before",
+    "INPUT_ERROR": "the next move and RESET_ERRORS clear it [STS-M11, chapter 6]",
+}
+"""The commands that clear error bits; all others are cleared by RESET_ERRORS."""
+
+
+def waits(past: SlotPast) -> list[str]:
+    """Return the waits of a module, in sentences."""
+    if (lost := _out_of_reach(past)) is not None:
+        return [lost]
+    if not may_be_stepper(past.slot.words):
+        return drive_waits(past)
+    state = next(said for each in STATES if (said := each(past)) is not None)
+    return [state, *_errors(past)]
+
+
+def refused_configuration(past: SlotPast) -> str | None:
+    """Return the rules that the last configuration sent has broken; None without any."""
+    number = past.slot.number
+    row = past.past.last_change(number, "out", 0, _MODE)
+    if row is None:
+        return None
+    words = past.words_at("out", row if past.words_at("out", row)[0] & _MODE else row - 1)
+    broken = _broken(past, words)
+    return f"the module refused its configuration: {broken}" if broken else None
+
+
+def is_idle(past: SlotPast) -> bool:
+    """Return whether a module waits for nothing but a command."""
+    return next(each for each in STATES if each(past) is not None) is _idle
+
+
+def searches_home(past: SlotPast) -> bool:
+    """Return whether homing is under way."""
+    row = _started(past) if past.inputs[0] & MOVING else None
+    return row is not None and bool(past.words_at("out", row)[0] & _HOME)
+
+
+def _out_of_reach(past: SlotPast) -> str | None:
+    changes = link_changes(past.past.events, past.slot.number)
+    if not changes or changes[-1].good:
+        return None
+    lost = next((each for each in changes[::-1] if each.good), None)
+    since = changes[changes.index(lost) + 1 if lost is not None else 0]
+    at = f"scan {since.scan:,} ({seconds(since.now_ns)} s)"
+    return f"the link to it is lost since {at}: its inputs are those of before, and no command reaches it"
+
+
+def _answers_not(past: SlotPast) -> str | None:
+    if past.inputs[0] & StatusMsw.MODULE_OK:
+        return None
+    return f"MODULE_OK is 0{past.since('in', 0, StatusMsw.MODULE_OK.value)}: it takes no command"
+
+
+def _configuring(past: SlotPast) -> str | None:
+    if not past.inputs[0] & _MODE:
+        return None
+    said = f"in configuration mode{past.since('in', 0, _MODE)}"
+    if not past.out[0] & _MODE:
+        return f"{said}: bit 15 of output word 0 is 0, so it leaves with its next update"
+    if broken := _broken(past, past.out):
+        return f"{said}: it waits for a valid configuration: {broken}"
+    if past.inputs[0] & StatusMsw.CONFIG_ERROR:
+        return f"{said}: it judges the configuration with its next update"
+    return f"{said}, configured: it waits for bit 15 of output word 0 to go back to 0, and takes no command"
+
+
+def _broken(past: SlotPast, words: Sequence[int]) -> str:
+    """Return the rules that the words of a configuration break; "" for none."""
+    profile = profile_of(past.slot.words)
+    broken = check(words, _firmware(past), profile.limits)
+    return "; ".join(profile.rules[each].clause for each in broken)
+
+
+def _firmware(past: SlotPast) -> Firmware:
+    try:
+        return Firmware.parse(past.slot.firmware)
+    except ValueError:  # an adapter, or a file without it
+        return KNOWN[-1]
+
+
+def _enters_configuration(past: SlotPast) -> str | None:
+    if not past.out[0] & _MODE:
+        return None
+    since = past.since("out", 0, _MODE)
+    if past.inputs[0] & MOVING:
+        return f"{_motion(past)}; configuration mode, asked for{since}, waits for its end"
+    return f"bit 15 of output word 0 is 1{since}: it goes into configuration mode with its next update"
+
+
+def _unconfigured(past: SlotPast) -> str | None:
+    if not past.inputs[0] & StatusMsw.CONFIG_ERROR:
+        return None
+    return "it waits for a configuration: a configuration in the output words, bit 15 of word 0 with it"
+
+
+def _moves(past: SlotPast) -> str | None:
+    return _motion(past) if past.inputs[0] & MOVING else None
+
+
+def _motion(past: SlotPast) -> str:
+    """Return the present motion, its position, and its end."""
+    status = past.inputs[0]
+    way = "CW" if status & StatusMsw.MOVING_CW else "CCW"
+    how = next((f", {name}" for bit, name in _RATES if status & bit), "")
+    at = f"at {join_reported(past.inputs[2], past.inputs[3]):,}"
+    if past.inputs[1] & StatusLsw.ENC_FOLLOWER:
+        return f"moving {way} as encoder follower, {at}"
+    row = _started(past)
+    if row is None:
+        return f"moving {way}{how}, {at}, since before the recording"
+    words = past.words_at("out", row)
+    bit = _bits(words[0] & MOTIONS.value)[-1]
+    return f"moving {way}{how}, {at}: {bit.name} since {past.past.when(row)}{_end(past, bit, row, words)}"
+
+
+_RATES = ((StatusMsw.ACCELERATING, "accelerating"), (StatusMsw.DECELERATING, "decelerating"))
+
+
+def _started(past: SlotPast) -> int | None:
+    number = past.slot.number
+    for row in reversed(past.past.changes(number, "out", 0, MOTIONS.value)):
+        before = past.words_at("out", row - 1)[0] if row else 0
+        if past.words_at("out", row)[0] & ~before & MOTIONS.value:
+            return row
+    return None
+
+
+def _end(past: SlotPast, bit: CommandMsw, row: int, words: Sequence[int]) -> str:
+    if bit & _MANUAL:
+        return f"; it runs until {bit.name} goes back to 0"
+    if bit & _HOME:
+        return "; AT_HOME not yet"
+    target = Parameters.read(words).target
+    if not bit & _TO_A_TARGET or target is None or words[1] & CommandLsw.ENCODER_MOVE:
+        return "; MOVE_COMPLETE not yet"
+    if bit is CommandMsw.RELATIVE_MOVE:
+        inputs = past.words_at("in", row)
+        target += join_reported(inputs[2], inputs[3])
+    return f"; MOVE_COMPLETE not yet, its target is {target:,}"
+
+
+def _held(past: SlotPast) -> str | None:
+    if not past.inputs[0] & StatusMsw.HOLD_STATE:
+        return None
+    since = past.since("in", 0, StatusMsw.HOLD_STATE.value)
+    said = f"held{since}: it waits for RESUME_MOVE, or for another move"
+    return said + _still_on(past)
+
+
+def _programs_blend(past: SlotPast) -> str | None:
+    if not past.out[1] & _BLENDING:
+        return None
+    transmitting = past.out[1] & CommandLsw.BLEND_TRANSMIT
+    acknowledged = past.inputs[1] & StatusLsw.BLEND_ACK
+    if transmitting and acknowledged:
+        wanted = "BLEND_TRANSMIT to go back to 0: it has taken the block"
+    elif transmitting:
+        wanted = "its next update, to take the block (BLEND_TRANSMIT is 1)"
+    elif acknowledged:
+        wanted = "BLEND_TRANSMIT to go from 0 to 1 with the next block, or BLEND_PROGRAM back to 0"
+    else:
+        wanted = "its next update, to set BLEND_ACK"
+    return f"programming a blend{past.since('out', 1, _BLENDING)}: it waits for {wanted}"
+
+
+def _command_on(past: SlotPast) -> str | None:
+    on = past.out[0] & COMMANDS
+    if not on:
+        return None
+    if past.past.last_change(past.slot.number, "out", 0) == past.past.row:
+        names = " ".join(str(bit.name) for bit in _bits(on))
+        return f"{names} with this scan: it takes the command with its next update"
+    return f"{_rest(past)}{_still_on(past)}"
+
+
+def _still_on(past: SlotPast) -> str:
+    on = past.out[0] & COMMANDS
+    if not on:
+        return ""
+    bits = _bits(on)
+    since = past.since("out", 0, on)
+    names, verb = " ".join(str(bit.name) for bit in bits), "is" if len(bits) == 1 else "are"
+    return f"; {names} {verb} still on{since}: the next command needs a bit that goes from 0 to 1"
+
+
+def _idle(past: SlotPast) -> str:
+    wanted = "a command bit to go from 0 to 1"
+    if past.inputs[0] & StatusMsw.COMMAND_ERROR:
+        wanted = f"RESET_ERRORS, and takes no other command [{_ONLY_RESET.id}, {_ONLY_RESET.section}]"
+    return f"{_rest(past)}: it waits for {wanted}"
+
+
+STATES: Sequence[Callable[[SlotPast], str | None]] = (
+    _answers_not,
+    _configuring,
+    _enters_configuration,
+    _unconfigured,
+    _moves,
+    _held,
+    _programs_blend,
+    _command_on,
+    _idle,
+)
+"""States of a module; the first one that applies."""
+
+
+def _rest(past: SlotPast) -> str:
+    """Return the position at rest, and the end of the previous motion."""
+    ended = [bit for bit in StatusMsw if bit & COMPLETION_BITS & past.inputs[0]]
+    at = f"at rest at {join_reported(past.inputs[2], past.inputs[3]):,}"
+    if not ended:
+        return at
+    return f"{at}, {ended[0].name}{past.since('in', 0, ended[0].value)}"
+
+
+def _bits(mask: int) -> list[CommandMsw]:
+    return [bit for bit in CommandMsw if bit.value & mask]
+
+
+def _errors(past: SlotPast) -> Iterator[str]:
+    status = past.inputs[0]
+    if status & _MODE:
+        return  # the fault of the configuration has been reported, and the other bits mirror it
+    profile = profile_of(past.slot.words)
+    both = status & 0xFFFF | (past.inputs[1] & 0xFFFF) << 16
+    for name, mask in profile.masks.items():
+        if mask & profile.error_bits & both:
+            at = profile.groups["status"][name]
+            since = past.since("in", at.word, 1 << at.bit)
+            yield f"{name}{since}: {_error_cause(past, profile, name)}; {_cure(name)}"
+
+
+def _cure(name: str) -> str:
+    return CLEARED_BY.get(name, f"RESET_ERRORS clears it [{_BY_RESET.id}, {_BY_RESET.section}]")
+
+
+def _error_cause(past: SlotPast, profile: Profile, name: str) -> str:
+    """Return the rule that set a bit; without a recorded rule, the section of the manual with its causes."""
+    for each in reversed(past.past.rules(past.slot.number)):
+        named = each.fields.get("bits")
+        if isinstance(named, list) and name in named:
+            rule = profile.rules.get(str(each.fields.get("name")))
+            if rule is None:
+                return event_text(each)
+            sentence = rule.text[:1].lower() + rule.text[1:].removesuffix(".")
+            return f"{sentence} [{rule.id}, {rule.section}]"
+    lists = [rule.section for rule in profile.rules.values() if rule.list_of == profile.masks[name]]
+    return f"the manual lists what sets it in {lists[0].rstrip(' 0123456789')}" if lists else "see chapter 6"

@@ -1,0 +1,51 @@
+"""Checks of documents: those that run Python in their own process, which may hang or print."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Mapping
+from contextlib import redirect_stdout
+from dataclasses import astuple
+from pathlib import Path
+
+from scanrack.jobs.check.texts import LineRemark, check_texts
+from scanrack.jobs.trust.launcher import PIPE, TimeoutExpired, launch
+
+PATIENCE_S = 20
+"""Longest time of a check that runs Python; then its process ends."""
+
+
+def findings(file: Path, texts: Mapping[Path, str], *, trusted: bool) -> list[LineRemark]:
+    """Return what is wrong in a file and in those that belong to it.
+
+    Args:
+        texts: of the open documents.
+        trusted: whether modules in Python of its folder may be run.
+    """
+    if not trusted:
+        return check_texts(file, texts, run_python=False)
+    asked = json.dumps([str(file), {str(path): text for path, text in texts.items()}])
+    with launch(f"{__name__}:main", stdin=PIPE, stdout=PIPE, own_session=True) as helper:
+        try:
+            answer, _ = helper.communicate(asked.encode(), timeout=PATIENCE_S)
+        except TimeoutExpired:
+            helper.kill()
+            text = f"a check runs this program, which did not come back within {PATIENCE_S} s"
+            return [LineRemark(str(file), 1, None, "warning", "read", text)]
+    if helper.returncode:
+        text = f"a check runs this program, which ended the check with status {helper.returncode}"
+        return [LineRemark(str(file), 1, None, "warning", "read", text)]
+    return [LineRemark(*row) for row in json.loads(answer)]
+
+
+def main() -> None:
+    """Check in its own process: a question on standard input, the answer on standard output."""
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8", newline="\n")
+    with redirect_stdout(sys.stderr):  # what the program prints
+        file, texts = json.load(sys.stdin.buffer)
+        opened = {Path(path): text for path, text in texts.items()}
+        found = check_texts(Path(file), opened, run_python=True)
+    with answers:
+        json.dump([astuple(each) for each in found], answers)

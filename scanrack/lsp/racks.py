@@ -1,0 +1,118 @@
+"""What stands at a place of a rack file: keys and values from the schema, by the tables around the place."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+from scanrack.runtime.config.rack_schema import rack_schema
+
+from .rungs import Offer
+
+_HEADER = re.compile(r"^\s*\[\[?\s*([\w.\-\"]+)\s*\]\]?")
+_KEY = re.compile(r"([A-Za-z_][\w-]*)\s*=")
+_VALUE = re.compile(r"([A-Za-z_][\w-]*)\s*=\s*\[?\s*\"?[\w.-]*$")
+
+Node = Mapping[str, Any]
+
+
+@cache
+def _schema() -> Node:
+    return rack_schema()
+
+
+def offers(text: str, line: int, column: int) -> list[Offer]:
+    """Return the keys or the values that may be written at a place.
+
+    Args:
+        line: from 0.
+        column: from 0.
+    """
+    lines = text.splitlines()
+    before = lines[line][:column] if line < len(lines) else ""
+    path, inner = _path_to(lines[:line], before)
+    value = _VALUE.search(inner)
+    if value:
+        return [Offer(each, "value") for node in _at([*path, value[1]]) for each in _values(node)]
+    found: dict[str, Offer] = {}
+    for table in _at(path):
+        for key, node in table.get("properties", {}).items():
+            found.setdefault(key, Offer(key, "key", _kind(node), node.get("description", "")))
+    return list(found.values())
+
+
+def meaning(text: str, line: int, column: int) -> str:
+    """Return what the key at a place means, in Markdown; "" if there is none."""
+    lines = text.splitlines()
+    for found in _KEY.finditer(lines[line].partition("#")[0]) if line < len(lines) else ():
+        if found.start(1) <= column <= found.end(1):
+            path, _ = _path_to(lines[:line], lines[line][: found.start(1)])
+            for node in _at([*path, found[1]]):
+                allowed = ", ".join(_values(node)) or _kind(node)
+                default = f"; {node['default']} if left out" if "default" in node else ""
+                return f"**{found[1]}**: {node.get('description', '')}\n\n{allowed}{default}"
+    return ""
+
+
+def _path_to(above: Sequence[str], before: str) -> tuple[list[str], str]:
+    """Return the keys of the tables around a place, and what is written in the innermost one so far."""
+    headers = [number for number, line in enumerate(above) if _HEADER.match(line)]
+    start = headers[-1] if headers else -1
+    match = _HEADER.match(above[start]) if headers else None
+    path = match[1].replace('"', "").split(".") if match else []
+    inside = "\n".join([*(line.partition("#")[0] for line in above[start + 1 :]), before])
+    open_tables: list[tuple[str, int]] = []
+    for found in re.finditer(r'"[^"\n]*"?|[{}]', inside):
+        if found[0] == "{":
+            keys = _KEY.findall(re.sub(r"\{[^{}]*\}", "", inside[: found.start()]))
+            open_tables.append((keys[-1] if keys else "", found.end()))
+        elif found[0] == "}" and open_tables:
+            open_tables.pop()
+    begin = open_tables[-1][1] if open_tables else 0
+    return [*path, *(key for key, _ in open_tables)], inside[begin:].rpartition(",")[2].rpartition("\n")[2]
+
+
+def _at(path: Sequence[str]) -> Iterator[Node]:
+    """Yield the parts of the schema at a path; options have one for each kind of module."""
+    nodes = list(_open(_schema()))
+    for key in path:
+        nodes = [inner for node in nodes for inner in _below(node, key)]
+    yield from nodes
+
+
+def _below(node: Node, key: str) -> Iterator[Node]:
+    inner = node.get("properties", {}).get(key)
+    if inner is None and isinstance(node.get("additionalProperties"), dict):
+        inner = node["additionalProperties"]
+    if inner is not None:
+        yield from _open(inner)
+
+
+def _open(node: Node) -> Iterator[Node]:
+    """Yield a node without references, arrays and choices, with its own description."""
+    own = {key: node[key] for key in ("description", "default") if key in node}
+    if "$ref" in node:
+        node = {**_schema()["$defs"][node["$ref"].rpartition("/")[2]], **own}
+    if "properties" in node or not {"anyOf", "items"} & node.keys():
+        yield node
+    for inner in node.get("anyOf", ()):
+        yield from (each if "properties" in each else {**each, **own} for each in _open(inner))
+    if isinstance(node.get("items"), dict):
+        yield from ({**each, **own} for each in _open(node["items"]))
+
+
+def _values(node: Node) -> Iterator[str]:
+    for each in node.get("enum", [node["const"]] if "const" in node else ()):
+        yield f'"{each}"' if isinstance(each, str) else str(each).lower()
+    if node.get("type") == "boolean":
+        yield from ("true", "false")
+
+
+def _kind(node: Node) -> str:
+    """Return the type of a value and its limits."""
+    name = str(node.get("type", "one of several" if "enum" in node else "table"))
+    low, high = node.get("minimum"), node.get("maximum")
+    limits = f", {low:g} or more" if low is not None and high is None else ""
+    return f"{name}, {low:g} to {high:g}" if low is not None and high is not None else name + limits

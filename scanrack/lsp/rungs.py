@@ -1,0 +1,218 @@
+"""What stands at a place of rungs or structured text: instructions, and what the text declares.
+
+The text need not be readable as a program: people type.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+
+from scanrack.ladder.files.rungreader import LIBRARIES, load_library
+from scanrack.ladder.lowering.addon import AddOn, ParameterMode
+from scanrack.ladder.lowering.dialects import DIALECTS, LOGIX
+from scanrack.ladder.model.predefined.structures import PREDEFINED_TYPES
+from scanrack.ladder.model.spec import InstructionKind, Spec, Use
+from scanrack.ladder.model.types import Structure
+
+_WORD = re.compile(r"[A-Za-z_\\][\w:\\]*(?:\[[^\]]*\])?(?:\.\w+(?:\[[^\]]*\])?)*+")
+_DECLARATION = re.compile(
+    r"^\s*(?P<what>TAG|ALIAS|SLOT|Input|Output|InOut|Local)\s+(?P<name>[\w:]+)\s*:\s*(?P<type>[^:=/\s]*)"
+    r"|^\s*(?P<place>ROUTINE|PROGRAM|CONTROLLER|INSTRUCTION|TYPE|TASK)\s+(?P<of>\w+)",
+    re.IGNORECASE,
+)
+_DIALECT = re.compile(rf"^\s*DIALECT\s+({'|'.join(DIALECTS)})\b", re.IGNORECASE | re.MULTILINE)
+_KINDS = {
+    InstructionKind.INPUT: "decides whether the rung stays true",
+    InstructionKind.OUTPUT: "acts on a true rung",
+    InstructionKind.BOTH: "acts on a true and on a false rung",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """One line of a completion."""
+
+    name: str
+    kind: str  # "instruction", "tag", "member", "routine", "key" or "value"
+    detail: str = ""
+    text: str = ""  # what it means
+
+
+@dataclass(frozen=True, slots=True)
+class DeclarationLine:
+    """A declaration in a text."""
+
+    name: str
+    what: str  # its first word, such as TAG
+    type: str  # of a tag
+    line: int  # from 0
+    text: str  # the line
+    comment: str
+
+
+def declarations(text: str) -> Iterator[DeclarationLine]:
+    """Yield the declarations of a text, in order."""
+    for number, line in enumerate(text.splitlines()):
+        code, _, comment = line.partition("//")
+        found = _DECLARATION.match(code)
+        if found:
+            name, what = found["name"] or found["of"], found["what"] or found["place"]
+            yield DeclarationLine(
+                name, what.upper(), found["type"] or "", number, code.strip(), comment.strip()
+            )
+
+
+def word_at(line: str, column: int) -> str:
+    """Return the address or the name at a column, up to the part under it; "" if there is none.
+
+    >>> word_at("XIC(Fill.DN)OTE(Run);", 10), word_at("XIC(Fill.DN)OTE(Run);", 5), word_at("XIC(Run)", 1)
+    ('Fill.DN', 'Fill', 'XIC')
+    """
+    for found in _WORD.finditer(line):
+        if found.start() <= column <= found.end():
+            rest = re.match(r"\w*", line[column : found.end()])
+            return line[found.start() : column] + (rest[0] if rest else "")
+    return ""
+
+
+def declared_at(text: str, word: str) -> DeclarationLine | None:
+    """Return the declaration of a name or of the tag of an address; None if the text has none."""
+    base = re.split(r"[.\[]", word.rpartition("\\")[2] if "\\" in word else word, maxsplit=1)[0].upper()
+    return next((each for each in declarations(text) if each.name.upper() == base), None)
+
+
+def meaning(text: str, line: str, column: int) -> str:
+    """Return what stands at a place, in Markdown; "" if nothing is known of it."""
+    word = word_at(line, column)
+    spec = _instructions(text).get(word.upper())
+    if spec is not None:
+        return instruction_text(spec)
+    declared = declared_at(text, word) if word else None
+    if declared is None:
+        block = next((each for each in _blocks() if each.name.upper() == word.upper()), None)
+        return "" if block is None else block_text(block)
+    member = _member_text(declared.type, word)
+    lines = [f"```rung\n{declared.text}\n```", declared.comment, member]
+    uses = [n for n, each in enumerate(text.splitlines(), 1) if _names(each, declared.name)]
+    lines.append(f"in lines {', '.join(map(str, uses[:20]))}{', ...' if len(uses) > 20 else ''}")
+    return "\n\n".join(filter(None, lines))
+
+
+def _instructions(text: str) -> Mapping[str, Spec]:
+    """Return the rows of the dialect of a text."""
+    found = _DIALECT.search(text)
+    return DIALECTS[found[1].lower() if found else LOGIX]
+
+
+def _blocks(text: str | None = None) -> Iterator[AddOn]:
+    """Yield the blocks that come with scanrack; of a text, those of the libraries that it uses."""
+    for name in LIBRARIES:
+        if text is None or re.search(rf"^\s*USE\s+{name}\b", text, re.IGNORECASE | re.MULTILINE):
+            yield from load_library(name).add_ons.values()
+
+
+def _names(line: str, name: str) -> bool:
+    return re.search(rf"(?<![\w.]){re.escape(name)}\b", line.partition("//")[0], re.IGNORECASE) is not None
+
+
+def _member_text(type_name: str, word: str) -> str:
+    _, dot, member = word.partition(".")
+    return f"member {member} of {type_name}" if dot and type_name else ""
+
+
+def signature(spec: Spec) -> str:
+    """Return an instruction with the names of its operands.
+
+    >>> signature(DIALECTS[LOGIX]["TON"]), signature(DIALECTS[LOGIX]["XIC"])
+    ('TON(Timer, Preset, Accum)', 'XIC(bit)')
+    """
+    names = [
+        spec.captions[place] if place < len(spec.captions) and spec.captions[place] else _plain(use)
+        for place, use in enumerate(spec.operands)
+    ]
+    return f"{spec.name}({', '.join(names)})"
+
+
+def _plain(use: Use) -> str:
+    return use.name.lower().replace("_", " ")
+
+
+def instruction_text(spec: Spec) -> str:
+    """Return what an instruction is, in Markdown: its operands, when it acts, its other name."""
+    lines = [f"```rung\n{signature(spec)}\n```", f"{spec.name} {_KINDS[spec.kind]}."]
+    if spec.decides:
+        lines[1] = f"{spec.name} acts on a true and on a false rung, and decides the condition after it."
+    if spec.other:
+        lines.append(f"From revision 36 of Studio 5000 on it is printed as {spec.other}.")
+    if spec.optional:
+        lines.append(f"The last {spec.optional} operands may be left out.")
+    if not spec.in_rungs:
+        lines.append("Only structured text has it.")
+    elif spec.instead:
+        lines.append(f"In structured text: {spec.instead}.")
+    return "\n\n".join(lines)
+
+
+def block_signature(block: AddOn) -> str:
+    """Return a block that comes with scanrack with the names of its operands.
+
+    >>> block_signature(load_library("axis3601").add_ons["MC_HALT"])
+    'MC_Halt(instance, Axis, Execute)'
+    """
+    return f"{block.name}({', '.join(['instance', *(each.name for each in block.required)])})"
+
+
+def block_text(block: AddOn) -> str:
+    """Return what a block is, in Markdown: its operands, what it does, its parameters."""
+    parameters = [
+        f"{each.way.value} {each.name} : {each.type.name}{f'  // {each.comment}' if each.comment else ''}"
+        for each in block.parameters
+        if each.way is not ParameterMode.LOCAL
+    ]
+    return "\n\n".join(
+        (
+            f"```rung\n{block_signature(block)}\n```",
+            block.comment,
+            "```rung\n" + "\n".join(parameters) + "\n```",
+        )
+    )
+
+
+def _members(type_name: str) -> list[Offer]:
+    """Return the members of a type or block that comes with scanrack."""
+    blocks = {each.name.upper(): each for each in _blocks()}
+    if type_name in blocks:
+        reached = (ParameterMode.INPUT, ParameterMode.OUTPUT)
+        parameters = [each for each in blocks[type_name].parameters if each.way in reached]
+        return [Offer(each.name, "member", each.type.name, each.comment) for each in parameters]
+    types = {name: kind for each in LIBRARIES for name, kind in load_library(each).types.items()}
+    kind = {**types, **PREDEFINED_TYPES}.get(type_name)
+    members = kind.members if isinstance(kind, Structure) else ()
+    return [Offer(each.name, "member", each.type.name) for each in members]
+
+
+def offers(text: str, before: str, *, structured: bool) -> list[Offer]:
+    """Return what may be written at a place of rungs or structured text.
+
+    Args:
+        before: the line up to there.
+        structured: whether it is structured text.
+    """
+    written = re.search(r"([\w:\\]+(?:\[[^\]]*\])?)\.\w*$", before)
+    if written:
+        declared = declared_at(text, written[1])
+        return _members(declared.type.partition("[")[0].upper()) if declared else []
+    found = [
+        Offer(each.name, "tag" if each.type or each.what == "SLOT" else "routine", each.type, each.comment)
+        for each in declarations(text)
+        if each.what not in ("PROGRAM", "CONTROLLER", "TASK", "TYPE")
+    ]
+    specs = {each.name: each for each in _instructions(text).values()}.values()
+    usable = (each for each in specs if (not each.instead if structured else each.in_rungs))
+    named = (Offer(each.name, "instruction", signature(each), instruction_text(each)) for each in usable)
+    blocks = (
+        Offer(each.name, "instruction", block_signature(each), block_text(each)) for each in _blocks(text)
+    )
+    return [*found, *named, *blocks]

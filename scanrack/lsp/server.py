@@ -1,0 +1,201 @@
+"""The language server over pygls: documents come in, diagnostics and answers go out."""
+
+from __future__ import annotations
+
+import asyncio
+import os
+import sys
+from collections.abc import Iterable, Sequence
+from contextlib import redirect_stdout
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from lsprotocol import types
+from pygls.lsp.server import LanguageServer
+from pygls.uris import from_fs_path, to_fs_path
+from scanrack.jobs.check.texts import CHECKED, RACK, LineRemark
+from scanrack.ladder.files.suffixes import STRUCTURED_SUFFIX, SUFFIX
+
+from . import racks, rungs
+from .findings import findings
+
+REST_S = 0.2
+"""Time without typing before a text is checked."""
+
+LEVELS = {
+    "error": types.DiagnosticSeverity.Error,
+    "warning": types.DiagnosticSeverity.Warning,
+    "note": types.DiagnosticSeverity.Information,
+}
+KINDS = {
+    "instruction": types.CompletionItemKind.Function,
+    "tag": types.CompletionItemKind.Variable,
+    "member": types.CompletionItemKind.Field,
+    "routine": types.CompletionItemKind.Module,
+    "key": types.CompletionItemKind.Property,
+    "value": types.CompletionItemKind.Value,
+}
+
+
+class RackServer(LanguageServer):
+    """The server, with what it has said of each document.
+
+    Attributes:
+        trusted: whether the editor trusts its folder, so that modules in Python may be run.
+    """
+
+    def __init__(self) -> None:
+        super().__init__("scanrack", version("scanrack"))
+        self.trusted = False
+        self._waiting: dict[str, asyncio.Task[None]] = {}
+        self._others: dict[str, set[str]] = {}  # by document: other files that its last check spoke of
+
+    def look(self, uri: str, *, rest_s: float = REST_S) -> None:
+        """Check a document after a rest, instead of a check that is still to come."""
+        if (before := self._waiting.pop(uri, None)) is not None:
+            before.cancel()
+        if _path(uri).suffix in CHECKED:
+            self._waiting[uri] = asyncio.get_running_loop().create_task(self._check(uri, rest_s))
+
+    def forget(self, uri: str) -> None:
+        """Take back what was said of a document that is closed."""
+        if (before := self._waiting.pop(uri, None)) is not None:
+            before.cancel()
+        for each in {uri, *self._others.pop(uri, set())}:
+            self._publish(each, [])
+
+    async def _check(self, uri: str, rest_s: float) -> None:
+        await asyncio.sleep(rest_s)
+        document = self.workspace.get_text_document(uri)
+        texts = {_path(each): one.source for each, one in self.workspace.text_documents.items()}
+        number = document.version
+        found = await asyncio.to_thread(findings, _path(uri), texts, trusted=self.trusted)
+        by_uri: dict[str, list[LineRemark]] = {uri: []}
+        for each in found:
+            by_uri.setdefault(from_fs_path(each.file) or uri, []).append(each)
+        for other in self._others.get(uri, set()) - by_uri.keys():
+            self._publish(other, [])
+        self._others[uri] = by_uri.keys() - {uri}
+        for each_uri, remarks in by_uri.items():
+            if each_uri == uri or each_uri not in self.workspace.text_documents:
+                self._publish(each_uri, remarks, number if each_uri == uri else None)
+
+    def _publish(self, uri: str, remarks: Iterable[LineRemark], number: int | None = None) -> None:
+        lines: Sequence[str] = self.workspace.get_text_document(uri).lines if remarks else ()
+        told = [_diagnostic(each, lines) for each in remarks]
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, told, number))
+
+
+def _path(uri: str) -> Path:
+    return Path(to_fs_path(uri) or "")
+
+
+def _diagnostic(remark: LineRemark, lines: Sequence[str]) -> types.Diagnostic:
+    """Return a remark as the protocol has it: to the end of its line."""
+    at = min(remark.line, max(len(lines), 1)) - 1
+    line = lines[at].rstrip() if at < len(lines) else ""
+    start = len(line) - len(line.lstrip()) if remark.column is None else min(remark.column - 1, len(line))
+    span = types.Range(types.Position(at, _units(line[:start])), types.Position(at, _units(line)))
+    level = LEVELS[remark.level]
+    return types.Diagnostic(span, remark.text, severity=level, source="scanrack", code=remark.rule)
+
+
+def _units(text: str) -> int:
+    """Return the length of a text in units of UTF-16, in which the protocol counts."""
+    return len(text.encode("utf-16-le")) // 2
+
+
+def _column(line: str, units: int) -> int:
+    """Return the place in a line of a number of units of UTF-16."""
+    return len(line.encode("utf-16-le")[: 2 * units].decode("utf-16-le", "ignore"))
+
+
+def _spot(server: RackServer, params: Any) -> tuple[Path, str, str, int, int]:
+    """Return the file of a question, its text, the line, and the place: line and column from 0."""
+    document = server.workspace.get_text_document(params.text_document.uri)
+    at = params.position.line
+    line = document.lines[at].rstrip("\r\n") if at < len(document.lines) else ""
+    return _path(document.uri), document.source, line, at, _column(line, params.position.character)
+
+
+def _hover(server: RackServer, params: types.HoverParams) -> types.Hover | None:
+    path, text, line, at, column = _spot(server, params)
+    said = ""
+    if path.suffix == RACK:
+        said = racks.meaning(text, at, column)
+    elif path.suffix in (SUFFIX, STRUCTURED_SUFFIX):
+        said = rungs.meaning(text, line, column)
+    return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, said)) if said else None
+
+
+def _complete(server: RackServer, params: types.CompletionParams) -> types.CompletionList:
+    path, text, line, at, column = _spot(server, params)
+    found: list[rungs.Offer] = []
+    if path.suffix == RACK:
+        found = racks.offers(text, at, column)
+    elif path.suffix in (SUFFIX, STRUCTURED_SUFFIX):
+        found = rungs.offers(text, line[:column], structured=path.suffix == STRUCTURED_SUFFIX)
+    items = [
+        types.CompletionItem(
+            each.name,
+            kind=KINDS[each.kind],
+            detail=each.detail or None,
+            documentation=types.MarkupContent(types.MarkupKind.Markdown, each.text) if each.text else None,
+        )
+        for each in found
+    ]
+    return types.CompletionList(is_incomplete=False, items=items)
+
+
+def _define(server: RackServer, params: types.DefinitionParams) -> types.Location | None:
+    path, text, line, _, column = _spot(server, params)
+    word = rungs.word_at(line, column) if path.suffix in (SUFFIX, STRUCTURED_SUFFIX) else ""
+    found = rungs.declared_at(text, word) if word else None
+    if found is None:
+        return None
+    line = text.splitlines()[found.line]
+    start = _units(line[: line.index(found.name)])
+    end = start + _units(found.name)
+    span = types.Range(types.Position(found.line, start), types.Position(found.line, end))
+    return types.Location(params.text_document.uri, span)
+
+
+def made() -> RackServer:
+    """Return the server with its answers."""
+    server = RackServer()
+
+    def begin(params: types.InitializeParams) -> None:
+        options = params.initialization_options
+        server.trusted = isinstance(options, dict) and options.get("trusted") is True
+
+    def opened(params: types.DidOpenTextDocumentParams) -> None:
+        server.look(params.text_document.uri, rest_s=0)
+
+    def changed(params: types.DidChangeTextDocumentParams) -> None:
+        server.look(params.text_document.uri)
+
+    def saved(_params: types.DidSaveTextDocumentParams) -> None:
+        for uri in list(server.workspace.text_documents):  # a rack file is checked with its program
+            server.look(uri, rest_s=0)
+
+    def closed(params: types.DidCloseTextDocumentParams) -> None:
+        server.forget(params.text_document.uri)
+
+    server.feature(types.INITIALIZE)(begin)
+    server.feature(types.TEXT_DOCUMENT_DID_OPEN)(opened)
+    server.feature(types.TEXT_DOCUMENT_DID_CHANGE)(changed)
+    server.feature(types.TEXT_DOCUMENT_DID_SAVE)(saved)
+    server.feature(types.TEXT_DOCUMENT_DID_CLOSE)(closed)
+    server.feature(types.TEXT_DOCUMENT_HOVER)(lambda params: _hover(server, params))
+    server.feature(types.TEXT_DOCUMENT_DEFINITION)(lambda params: _define(server, params))
+    triggers = types.CompletionOptions(trigger_characters=["(", ",", ".", '"'])
+    server.feature(types.TEXT_DOCUMENT_COMPLETION, triggers)(lambda params: _complete(server, params))
+    return server
+
+
+def serve() -> None:
+    """Serve on standard input and output until the editor ends it; other output goes to standard error."""
+    asked, told = os.dup(0), os.dup(1)
+    with os.fdopen(asked, "rb") as questions, os.fdopen(told, "wb") as answers, redirect_stdout(sys.stderr):
+        made().start_io(questions, answers)

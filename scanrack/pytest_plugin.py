@@ -1,0 +1,188 @@
+"""The plugin of pytest: racks on the bench as fixtures, and what a failed test leaves behind.
+
+    def test_feeder(rack):
+        feeder = rack("feeder.toml")          # beside the test's file
+        feeder.run_until("Out.Done", within="3 s")
+
+    pytest --scanrack-keep failed|all|never --scanrack-artefacts FOLDER --rung-coverage
+
+A failed test leaves the recording of each of its benches; its report says why the tags that it was about are
+as they are, and the command that opens the recording at the last scan. Nothing of scanrack is imported before
+a test uses a fixture.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Generator, Iterator
+from pathlib import Path
+from traceback import walk_tb
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from scanrack.jobs.bench import Bench
+    from scanrack.testing.artefacts import TestArtefacts
+
+OpenRack = Callable[[str | Path], "Bench"]
+"""The fixture `rack`: opens a rack file, whose path begins at the folder of the test's file."""
+
+_Report = Generator[None, pytest.TestReport, pytest.TestReport]
+
+ARTEFACTS = pytest.StashKey["TestArtefacts"]()
+RUNNING = pytest.StashKey[bool]()
+"""Whether the function of a test runs: a report that comes meanwhile is one of a subtest."""
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the options.
+
+    For the sake of a plugin pytest would rewrite the assertions of all of scanrack: seconds, for nothing.
+    """
+    for finder in sys.meta_path:
+        getattr(finder, "_must_rewrite", set()).discard(__package__)
+    group = parser.getgroup("scanrack")
+    group.addoption(
+        "--scanrack-keep",
+        choices=["failed", "all", "never"],
+        default="failed",
+        help="Which tests leave recordings of their racks: failed (default), all, never.",
+    )
+    group.addoption(
+        "--scanrack-artefacts",
+        metavar="FOLDER",
+        help="Where they leave them, in a folder for each test (default: scanrack-artefacts).",
+    )
+    group.addoption(
+        "--rung-coverage",
+        action="store_true",
+        help="Write rung-coverage.html: what the tests went through of rungs, structured text and Python on "
+        "the bench.",
+    )
+    parser.addini("scanrack_rack", "The rack of the fixture `bench`, from this folder on.", default="")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Say what the marker is, and begin to gather coverage if it is wanted."""
+    config.addinivalue_line("markers", "rack(path): the rack file of the fixture `bench`")
+    config.pluginmanager.register(_HiddenFrames(), "scanrack-frames")
+    if config.getoption("--rung-coverage"):
+        from scanrack.testing.rung_coverage import KEY, CoverageReport
+
+        config.pluginmanager.register(CoverageReport(config), KEY)
+
+
+# --- fixtures
+
+
+@pytest.fixture
+def rack(request: pytest.FixtureRequest) -> Iterator[OpenRack]:
+    """Open rack files on a bench, recorded if the test's recordings may be kept; closed at the test's end."""
+    artefacts = _artefacts_of(request.node)
+    yield lambda path: artefacts.open(request.path.parent / path)
+    artefacts.close()
+
+
+@pytest.fixture
+def bench(request: pytest.FixtureRequest, rack: OpenRack) -> Bench:
+    """The bench of the rack that `@pytest.mark.rack("feeder.toml")` or the key `scanrack_rack` names."""
+    marker = request.node.get_closest_marker("rack")
+    if marker is not None and marker.args:
+        return rack(marker.args[0])
+    given = request.config.getini("scanrack_rack")
+    if not given:
+        __tracebackhide__ = False
+        pytest.fail(
+            'bench: no rack is named; put @pytest.mark.rack("rack.toml") above the test, or scanrack_rack '
+            "into pytest's configuration",
+            pytrace=False,
+        )
+    return rack((request.config.inipath or request.config.rootpath / "ini").parent / given)
+
+
+@pytest.fixture
+def artefacts(request: pytest.FixtureRequest) -> Path:
+    """The folder of the test: what is written there is kept as its recordings are."""
+    return _artefacts_of(request.node).folder.path
+
+
+def _artefacts_of(item: pytest.Item) -> TestArtefacts:
+    found = item.stash.get(ARTEFACTS, None)
+    if found is None:
+        from scanrack.testing.artefacts import TestArtefacts
+
+        found = item.stash[ARTEFACTS] = TestArtefacts(item, _base_of(item.config))
+    return found
+
+
+def _base_of(config: pytest.Config) -> Path:
+    given = config.getoption("--scanrack-artefacts")
+    return config.rootpath / "scanrack-artefacts" if given is None else config.invocation_params.dir / given
+
+
+# --- test routines
+
+
+def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
+    """Collect the test routines of `test_*.rung` and `test_*.st`."""
+    if file_path.suffix not in (".rung", ".st") or not file_path.name.startswith("test_"):
+        return None
+    from scanrack.testing.routines import RoutineFile
+
+    collector: pytest.Collector = RoutineFile.from_parent(parent, path=file_path, artefacts_of=_artefacts_of)
+    return collector
+
+
+# --- reports
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
+    """Note that the function of the test runs."""
+    item.stash[RUNNING] = True
+    try:
+        return (yield)
+    finally:
+        item.stash[RUNNING] = False
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> _Report:
+    """Add the section of scanrack to the report of a failed test; a rerun of the test begins anew."""
+    report = yield
+    found = item.stash.get(ARTEFACTS, None)
+    if found is not None:
+        found.reported(report, call, of_subtest=item.stash.get(RUNNING, False))
+        if report.when == "teardown":
+            del item.stash[ARTEFACTS]
+    return report
+
+
+class _HiddenFrames:
+    """Hides the lines of scanrack in tracebacks; pytest shows them with --full-trace."""
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_makereport(self, call: pytest.CallInfo[None]) -> _Report:
+        if call.excinfo is not None and __package__ in sys.modules:
+            _hide(call.excinfo.value)
+        return (yield)
+
+
+def _hide(error: BaseException | None) -> None:
+    seen: list[BaseException] = []
+    while error is not None and error not in seen:
+        seen.append(error)
+        for frame, _ in walk_tb(error.__traceback__):
+            if str(frame.f_globals.get("__name__")).startswith(f"{__package__}."):
+                frame.f_globals.setdefault("__tracebackhide__", True)  # what pytest looks for
+        error = error.__cause__ or error.__context__
+
+
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Remove the folder of artifacts if no test has left any; under pytest-xdist when all have ended."""
+    base = _base_of(session.config)
+    if base.is_dir() and not hasattr(session.config, "workerinput"):
+        from scanrack.testing.folder import remove_base
+
+        remove_base(base)

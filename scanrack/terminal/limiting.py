@@ -1,0 +1,42 @@
+"""The options before the command: the version, and the limits for reading traces."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+from scanrack.traces.format.limits import CHUNK_BYTES, RECORDS, Limits, limited
+
+from .terminal import say
+
+MIB = 1024 * 1024
+
+
+def print_version(wanted: bool) -> None:
+    """Print the version and end the command."""
+    if wanted:
+        from importlib.metadata import version  # it imports the whole of `email`
+
+        say(f"scanrack {version('scanrack')}")
+        raise typer.Exit
+
+
+def limit_traces(
+    context: typer.Context,
+    _version: Annotated[
+        bool,
+        typer.Option("--version", callback=print_version, is_eager=True, help="Print the version and exit."),
+    ] = False,
+    max_chunk: Annotated[
+        int,
+        typer.Option("--max-chunk", min=1, metavar="MIB", help="Most that a chunk of a trace unpacks to."),
+    ] = CHUNK_BYTES // MIB,
+    max_records: Annotated[
+        int,
+        typer.Option(
+            "--max-records", metavar="N", min=1, help="Most records in a chunk that are nearly empty."
+        ),
+    ] = RECORDS,
+) -> None:
+    """Apply the limits for reading traces until the command ends."""
+    context.with_resource(limited(Limits(max_chunk * MIB, max_records)))

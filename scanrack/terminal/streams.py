@@ -1,0 +1,129 @@
+"""Standard input and output that may be closed, full, or a pipe whose reader has gone.
+
+Commands write as if writing always worked. On a failure `LostOutput` ends the command, past
+every handler of errors of other files; after that, writing has no effect, so that no further message
+appears when the interpreter ends. A terminal that is closed takes no more writes either: they are dropped,
+and its SIGHUP ends the command.
+
+Files and pipes get UTF-8 with line feeds, the same bytes on every system, unless PYTHONIOENCODING chooses an
+encoding. A terminal gets what it can show, and ? for the rest.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import IO, TYPE_CHECKING, Any
+
+from scanrack.runtime.loop.faults import Ending
+
+from .status import CANNOT_WRITE, PIPE_CLOSED
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
+
+
+class LostOutput(Ending):
+    """Standard output can't be written.
+
+    It is no Exception, so that no command takes it for an error of one of its files.
+    """
+
+    def __init__(self, error: OSError) -> None:
+        super().__init__(str(error))
+        self.error = error
+
+    @property
+    def status(self) -> int:
+        """The exit status."""
+        return PIPE_CLOSED if isinstance(self.error, BrokenPipeError) else CANNOT_WRITE
+
+
+class _GuardedFile(io.FileIO):
+    """A file descriptor that fails once, and accepts everything from then on."""
+
+    def __init__(self, fd: int, *, told: bool) -> None:
+        super().__init__(fd, "w", closefd=False)
+        self._told = told
+        self._lost = False
+
+    def write(self, data: ReadableBuffer, /) -> int:
+        if not self._lost:
+            try:
+                return super().write(data)
+            except OSError as error:
+                self._lost = True
+                if self._told:
+                    raise LostOutput(error) from error
+        return memoryview(data).nbytes
+
+
+def closed_streams_plugged() -> None:
+    """Keep the numbers of closed standard streams from files that are opened later.
+
+    A socket with number 0 would be closed with standard input. Writing to the plug of an output fails.
+    """
+    while (fd := os.open(os.devnull, os.O_RDONLY)) < 3:
+        pass
+    os.close(fd)
+
+
+@contextmanager
+def guarded_output() -> Iterator[None]:
+    """End the block with `LostOutput` if standard output can't be written.
+
+    Failed writes to standard error and to a terminal are dropped. Standard input is UTF-8, too. Closed
+    streams, streams of other owners and the console of Windows, which has a file of its own kind, are left
+    unchanged.
+    """
+    before = sys.stdout, sys.stderr
+    if isinstance(sys.stdin, io.TextIOWrapper) and _is_ours(sys.stdin):
+        sys.stdin.reconfigure(encoding="utf-8")
+    sys.stdout, sys.stderr = (
+        _guarded(sys.stdout or _closed(1), told=True),
+        _guarded(sys.stderr or _closed(2), told=False),
+    )
+    try:
+        yield
+    finally:
+        ours = sys.stdout, sys.stderr
+        sys.stdout, sys.stderr = before
+        for stream in ours:
+            if stream is not None:
+                stream.flush()
+
+
+def _closed(number: int) -> IO[str]:
+    return open(number, "w", encoding="utf-8", newline="\n", closefd=False)
+
+
+def _guarded(stream: Any, *, told: bool) -> Any:
+    fd = _descriptor(stream)
+    is_terminal = fd is not None and os.isatty(fd)
+    if fd is None or (is_terminal and sys.platform == "win32"):
+        return stream
+    stream.flush()
+    ours = _is_ours(stream)
+    return io.TextIOWrapper(
+        io.BufferedWriter(_GuardedFile(fd, told=told and not is_terminal)),
+        encoding="utf-8" if ours else stream.encoding,
+        errors="replace" if stream.errors == "strict" else stream.errors,
+        newline="\n" if ours else None,
+        line_buffering=stream.line_buffering,
+    )
+
+
+def _is_ours(stream: IO[str]) -> bool:
+    """Return whether we choose the encoding: neither a terminal nor the user does."""
+    return not stream.isatty() and "PYTHONIOENCODING" not in os.environ
+
+
+def _descriptor(stream: IO[str] | None) -> int | None:
+    """Return the descriptor of a stream, or None."""
+    try:
+        return None if stream is None else stream.fileno()
+    except (OSError, ValueError):
+        return None

@@ -1,0 +1,51 @@
+"""The output of commands: the only way to the terminal, with control characters made visible."""
+
+from __future__ import annotations
+
+import sys
+
+import typer
+from scanrack.io_images.text_limits import SHOWN, shortened
+from scanrack.io_images.visible_text import visible
+
+
+def on_a_line(text: str) -> str:
+    r"""Return a text with visible line feeds, too: a file's text can't begin a line of ours.
+
+    >>> on_a_line("line\nnote: all is well")
+    'line\\nnote: all is well'
+    """
+    return visible(shortened(text), keep="")
+
+
+def say(text: object, *, err: bool = False, nl: bool = True, whole: bool = False) -> None:
+    """Print a text.
+
+    Args:
+        whole: print all of it: it is for programs, or our own. Otherwise long lines and long messages
+            are shortened.
+    """
+    shown = str(text) if whole else _short_lines(str(text), err=err)
+    typer.echo(visible(shown), err=err, nl=nl)  # noqa: TID251 - the one place
+
+
+def say_file(data: bytes) -> None:
+    """Print the bytes of a file; on a terminal as text with visible control characters."""
+    shown = visible(data.decode(errors="replace")) if sys.stdout.isatty() else data
+    typer.echo(shown, nl=False)  # noqa: TID251 - the one place
+
+
+LINE_MOST = 2 * SHOWN
+
+MESSAGE_LINES = 500
+"""Most lines of a message on standard error."""
+
+
+def _short_lines(text: str, *, err: bool) -> str:
+    if len(text) <= LINE_MOST and not err:
+        return text
+    lines = text.split("\n")
+    more = len(lines) - MESSAGE_LINES
+    if err and more > 0:
+        lines[MESSAGE_LINES:] = [f"... ({more:,} more lines)"]
+    return "\n".join(shortened(line, LINE_MOST) for line in lines)

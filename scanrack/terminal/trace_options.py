@@ -1,0 +1,185 @@
+"""Shared by the commands that read traces: options for scans and times, progress, notes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Protocol
+
+import typer
+from scanrack.io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
+
+from .terminal import on_a_line, say
+
+if TYPE_CHECKING:  # options import no recordings
+    from scanrack.traces.files.guard import Used
+    from scanrack.traces.read.reader import Trace
+    from scanrack.traces.signals import Selection
+
+ScanRange = tuple[int, int | None]
+"""First and last scan, both included; None = to the end."""
+
+
+class UaSecurityWord(StrEnum):
+    """Words of --opc-ua-security; those of `kinds.SECURITIES`."""
+
+    NONE = "none"
+    ENCRYPTED = "encrypted"
+
+
+RangeOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--range",
+        metavar="A:B",
+        help="Only these scans, such as 100:200, or this time, such as 1.5s:3s or 10min: .",
+        show_default="all",
+    ),
+]
+ReplaceOption = Annotated[
+    bool, typer.Option("--replace", help="Overwrite; keep no numbered copies such as rack.1.mcap.")
+]
+KeepValuesOption = Annotated[
+    bool,
+    typer.Option("--keep-values", help="Begin an export in the middle: no prescan resets its values."),
+]
+MemoryOption = Annotated[
+    int | None,
+    typer.Option(
+        "--memory",
+        metavar="MIB",
+        min=1,
+        max=EXPORT_MIB_MOST,
+        help=f"Memory that the tags of an export may take, {EXPORT_MIB} MiB without it.",
+        show_default=False,
+    ),
+]
+ForcesOption = Annotated[bool, typer.Option("--forces", help="Apply forces from the export.")]
+ServerOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--server",
+        metavar="PROTOCOL[:[HOST:]PORT]",
+        help="Serve the tags to HMIs and scripts: ethernet-ip as a CompactLogix does, opc-ua, modbus-tcp; to "
+        "this machine only.",
+        show_default=False,
+    ),
+]
+UaSecurityOption = Annotated[
+    UaSecurityWord | None,
+    typer.Option(
+        "--opc-ua-security",
+        metavar="none|encrypted",
+        help="Secure the OPC UA server; encrypted is Basic256Sha256, certificate in opcua/.",
+        show_default="none on this machine, else encrypted",
+    ),
+]
+UaUsersOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--opc-ua-users",
+        metavar="FILE",
+        help="Require a login; FILE has lines name:password, private to you.",
+    ),
+]
+QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
+
+
+def selection(ranges: Sequence[str] | None) -> Selection:
+    """Return the selection of --range: scans, time, or one of each.
+
+    >>> selection(["10:20", "1.5s:"])
+    Selection(first=10, last=20, start_ns=1500000000, end_ns=None)
+
+    Raises:
+        ValueError: one is not a range, or two are of the same kind.
+    """
+    from scanrack.traces.signals import Selection
+
+    scans = [each for each in ranges or () if re.fullmatch(r"[\d:\s]*", each)]
+    times = [each for each in ranges or () if each not in scans]
+    if len(scans) > 1 or len(times) > 1:
+        raise ValueError(f"--range {' and '.join(scans if len(scans) > 1 else times)}: give one of them")
+    first, last = parse_range(scans[0]) if scans else (0, None)
+    start_ns, end_ns = parse_time_range(times[0]) if times else (0, None)
+    return Selection(first, last, start_ns, end_ns)
+
+
+def parse_range(text: str) -> ScanRange:
+    """Read a range of scans: `A:B`, `A:`, `:B` or `A`, both ends included.
+
+    >>> parse_range("100:200"), parse_range("100:"), parse_range(":200"), parse_range("7")
+    ((100, 200), (100, None), (0, 200), (7, 7))
+
+    Raises:
+        ValueError: not such a range.
+    """
+    match = re.fullmatch(r"(\d*)(:?)(\d*)", text)
+    if match is None or not (match[1] or match[3]):
+        raise ValueError(f"--range {text!r}: must be A:B, A:, :B or A")
+    first = int(match[1] or 0)
+    last = first if not match[2] else int(match[3]) if match[3] else None
+    if last is not None and last < first:
+        raise ValueError(f"--range {text!r}: it ends before it begins")
+    return first, last
+
+
+def parse_time_range(text: str) -> tuple[int, int | None]:
+    """Read a range of virtual time, ns, both ends included; ValueError if it is not such a range.
+
+    >>> parse_time_range("1.5s:3s"), parse_time_range(":250 ms"), parse_time_range("2min:")
+    ((1500000000, 3000000000), (0, 250000000), (120000000000, None))
+    """
+    from scanrack.io_images.times import parse_time
+
+    start, colon, end = (part.strip() for part in text.partition(":"))
+    if not colon or not (start or end):
+        raise ValueError(f"--range {text!r}: must be A:B, A: or :B, as in 1.5s:3s")
+    start_ns = parse_time(start) if start else 0
+    end_ns = parse_time(end) if end else None
+    if end_ns is not None and end_ns < start_ns:
+        raise ValueError(f"--range {text!r}: it ends before it begins")
+    return start_ns, end_ns
+
+
+@contextmanager
+def reading(
+    trace: Trace, selection: Selection | None = None, *, quiet: bool
+) -> Iterator[Callable[[int], None]]:
+    """Show a bar of the processed scans, on a terminal, unless --quiet."""
+    # a run, which has one of these options, does without
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from scanrack.traces.signals import ALL, count
+
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda scans: None
+        return
+    columns = (TextColumn("scans"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("scans", total=count(trace, selection or ALL))
+        yield lambda scans: bar.advance(task, scans)
+
+
+class HasNotes(Protocol):
+    """A trace, or what was read of one, with the defects of its file."""
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """The defects of the file."""
+
+
+def tell_notes(*traces: HasNotes) -> None:
+    """Print the defects of the files on standard error."""
+    for trace in traces:
+        for note in trace.notes:
+            say(on_a_line(f"note: {note}"), err=True)
+
+
+def itself(trace: Path) -> Used:
+    """Return the command's input, as an entry of the files that its output must not overwrite."""
+    return {trace: "the trace itself"}

@@ -1,0 +1,178 @@
+"""The folder of a test: what it leaves behind.
+
+scanrack-artefacts/                     with a .gitignore, which says that scanrack made it
+test_feeder.py--test_strokes/         of test_feeder.py::test_strokes
+.scanrack-test                      its test; only folders with this file are ever emptied
+feeder.mcap, feeder.html
+.scanrack-passed                    if that test has passed
+passed/feeder.mcap                  of its last run that passed, while later ones fail
+"""
+
+from __future__ import annotations
+
+import hashlib
+import re
+import shutil
+from contextlib import suppress
+from pathlib import Path
+
+from scanrack.traces.files.guard import OwnedError
+from scanrack.traces.files.locking import is_being_recorded
+from scanrack.traces.files.portable import no_device
+
+MARK = ".scanrack-test"
+PASSED_MARK = ".scanrack-passed"
+PASSED = "passed"
+IGNORE = "# made by the pytest plugin of scanrack\n*\n"
+LONGEST = 80
+"""Characters of a folder's name, its digest apart."""
+
+DIGEST = 8
+
+_PLAIN = re.compile(r"\w+(\.\w+)*+((/|::)\w+(\.\w+)*+)*+", re.ASCII)
+
+
+def folder_names(test: str) -> tuple[str, ...]:
+    """Return the names that the folder of a test may have; the next one is for a name that is taken.
+
+    >>> folder_names("tests/test_feeder.py::test_strokes")
+    ('tests-test_feeder.py--test_strokes', 'tests-test_feeder.py--test_strokes-c9a7e8d1')
+    >>> folder_names("test_feeder.py::test_file[../../etc/passwd]")
+    ('test_feeder.py--test_file-etc-passwd-0a2bd06b',)
+    """
+    name = test.replace("::", "--").replace("/", "-")
+    unique = f"{file_name(name)}-{hashlib.sha256(test.encode('utf-8', 'surrogatepass')).hexdigest()[:DIGEST]}"
+    is_plain = len(name) <= LONGEST and _PLAIN.fullmatch(test)
+    return (name, unique) if is_plain else (unique,)
+
+
+def file_name(text: str) -> str:
+    """Return a text as a part of a path that every system has.
+
+    >>> file_name("../my rack#2"), file_name("aux")
+    ('my-rack-2', 'aux_')
+    """
+    clean = re.sub(r"-?[^\w.-]+-?|\.{2,}", "-", text, flags=re.ASCII)
+    return no_device(re.sub(r"-{3,}", "-", clean)[:LONGEST].strip(".-"))
+
+
+class ArtefactFolder:
+    """The folder of a test, made when it is first asked for.
+
+    Args:
+        base: the folder of all tests.
+        test: the node of the test, as pytest names it.
+    """
+
+    def __init__(self, base: Path, test: str) -> None:
+        self._base, self._test = base, test
+        self._path: Path | None = None
+
+    @property
+    def path(self) -> Path:
+        """The folder, without what an earlier run left in it.
+
+        Raises:
+            OwnedError: folders that scanrack did not make have its names, or another run is writing to it.
+            OSError: it can't be made.
+        """
+        if self._path is None:
+            _make_base(self._base)
+            self._path = self._made()
+        return self._path
+
+    def _made(self) -> Path:
+        for name in folder_names(self._test):
+            path = self._base / name
+            if self._may_take(path):
+                path.mkdir(parents=True, exist_ok=True)
+                (path / MARK).write_text(self._test, "utf-8", "backslashreplace", newline="\n")
+                return path
+        raise OwnedError(
+            f"{path} was not made by scanrack for {self._test}: move it away, or give --scanrack-artefacts "
+            "another folder"
+        )
+
+    def _may_take(self, path: Path) -> bool:
+        """Empty the folder if it is this test's; return whether the test may have it."""
+        if path.is_symlink() or (path.exists() and not path.is_dir()):
+            return False
+        if not path.exists() or not any(path.iterdir()):
+            return True
+        if not self._is_own(path):
+            return False
+        for trace in path.glob("*.mcap"):
+            if is_being_recorded(trace):
+                raise OwnedError(
+                    f"{trace} is being recorded by another run of the test: "
+                    "give --scanrack-artefacts another folder"
+                )
+        _empty(path)
+        return True
+
+    def passed_trace(self, trace: Path) -> Path | None:
+        """Return the trace of that name of the last run that passed, if there is one."""
+        path = trace.parent / PASSED / trace.name
+        return path if path.is_file() else None
+
+    def keep_passed(self) -> None:
+        """Keep the folder as that of a run that has passed."""
+        if self._path is not None:
+            (self._path / PASSED_MARK).touch()
+            _remove(self._path / PASSED)
+
+    def _is_own(self, path: Path) -> bool:
+        try:
+            marked = (path / MARK).read_bytes()
+        except OSError:
+            return False
+        return marked == self._test.encode("utf-8", "backslashreplace")
+
+    def remove(self) -> None:
+        """Remove the folder with all that is in it, if it was asked for."""
+        path, self._path = self._path, None
+        if path is not None and not path.is_symlink() and self._is_own(path):
+            shutil.rmtree(path)
+
+    def remove_if_unused(self) -> None:
+        """Remove the folder if the test left nothing in it."""
+        own = {MARK, PASSED_MARK, PASSED}
+        if self._path is not None and all(each.name in own for each in self._path.iterdir()):
+            self.remove()
+
+
+def _empty(path: Path) -> None:
+    """Empty a test's folder, except for the traces of the last run that passed."""
+    kept = path / PASSED
+    if (path / PASSED_MARK).exists():  # the run before this one
+        _remove(kept)
+        kept.mkdir()
+        for trace in path.glob("*.mcap"):
+            trace.replace(kept / trace.name)
+    for each in path.iterdir():
+        if each != kept or each.is_symlink():
+            _remove(each)
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, a link or a folder, if it is there; what a link leads to stays."""
+    if path.is_symlink() or not path.is_dir():
+        path.unlink(missing_ok=True)
+    else:
+        shutil.rmtree(path)
+
+
+def _make_base(base: Path) -> None:
+    with suppress(FileExistsError):
+        base.parent.mkdir(parents=True, exist_ok=True)
+        base.mkdir()
+        (base / ".gitignore").write_text(IGNORE, encoding="utf-8", newline="\n")
+
+
+def remove_base(base: Path) -> None:
+    """Remove the folder of all tests if scanrack made it and no test has left anything."""
+    ignore = base / ".gitignore"
+    with suppress(OSError):
+        if [*base.iterdir()] == [ignore] and ignore.read_text(encoding="utf-8") == IGNORE:
+            ignore.unlink()
+            base.rmdir()

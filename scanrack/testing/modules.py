@@ -1,0 +1,274 @@
+"""A test kit for the author of a module: does it keep its contract, which docs/own-module.md has?
+
+    from scanrack.testing.modules import check_module, record_in
+
+    def test_the_blinker_keeps_its_contract() -> None:
+        check_module(record_in(Path(__file__).with_name("blinker.py")))
+
+What is drawn depends on the seed and on nothing else.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from random import Random
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args, get_origin
+
+from scanrack.io_images.image import WORD_MAX, WORD_MIN, WORDS, WORDS_MAX, Image
+from scanrack.io_images.module_words import BitPlace, ModuleWords
+from scanrack.runtime.loop.events import Event
+from scanrack.runtime.loop.module import Module
+from scanrack.runtime.machine import MachineSpec
+from scanrack.runtime.modules.record import ModuleRecord, Options
+
+if TYPE_CHECKING:
+    from pydantic.fields import FieldInfo
+
+STEPS = 12
+LONGEST_NS = (2_000_000, 100_000_000, 1_000_000_000)
+"""Steps are as long as a scan, as the answer of a device, or as a motion."""
+
+NO_MACHINE = MachineSpec()
+
+Act: TypeAlias = Callable[[Any, int, int], None]
+"""What befalls a module at the beginning of a step: called with it, and the step's beginning and end, ns."""
+
+Pieces: TypeAlias = Callable[[int, int], Sequence[int]]
+"""Returns at which instants of a step, from its beginning to its end, ns, `update` is called as well."""
+
+Draw: TypeAlias = Callable[[Random], Sequence[int]]
+"""Draws output words."""
+
+Shown: TypeAlias = tuple[Sequence[int], Sequence[Event]]
+"""What a module shows at an instant: its input words, and its events since the one before.
+
+Events of indicators are left out: LEDs are looked at when `update` is called.
+"""
+
+
+class ContractError(AssertionError):
+    """A module breaks a promise of its contract; the message has the options, the seed and the step."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A stretch of time with the same outputs.
+
+    Attributes:
+        wait_ns: its length.
+        words: the first output words; the others are 0.
+        running: whether the controller is in run mode.
+        act: what befalls the module at its beginning.
+    """
+
+    wait_ns: int
+    words: Sequence[int]
+    running: bool = True
+    act: Act | None = None
+
+
+def check_module(
+    record: ModuleRecord,
+    options: Options | None = None,
+    *,
+    seeds: Sequence[int] = range(25),
+    words: Draw | None = None,
+    machine: MachineSpec = NO_MACHINE,
+) -> None:
+    """Check that any words are survived, two runs are equal, calls between do not matter, and names decode.
+
+    Args:
+        record: of the module.
+        options: by name; the others are drawn, their defaults or ends of their ranges.
+        seeds: each draws options and a script of a dozen steps.
+        words: draws output words that lead far into the module; `any_words` if left out.
+        machine: that the module moves.
+
+    Raises:
+        ContractError: a promise that it does not keep.
+    """
+    for seed in seeds:
+        drawn = _drawn_options(record, options or {}, Random(seed))
+        where = f"{record.name} with options {dict(drawn)}"
+        own = record.words(drawn)
+        _check_names(where, record, own)
+        sizes = len(own.outputs), len(own.inputs)
+        script = any_script(seed, words or partial(any_words, size=sizes[0]))
+        shown = []
+        for pieces in (at_once, at_once, at_random(seed)):
+            module = record.make(firmware="4.1", machine=machine, seed=seed, options=drawn, wiring=None)
+            try:
+                shown.append(play(module, script, pieces, sizes[0]))
+            except Exception as error:
+                note = " ".join(getattr(error, "__notes__", ()))
+                raise ContractError(
+                    f"{where}: any words must be survived; seed {seed}: {error!r} {note}"
+                ) from error
+        once, again, in_pieces = shown
+        for inputs, _ in once:
+            if len(inputs) != sizes[1]:
+                raise ContractError(f"{where}: it names {sizes[1]} input words and returns {len(inputs)}")
+        _compare(f"{where}: two runs must be equal; seed {seed}", once, again)
+        _compare(f"{where}: calls between must not matter; seed {seed}", once, in_pieces)
+
+
+def record_in(path: Path, name: str = "RECORD") -> ModuleRecord:
+    """Execute a file and return the record in it; `ProgramError` without one."""
+    from scanrack.jobs.load.program import load_modules
+
+    return load_modules({path.stem: f"{path.name}:{name}"}, path)[path.stem]
+
+
+def play(module: Module, script: Sequence[Step], pieces: Pieces, size: int = WORDS) -> list[Shown]:
+    """Play a script with a new module; return what it shows at 0 ns and at the end of each step.
+
+    Args:
+        size: number of its output words.
+    """
+    now_ns, outputs = 0, Image(size=size)
+    shown = [_shown(module, now_ns, outputs)]
+    for number, step in enumerate(script, 1):
+        end_ns = now_ns + step.wait_ns
+        try:
+            module.plc_run(step.running)
+            if step.act is not None:
+                step.act(module, now_ns, end_ns)
+            outputs.load(Image(step.words, size=size))  # in the same memory, as the scan loop has it
+            for at_ns in pieces(now_ns, end_ns):
+                module.update(at_ns, outputs)
+            shown.append(_shown(module, end_ns, outputs))
+        except Exception as error:
+            error.add_note(f"in step {number}, {now_ns} to {end_ns} ns, outputs {list(step.words)}")
+            raise
+        now_ns = end_ns
+    return shown
+
+
+def at_once(_begin_ns: int, _end_ns: int) -> Sequence[int]:
+    """Return no instant: `update` is called at the end only."""
+    return ()
+
+
+def every(period_ns: int) -> Pieces:
+    """Return pieces of one length."""
+    return lambda begin_ns, end_ns: range(begin_ns + period_ns, end_ns, period_ns)
+
+
+def at_random(seed: int) -> Pieces:
+    """Return up to five instants of each step; its beginning and its end may be among them."""
+    dice = Random(seed)
+
+    def pieces(begin_ns: int, end_ns: int) -> Sequence[int]:
+        drawn = [dice.choice((begin_ns, end_ns, *[dice.randint(begin_ns, end_ns)] * 4)) for _ in range(5)]
+        return sorted(drawn[: dice.randint(0, 5)])
+
+    return pieces
+
+
+def any_words(dice: Random, size: int = WORDS) -> Sequence[int]:
+    """Draw output words of an image of a size: none, one bit, or words of any value, many of them small."""
+    kind = dice.randrange(4)
+    if kind == 0:
+        return ()
+    if kind == 1:
+        return [0] * dice.choice((0, 0, min(1, size - 1), dice.randrange(size))) + [1 << dice.randrange(16)]
+    ends = (0, 1, WORD_MAX, WORD_MIN)
+    return [dice.choice((*ends, dice.randrange(200), dice.randint(WORD_MIN, WORD_MAX))) for _ in range(size)]
+
+
+def any_script(seed: int, words: Draw = any_words) -> list[Step]:
+    """Draw a dozen steps; in some the outputs stay, the controller does not run, or the power fails."""
+    dice = Random(seed)
+    script: list[Step] = []
+    for _ in range(STEPS):
+        stays = bool(script) and dice.randrange(3) == 0
+        script.append(
+            Step(
+                dice.randint(1, dice.choice(LONGEST_NS)),
+                script[-1].words if stays else words(dice),
+                running=dice.randrange(8) > 0,
+                act=_fail_power if dice.randrange(12) == 0 else None,
+            )
+        )
+    return script
+
+
+def _fail_power(module: Module, _begin_ns: int, _end_ns: int) -> None:
+    module.power_cycle()
+
+
+def _shown(module: Module, now_ns: int, outputs: Image) -> Shown:
+    words = list(module.update(now_ns, outputs))
+    events = tuple(event for event in module.events if event.kind != "indicator")
+    module.events.clear()
+    return words, events
+
+
+def _compare(promise: str, once: Sequence[Shown], other: Sequence[Shown]) -> None:
+    for step, ((words, events), (words_2, events_2)) in enumerate(zip(once, other, strict=True)):
+        for number, (word, word_2) in enumerate(zip(words, words_2, strict=True)):
+            if word != word_2:
+                raise ContractError(f"{promise}, step {step}: input word {number} is {word}, then {word_2}")
+        if events != events_2:
+            raise ContractError(f"{promise}, step {step}: events are {events}, then {events_2}")
+
+
+def _check_names(where: str, record: ModuleRecord, words: ModuleWords) -> None:
+    for image, names in (("output", words.outputs), ("input", words.inputs)):
+        if not 1 <= len(names) <= WORDS_MAX:
+            raise ContractError(f"{where}: {len(names)} {image} words are named: must be 1 to {WORDS_MAX}")
+        if len(set(names)) != len(names) or not all(map(_is_name, names)):
+            raise ContractError(f"{where}: {image} words need different names in small letters: {names}")
+    for group, bits in words.groups.items():
+        for name, at in bits.items():
+            if group == "status":
+                _check_decoded(f"{where}: slot1.{group}.{name}", name, at, record, words)
+    for value in (0, -1):
+        size = len(words.inputs)
+        str(record.status(Image([value] * size, size=size), words))
+
+
+def _is_name(name: str) -> bool:
+    return re.fullmatch(r"[a-z][a-z0-9_]*", name) is not None
+
+
+def _check_decoded(bit: str, name: str, at: BitPlace, record: ModuleRecord, words: ModuleWords) -> None:
+    """Check that a view of an image with one bit has its name, and no other."""
+    image = Image(size=len(words.inputs))
+    image.set_bit(at.word, at.bit, True)
+    said = str(record.status(image, words))
+    decoded = set(re.findall(r"\w+", said)) & set(words.groups["status"])
+    if at.image != "I" or decoded != {name}:
+        raise ContractError(f"{bit} must decode to its name; {at} alone is shown as {said!r}")
+
+
+def _drawn_options(record: ModuleRecord, given: Options, dice: Random) -> Options:
+    """Draw options that are not given, if the module takes them together; else return those given."""
+    if record.option_table is None:
+        return given
+    table = record.option_table()
+    ends = {name: _ends(field) for name, field in table.model_fields.items() if name not in given}
+    drawn: dict[str, Any] = {
+        name: dice.choice(values) for name, values in ends.items() if values and dice.randrange(2)
+    }
+    try:
+        table(**given, **drawn)
+    except ValueError:  # options that exclude each other
+        return given
+    return {**given, **drawn}
+
+
+def _ends(field: FieldInfo) -> Sequence[Any]:
+    """Return the ends of an option's range; nothing for one without ends."""
+    if field.annotation is bool:
+        return (False, True)
+    if get_origin(field.annotation) is Literal:
+        return get_args(field.annotation)
+    limits: Mapping[str, Any] = {
+        key: getattr(each, key) for each in field.metadata for key in ("ge", "le") if hasattr(each, key)
+    }
+    return tuple(limits.values())

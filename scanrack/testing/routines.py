@@ -1,0 +1,110 @@
+"""Test routines: a routine of a `test_*.rung` or `test_*.st` file is a test, see `ladder.files.testfile`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from scanrack.jobs.bench import Bench
+from scanrack.jobs.bench.opening import bench_of
+from scanrack.jobs.load.tested import load_test
+from scanrack.ladder.files.testfile import TestFile, read_test_file
+from scanrack.ladder.model.errors import LadderError, LadderFault
+from scanrack.ladder.state.lowered import LoweredProgram, steps_of
+from scanrack.runtime.loop.faults import CpuFault
+
+if TYPE_CHECKING:
+    from .artefacts import TestArtefacts
+
+
+class RoutineFile(pytest.File):
+    """A file of test routines.
+
+    Args:
+        artefacts_of: returns what a test leaves behind.
+    """
+
+    def __init__(self, artefacts_of: Callable[[pytest.Item], TestArtefacts], **others: Any) -> None:
+        super().__init__(**others)
+        self._artefacts_of = artefacts_of
+
+    def collect(self) -> Iterator[pytest.Item]:
+        """Yield a test for each test routine."""
+        try:
+            file = read_test_file(self.path)
+        except (LadderError, OSError) as error:
+            raise self.CollectError(str(error)) from None
+        for name in file.routines if file else ():
+            yield RoutineTest.from_parent(self, name=name, file=file, artefacts_of=self._artefacts_of)
+
+
+class RoutineTest(pytest.Item):
+    """A test routine: it runs behind the program of its rack for its time.
+
+    It passes when each of its ASSERTs was reached, and none anywhere was false.
+    """
+
+    def __init__(
+        self, file: TestFile, artefacts_of: Callable[[pytest.Item], TestArtefacts], **others: Any
+    ) -> None:
+        super().__init__(**others)
+        self._file, self._artefacts_of = file, artefacts_of
+        self._picture = ""
+
+    def runtest(self) -> None:
+        """Run it; AssertionError, or the fault of the CPU."""
+        job, name = load_test(self._file, self.name)
+        bench = self._artefacts_of(self).add(self._file.rack.stem, lambda trace: bench_of(job, trace))
+        try:
+            bench.run_for(self._file.time)
+        except CpuFault as fault:
+            self._picture = _picture_of(bench, fault)
+            raise
+        engine = bench.program.engine
+        there = list(_asserts(engine.lowered, name))
+        missing = [engine.lowered.sites[each].call for each in there if each not in engine.fault_log.checked]
+        if not there:
+            raise AssertionError("no ASSERT; add one")
+        if missing:
+            raise AssertionError("\n".join([f"not reached within {self._file.time}:", *missing]))
+
+    def teardown(self) -> None:
+        """Close the bench."""
+        self._artefacts_of(self).close()
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        """Return what went wrong in the words of the program, without Python's traceback."""
+        error = excinfo.value
+        if isinstance(error, CpuFault):
+            return f"{_said(error)}\n{self._picture}".rstrip()
+        is_told = isinstance(error, (ValueError, AssertionError))
+        return str(error) if is_told else super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Path, int, str]:
+        """Return file, line from 0, and what the head of a report shows."""
+        return self.path, self._file.routines[self.name] - 1, self.name
+
+
+def _said(error: CpuFault) -> str:
+    """Return a fault in the words of the program."""
+    fault = error.__cause__
+    if not isinstance(fault, LadderFault):
+        return str(error)
+    return f"{Path(fault.site.file).name}:{fault.site.line}: {fault.site.call}: {fault.text}"
+
+
+def _picture_of(bench: Bench, fault: CpuFault) -> str:
+    """Return the rung of a fault with its power and values; "" for a line of structured text."""
+    if fault.fault.site.rung is None or fault.fault.site.unit != "rung":
+        return ""
+    return str(bench.program.picture(fault.fault.site.routine, [fault.fault.site.rung]))
+
+
+def _asserts(lowered: LoweredProgram, name: str) -> Iterator[int]:
+    """Yield the sites of the ASSERTs of a routine."""
+    for line in lowered.routines[name.upper()].lines:
+        for step in steps_of(line.nodes):
+            if step.spec.name == "ASSERT":
+                yield step.site

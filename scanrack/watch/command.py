@@ -1,0 +1,126 @@
+"""`scanrack watch RACK|TRACE`: a rack that runs, or a recording, in the browser."""
+
+from __future__ import annotations
+
+import typer
+from scanrack.runtime.live.speeds import MAX, SPEED_LEAST, SPEED_MOST
+from scanrack.terminal.grouped import grouped
+from scanrack.terminal.status import BAD_INPUT, complain
+
+from .options import WatchArguments, WatchOptions
+
+
+def _speed(text: str) -> float | None:
+    """Return a speed; None = as fast as possible.
+
+    Raises:
+        ValueError: an illegal speed.
+    """
+    if text == MAX:
+        return None
+    try:
+        speed = float(text)
+    except ValueError:
+        speed = 0.0
+    if not SPEED_LEAST <= speed <= SPEED_MOST:
+        raise ValueError(f"--time-scale {text}: must be {SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}")
+    return speed
+
+
+def _watch_command(
+    options: WatchArguments,
+) -> None:
+    from scanrack.jobs.load.loading import forces_to_hold, load_job, recording_of, runs, scans_to_run
+    from scanrack.terminal.complaints import reported_mistakes
+
+    if not runs(options.rack.partition("#")[0]):
+        of_racks = {
+            "--time-scale": options.speed != "1",
+            "--spin": options.spin,
+            "--paused": options.paused,
+            "--record": options.record,
+            "--for": options.duration,
+        }
+        of_racks |= {
+            "--scans": options.scans is not None,
+            "--live": options.live,
+            "--allow-writes": options.control,
+            "--text": options.text,
+        }
+        of_racks |= {
+            "--forces": options.forces,
+            "--keep-values": options.keep_values,
+            "--memory": options.memory is not None,
+            "--preview": options.preview,
+            "--server": bool(options.server),
+            "--opc-ua-security": options.ua_security is not None,
+            "--opc-ua-users": options.ua_users is not None,
+        }
+        given = [option for option, is_given in of_racks.items() if is_given]
+        from .recorded_session import place_of, watch_trace
+        from .share.page_file import is_page, recording_beside
+
+        with reported_mistakes():
+            place = place_of(recording_of(options.rack))
+            if given and place.path.exists():  # opening it says what is missing
+                raise ValueError(f"{given[0]} needs a running rack; {options.rack} is a trace")
+            if is_page(place.path):
+                place = place._replace(path=recording_beside(place.path))
+            status = watch_trace(place, port=options.port, trust=options.trust, opened=options.opened)
+        raise typer.Exit(status)
+    from scanrack.jobs.load.exports import begun
+    from scanrack.jobs.run.build import check_ports
+    from scanrack.jobs.run.servers.kinds import addresses
+    from scanrack.jobs.trust.owned import check_recording
+
+    from .play import watch_job
+
+    try:
+        factor = _speed(options.speed)
+        export = begun(keep_values=options.keep_values, memory=options.memory)
+        job = load_job(options.rack, export=export)
+        check_ports(job.spec, realtime=True, live=options.live)
+        if options.live and (options.paused or factor != 1):
+            raise ValueError("--live: a real controller does not wait: no --paused and no --time-scale")
+        if options.control and not options.live:
+            raise ValueError("--allow-writes goes with --live")
+        if options.record is not None:
+            check_recording(job, options.record, keep=0 if options.replace else None)
+        held = forces_to_hold(job, options.forces)
+        where = addresses(options.server, options.ua_security, options.ua_users)
+        endless = options.scans is None and options.duration is None
+        count = None if endless else scans_to_run(job.spec, options.duration, options.scans, endless=True)
+    except ValueError as error:
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
+    looking = options.read_only or (options.live and not options.control)
+    wanted = WatchOptions(
+        options,
+        factor,
+        looking,
+        count,
+        keep=0 if options.replace else None,
+        forces=held,
+        servers=where,
+    )
+    raise typer.Exit(watch_job(job, wanted))
+
+
+_HELP = """Open a live rack or a trace in the browser: rungs with power flow, words, machine, timing.
+
+Prints the URL first. The page comes from this machine and works without a network. Scans run in real time,
+or at --time-scale. Actions on the page are recorded, so the session can run again: see scanrack replay.
+
+An .L5X or .SLC export opens unchanged: a rack for it is made in a temporary folder, with memory for what is
+not simulated.
+
+A trace opens in the same page, at TRACE#scan=12345&rung=Main.6 if you like. Python that came with it is run
+only if it is the same as in the current folder, or you say --trust; without, its words are shown. So does a
+page of scanrack share --with-recording; its recording is written beside it.
+
+Exit status: 0 done, 1 the controller faulted, 2 a file or option can't be used, 3 the trace can't be written
+or a helper process never began, 130 stopped by Ctrl-C, which ends a session without --for."""
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("watch", help=_HELP, no_args_is_help=True)(grouped(_watch_command, options=WatchArguments))

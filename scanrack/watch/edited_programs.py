@@ -1,0 +1,165 @@
+"""Programs beside the one that runs: loaded from the disk, or from its files with another text."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from os.path import realpath
+from pathlib import Path
+
+from scanrack.jobs.load.loading import LoadedRack, load_job
+from scanrack.jobs.record.program_versions import ProgramVersion, ProgramVersions, folders_of, forget
+from scanrack.jobs.run.running import JobRun
+from scanrack.jobs.trust.attachments import load_files, program_name
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.python.sequences import Logic
+from scanrack.runtime.live.actions import ALL, names_in
+
+from .history.program_file import digest, save, write
+from .preview import Json, findings_of
+
+
+class EditedPrograms:
+    """The program of a session as a file, and its versions.
+
+    Args:
+        job: the first program.
+        rack: address of the rack file on the disk.
+
+    Attributes:
+        seen: digest of the file as this session has loaded or written it.
+    """
+
+    def __init__(self, job: LoadedRack, rack: str, run: JobRun, versions: ProgramVersions) -> None:
+        self.file, self.name = job.program, program_name(job)
+        self._rack, self._run, self._versions = rack, run, versions
+        self._has_recorded_tags = bool(job.spec.tags)
+        self._folders: set[Path] = set()  # of copies that were loaded
+        self._known: tuple[int, LoadedRack, list[Json]] | None = None
+        self._note(self.on_disk)
+
+    @property
+    def running(self) -> ProgramVersion:
+        """The version that runs."""
+        return self._versions[self._run.program.edits]
+
+    @property
+    def rungs(self) -> LadderLogic | None:
+        """The program that runs; None if it is none of rungs."""
+        debugger = self._run.program.debugger
+        return None if debugger is None else debugger.program
+
+    # --- the file
+
+    @property
+    def on_disk(self) -> bytes | None:
+        """The contents of the file; None while it can't be read."""
+        try:
+            return self.file.read_bytes()
+        except OSError:
+            return None
+
+    def saved_text(self) -> str:
+        """Return the text of the file; OSError if it can't be read, ValueError if it is not UTF-8."""
+        with self.file.open(encoding="utf-8", newline="") as file:
+            return file.read()
+
+    @property
+    def running_text(self) -> str:
+        """The text of the program that runs."""
+        return self.running.files[self.name].decode(errors="replace")
+
+    def _note(self, data: bytes | None) -> None:
+        """Note the contents of the file that this session has loaded or written."""
+        self.look()
+        self.seen = "" if data is None else digest(data)
+
+    def look(self) -> None:
+        """Note that the file was looked at: `is_rewritten` is false until it is written again."""
+        self._stamp = self._stamped()
+
+    def is_rewritten(self) -> bool:
+        """Return whether the file was written since the last look; not while it is missing or half saved."""
+        return self._stamped() not in (None, self._stamp)
+
+    def _stamped(self) -> tuple[int, int] | None:
+        try:
+            stat = self.file.stat()
+        except OSError:
+            return None
+        return (stat.st_mtime_ns, stat.st_size) if stat.st_size else None
+
+    def write(self, data: bytes) -> None:
+        """Write the file in place of the old one; OSError if it can't be written."""
+        write(self.file, data)
+        self._note(data)
+
+    def save_running(self) -> str:
+        """Write the file of the program that runs; return what became of the old one.
+
+        Raises:
+            ValueError: another program has written the file.
+            OSError: it can't be written, and is unchanged.
+        """
+        data, old = self.running.files[self.name], self.on_disk
+        if old is None:
+            self.write(data)
+            return f"Saved in {self.file.name}, which was missing."
+        if digest(old) != self.seen:
+            raise ValueError(f"{self.file.name} was changed by another program: reload it first")
+        if data == old:
+            return f"{self.file.name} has these rungs already."
+        kept = save(self.file, data)
+        self._note(data)
+        return f"Saved in {self.file.name}; the old file is {kept.name}."
+
+    # --- versions
+
+    def from_disk(self) -> LoadedRack:
+        """Load the program from the disk; ValueError if it can't be used."""
+        self._forget()
+        job = load_job(self._rack)
+        if realpath(job.program) != realpath(self.file):
+            raise ValueError(f"{job.program}: another program needs a new session")
+        return job
+
+    def with_copy(self, version: ProgramVersion) -> ProgramVersion:
+        """Return a version with a copy of its files; OSError if it can't be written."""
+        return self._versions.with_copy(version)
+
+    def with_file(self, data: bytes) -> tuple[ProgramVersion, LoadedRack]:
+        """Return the running version with other contents of the program's file, and load it."""
+        files = {**self.running.files, self.name: data}
+        copy = self.with_copy(replace(self.running, files=files, retained=None))
+        return copy, self.load(copy)
+
+    def load(self, copy: ProgramVersion) -> LoadedRack:
+        """Load a version from its copy; ValueError if it can't be used."""
+        assert copy.place is not None
+        self._forget()
+        job = load_files(copy.place, copy.rack, copy.program)
+        self._folders |= folders_of(job)
+        return job
+
+    def _forget(self) -> None:
+        forget([self.file.parent.resolve(), *self._folders])
+
+    def usable(self, job: LoadedRack, restart: str = "") -> LoadedRack:
+        """Compile a program beside the scans; ValueError if it can't continue the one that runs."""
+        if isinstance(job.logic, LadderLogic) is (self.rungs is None):
+            raise ValueError(f"{job.program}: a program of another kind needs a new session")
+        if isinstance(job.logic, LadderLogic):
+            job.logic.build()
+            _ = job.logic.scanner  # compiled here, not between two scans
+        elif self._has_recorded_tags and (ALL in names_in(restart) or not isinstance(job.logic, Logic)):
+            raise ValueError(
+                f"{job.program}: its values are recorded (tags) and would begin anew: start a new session"
+            )
+        return job
+
+    def known(self) -> tuple[LoadedRack, list[Json]]:
+        """Return the program that runs, loaded again, and its findings."""
+        number = self._run.program.edits
+        if self._known is None or self._known[0] != number:
+            job = self.with_file(self.running.files[self.name])[1]
+            self._known = number, job, findings_of(job)
+        return self._known[1:]

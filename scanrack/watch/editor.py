@@ -1,0 +1,294 @@
+"""Edits while a rack runs: a saved file is checked beside the scans, and its program replaced between two.
+
+    file      saved
+    thread          loaded, built, compiled
+    scans     n     n+1   n+2 | n+3            the edited program begins with scan n+3
+
+A ladder program keeps the values of its tags, as in an online edit. A class of Python logic keeps its fields,
+and its sequences continue, see `ladder.python.online`; a Python function is loaded again. The page shows a
+mistake with its file and line, and the running program continues. A text that a page has edited is previewed,
+and saved only when the page takes it over; so is a saved file if the session wants previews. `online` has
+edits of rungs in their picture, `typed_text` those of the text.
+An edit is an order of its own, recorded with the program's files: see `jobs.record.program_versions`.
+"""
+
+from __future__ import annotations
+
+import threading
+import traceback
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
+from typing import NamedTuple
+
+from scanrack.jobs.load.loading import LoadedRack
+from scanrack.jobs.record.program_versions import ProgramVersion, ProgramVersions, version_of
+from scanrack.jobs.run.running import JobRun
+from scanrack.runtime.live.actions import Draft, Edit, Online, Source, ToEditor, names_in
+from scanrack.runtime.live.session import Reply
+
+from .edited_programs import EditedPrograms
+from .history.program_file import digest, why_not
+from .online import OnlineEdit
+from .preview import Json, mistake_of
+from .typed_text import Answer, TypedText
+
+ASKED_MOST = 8
+"""Most waiting previews."""
+
+LOOK_S = 0.3
+"""Time between two checks of the file."""
+
+Takeover = Callable[[], Edit | None]
+"""Returns the order of an edit, or reports a mistake or a preview; called between two scans."""
+
+
+class EditManner(NamedTuple):
+    """How edits are taken."""
+
+    preview: bool = False  # a saved file waits until a page takes it over
+    trust: bool = False  # Python that is typed in a page may run
+
+
+class Exchange(NamedTuple):
+    """A program that is to run from the next scan on; another one may have been refused by then."""
+
+    takeover: Takeover
+    follow: Callable[[], None] = lambda: None  # called beside the scans when it was carried out, or refused
+
+
+class Editor:
+    """Watches the files of a program, and passes on edited ones.
+
+    Args:
+        hand_over: receives a `Takeover`, to be called between two scans.
+    """
+
+    def __init__(
+        self,
+        job: LoadedRack,
+        rack: str,
+        run: JobRun,
+        editions: ProgramVersions,
+        hand_over: Callable[[Takeover], None],
+        tell: Callable[[Mapping[str, object]], None],
+        manner: EditManner,
+    ) -> None:
+        self._run, self._editions, self._hand_over, self._tell = run, editions, hand_over, tell
+        self._previews = manner.preview
+        self._programs = EditedPrograms(job, rack, run, editions)
+        self._online = OnlineEdit(self._programs)
+        self._typed = TypedText(self._programs, run, trust=manner.trust)
+        self._asked: deque[tuple[ToEditor, Reply]] = deque()
+        self._exchanging = 0  # exchanges whose outcome has not been followed; of this thread only
+        self._exchanged: deque[Exchange] = deque()
+        self._ending, self._wake = threading.Event(), threading.Event()
+        self._wanted = False
+        self._restart = ""
+        self._state: Json = {}  # of edited rungs, as pages were told
+        self._thread = threading.Thread(target=self._watch, name="edits", daemon=True)
+
+    def start(self) -> None:
+        """Begin to watch."""
+        self._thread.start()
+
+    def end(self) -> None:
+        """End the thread."""
+        self._ending.set()
+        self._wake.set()
+        self._thread.join()
+
+    def load_soon(self, restart: str = "") -> None:
+        """Load the program's present version beside the scans; `restart` as in an order."""
+        self._restart, self._wanted = restart, True
+        self._wake.set()
+
+    def lasting(self) -> Iterable[Json]:
+        """Yield what a new monitor has to know: the state of edited rungs."""
+        if self._state:
+            yield {"online": self._state}
+
+    def ask(self, order: ToEditor, reply: Reply) -> None:
+        """Answer beside the scans: the text of the program, the preview of an edited one, or a step.
+
+        Raises:
+            ValueError: too many wait.
+        """
+        if len(self._asked) >= ASKED_MOST:
+            raise ValueError(f"{ASKED_MOST} previews are being made: ask again in a moment")
+        self._asked.append((order, reply))
+        self._wake.set()
+
+    def _watch(self) -> None:
+        if self._programs.rungs is not None and not why_not(self._programs.file):
+            self._tell_state()
+        while not self._ending.is_set():
+            self._wake.wait(LOOK_S)
+            self._wake.clear()
+            try:
+                self._attend()
+            except Exception as error:  # a mistake of ours ends no session, and not this thread
+                traceback.print_exc()
+                mistake = mistake_of(_named(error), self._programs.file)
+                self._hand_over(partial(self._tell, {"mistake": mistake}))
+
+    def _attend(self) -> None:
+        while self._asked:
+            self._follow()  # what a page knows from an answer has been followed
+            self._answer(*self._asked.popleft())
+        self._follow()
+        wanted, self._wanted = self._wanted, False
+        if wanted or self._programs.is_rewritten():
+            self._programs.look()
+            if self._previews and not wanted:
+                self._preview_saved()
+            else:
+                self._load()
+
+    # --- exchanges
+
+    def _exchange(self, exchange: Exchange) -> None:
+        """Hand over an exchange; `_follow` has its outcome."""
+
+        def carried_out() -> None:
+            self._exchanged.append(exchange)
+            self._wake.set()
+
+        self._exchanging += 1
+        self._hand_over(exchange.takeover)
+        self._hand_over(carried_out)
+
+    def _follow(self) -> None:
+        """Follow what runs after exchanges, and tell the pages."""
+        if not self._exchanged:
+            return
+        while self._exchanged:
+            self._exchanging -= 1
+            self._exchanged.popleft().follow()
+        self._tell_state()
+
+    def _tell_state(self) -> None:
+        self._online.settle()
+        self._hand_over(partial(self._show, self._online.state(self._programs.running)))
+
+    def _show(self, state: Json) -> None:
+        self._state = state
+        self._tell({"online": state})
+
+    def _load(self) -> None:
+        restart, self._restart = self._restart, ""
+        exchange = self._from_disk(restart)
+        if not self._programs.is_rewritten():  # otherwise it is being saved: the next check loads it
+            self._exchange(exchange)
+
+    def _from_disk(self, restart: str) -> Exchange:
+        programs = self._programs
+        try:
+            job = programs.usable(programs.from_disk(), restart)
+            edition = programs.with_copy(version_of(job))
+        except (ValueError, OSError) as error:
+            mistake = mistake_of(error, programs.file)
+            return Exchange(lambda: self._tell({"mistake": mistake}))
+
+        def follow() -> None:
+            if programs.running.files == edition.files:
+                programs.seen = digest(edition.files[programs.name])
+
+        return Exchange(lambda: self._order(edition, job, restart), follow)
+
+    def _order(self, edition: ProgramVersion, job: LoadedRack, restart: str) -> Edit | None:
+        """Return the order that continues with a program; None if it already runs."""
+        number = self._run.program.edits + 1
+        if edition.files == self._editions[number - 1].files and not restart:
+            self._tell({"mistake": None})
+            self._tell({"note": "The program has not changed: it goes on."})
+            return None
+        try:
+            self._run.program.planned(self._run.cpu, job, names_in(restart))
+        except ValueError as error:
+            self._tell({"mistake": mistake_of(error, self._programs.file)})
+            return None
+        self._editions.keep(number, edition, job)
+        return Edit(number, edition.program, restart)
+
+    # --- answers
+
+    def _answer(self, order: ToEditor, reply: Reply) -> None:
+        """Answer a page between two scans; the work is done here, beside them."""
+        then: Exchange | None = None
+        try:
+            if isinstance(order, Source):
+                source = self._typed.source()
+                answer: Answer = lambda: source  # noqa: E731
+            elif isinstance(order, Online):
+                answer = self._step(order)
+            else:
+                self._typed.check(order)
+                answer, then = self._saved(order) if order.take else (self._typed.preview(order), None)
+        except Exception as error:
+            if not isinstance(error, ValueError | OSError):
+                traceback.print_exc()
+            refused = str(_named(error))
+            self._hand_over(lambda: reply({"refused": refused}))
+            return
+
+        def give() -> None:
+            try:
+                told = {"ok": True, **answer()}
+            except Exception as error:
+                told = {"refused": str(_named(error))}
+            reply(told)
+
+        self._hand_over(give)
+        if then is not None:
+            self._exchange(then)
+
+    def _step(self, order: Online) -> Answer:
+        """Take a step with edited rungs, and hand over the program that it exchanges; return the answer."""
+        if self._exchanging:  # what runs then decides whether the step fits
+            raise ValueError("the program is being exchanged: ask again in a moment")
+        step, programs = self._online.take(order), self._programs
+        state = self._online.state(step.wanted)
+        if step.job is not None:
+            self._exchange(self._to_version(step.wanted, step.job, partial(self._online.undo, step)))
+
+        def answer() -> Json:
+            if programs.running.files != step.wanted.files:
+                raise ValueError(f"{order.step}: the program could not be exchanged: the one before runs")
+            self._show(state)
+            if step.note:
+                self._tell({"note": step.note})
+            return state
+
+        return answer
+
+    def _to_version(self, wanted: ProgramVersion, job: LoadedRack, undo: Callable[[], None]) -> Exchange:
+        """Return an exchange of an edit, which is undone if it is refused."""
+
+        def follow() -> None:
+            if self._programs.running.files != wanted.files:
+                undo()
+
+        return Exchange(lambda: self._order(wanted, job, ""), follow)
+
+    def _saved(self, draft: Draft) -> tuple[Answer, Exchange]:
+        """Save an edited text; return the answer, and what continues with it."""
+        self._programs.write(draft.text.encode())
+        return lambda: {"saved": True}, self._from_disk(draft.restart)
+
+    def _preview_saved(self) -> None:
+        """Show what a saved file would do; it waits until a page takes it over."""
+        show = self._typed.preview_saved()
+
+        def tell() -> None:
+            shown = show()["preview"]
+            self._tell({"preview": shown if shown["rows"] else None})
+
+        self._hand_over(tell)
+
+
+def _named(error: Exception) -> Exception:
+    """Return what pages are told of an error; one that no rule makes has its type."""
+    if isinstance(error, ValueError | OSError):
+        return error
+    return ValueError(f"it can't be carried out: {type(error).__name__}: {error}")

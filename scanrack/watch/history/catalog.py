@@ -1,0 +1,367 @@
+"""The program in the first message to a page: routines, rungs, tags; the contents of a shown routine."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.tag_names import TEXT
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.debug.crossref import CrossReference
+from scanrack.ladder.debug.replay import Truths
+from scanrack.ladder.debug.tag_values import tag_values
+from scanrack.ladder.debug.watching import WatchedEngine
+from scanrack.ladder.draw import LiveRung, captions_of, live_chart, live_diagram, live_rung, power
+from scanrack.ladder.lowering.checks import calls_of
+from scanrack.ladder.model.chart import Chart
+from scanrack.ladder.model.drawing import Drawing
+from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder.model.expressions import parse_expression
+from scanrack.ladder.model.operands import Group, Place
+from scanrack.ladder.model.resolver import Resolver, address_in
+from scanrack.ladder.model.routine import Routine, element_of
+from scanrack.ladder.model.tags import Alias, Tag, program_of, scoped
+from scanrack.ladder.model.tree import Address, Rung
+from scanrack.ladder.model.types import Structure
+from scanrack.ladder.run.view import Tags
+from scanrack.runtime.loop.faults import Fault
+
+Json = dict[str, Any]
+
+MOST_HITS = 200
+"""Hits that a search lists."""
+
+COLUMNS = range(40, 161)
+"""Allowed widths of a rung, in columns."""
+
+
+@dataclass(frozen=True, slots=True)
+class PageRoutine:
+    """A routine that a page shows."""
+
+    name: str
+    rungs: Mapping[int, Rung]  # by number; none of structured text
+    lines: tuple[int, ...]  # numbers of its lines of structured text
+    names: tuple[str, ...]  # its tags
+
+    def power(self, truths: Truths) -> dict[str, str]:
+        """Return the power of its rungs and lines, see `ladder.draw.power`."""
+        name = self.name.upper()
+        found = {}
+        for number, rung in self.rungs.items():
+            found[f"{self.name}.{number}"] = power(rung, truths.get((name, number)))
+        for number in self.lines:
+            truth = truths.get((name, number))
+            found[f"{self.name}.{number}"] = "1" if truth and truth[-1] else "0"
+        return found
+
+
+def kind_of(routine: Routine) -> str:
+    """Return the language of a routine."""
+    if routine.chart is not None:
+        return "sfc"
+    if routine.statements is None:
+        return "ladder"
+    return "st" if routine.drawing is None else "fbd"
+
+
+NOTHING_SHOWN = PageRoutine("", {}, (), ())
+
+
+class Catalog:
+    """A ladder program for pages."""
+
+    def __init__(self, program: LadderLogic) -> None:
+        self._program = program
+        self._lowered = program.build()
+        self._layout = self._lowered.layout
+        self._resolver = Resolver(self._layout)
+        self._captions = captions_of(program)
+        self._known = WatchedEngine(program.build(), program.scanner).tags
+
+    def routines(self) -> list[Json]:
+        """Return the routines for `hello`, with those that each one calls."""
+        names = {each.name.upper(): each.name for each in self._program.routines}
+        called = {
+            name: [names[each] for each in dict.fromkeys(calls_of(lowered)) if each in names]
+            for name, lowered in self._lowered.routines.items()
+        }
+        return [
+            {
+                "name": each.name,
+                "kind": kind_of(each),
+                "comment": each.comment,
+                "lines": len(each.numbers),
+                "calls": called.get(each.name.upper(), []),
+            }
+            for each in self._program.routines
+        ]
+
+    def tags(self) -> list[Json]:
+        """Return all single values for `hello`, and aliases; elements of arrays are requested by name."""
+        comments = {
+            each.name.upper(): each.comment
+            for each in self._layout.declarations.values()
+            if isinstance(each, Tag)
+        }
+        found = []
+        for each in tag_values(self._layout, ["*"]) if self._layout.tags() else []:
+            stem = each.name.split("[")[0]
+            while stem and stem.upper() not in comments:
+                stem = stem.rpartition(".")[0]
+            found.append(
+                {
+                    "name": each.name,
+                    "type": f"{each.type}[{each.length}]" if each.length else each.type,
+                    "description": comments.get(stem.upper(), ""),
+                    "writable": not each.length and each.type != TEXT,
+                }
+            )
+        return found + list(self._aliases())
+
+    def _aliases(self) -> Iterator[Json]:
+        """Yield the aliases of single values; that of a word or bit of an image has its address."""
+        for each in self._layout.declarations.values():
+            where = self._resolver.address(Address(each.name)) if isinstance(each, Alias) else None
+            if not isinstance(each, Alias) or not isinstance(where, Place) or not self.has(each.name):
+                continue
+            meant = {} if where.address is None else {"address": where.address}
+            described = each.comment or str(each.target)
+            writable = not meant
+            told = {"name": each.name, "type": where.type.name, "description": described}
+            yield told | {"writable": writable} | meant
+
+    def _groups(self) -> Iterator[Json]:
+        """Yield the structures, which `tags` has by their members."""
+        for each in self._layout.declarations.values():
+            if isinstance(each, Tag) and isinstance(each.type, Structure) and not each.type.is_string:
+                yield {"name": each.name, "type": each.type.name, "description": each.comment}
+
+    def addresses(self, names: Iterable[str]) -> dict[str, str]:
+        """Return what names are forced as, if that is another name: an address, or the tag of an alias."""
+        found = {name: self._forced_as(name) for name in names}
+        return {name: address for name, address in found.items() if address not in (None, name)}
+
+    def _forced_as(self, name: str) -> str | None:
+        with suppress(LadderError):
+            return address_in(self._resolver, name) or self._resolver.base_name(name)
+        return None
+
+    def show(self, name: str, columns: int, *, operands: bool = False) -> tuple[PageRoutine, Json]:
+        """Return a routine's contents, and the answer that draws it; `operands`: see `live_rung`.
+
+        Raises:
+            ValueError: no such routine.
+        """
+        routine = next((each for each in self._program.routines if each.name.upper() == name.upper()), None)
+        if routine is None:
+            names = ", ".join(each.name for each in self._program.routines)
+            raise ValueError(f"no routine {name}; choose from {names}")
+        if routine.chart is not None:
+            shown, answer = self._chart(routine, routine.chart)
+        elif routine.drawing is not None:
+            shown, answer = self._diagram(routine, routine.drawing)
+        elif routine.statements is not None:
+            shown, answer = self._text(routine)
+        else:
+            shown, answer = self._rungs(routine, columns, operands=operands)
+        return shown, answer | {"addresses": self.addresses(shown.names)}
+
+    def _chart(self, routine: Routine, chart: Chart) -> tuple[PageRoutine, Json]:
+        program = program_of(routine.name)
+        resolver = Resolver(self._layout, program)
+        live = live_chart(chart, routine.name, lambda address: self._name_of(resolver, program, address))
+        answer = {"routine": routine.name, "chart": live.svg, "notes": list(chart.notes)}
+        return PageRoutine(routine.name, {}, (), live.names), answer
+
+    def _diagram(self, routine: Routine, drawing: Drawing) -> tuple[PageRoutine, Json]:
+        program = program_of(routine.name)
+        resolver = Resolver(self._layout, program)
+
+        def tag_of(text: str) -> tuple[str, bool] | None:
+            try:
+                address = parse_expression(text)
+            except LadderError:  # of a pin with an odd name, which no tag has
+                return None
+            name = self._name_of(resolver, program, address) if isinstance(address, Address) else None
+            if name is None or not isinstance(address, Address):
+                return None
+            where = resolver.address(address)
+            return name, isinstance(where, Place) and (where.type.is_bool or where.bit is not None)
+
+        live = live_diagram(drawing.sheets, routine.name, tag_of)
+        answer = {"routine": routine.name, "diagram": live.svg}
+        return PageRoutine(routine.name, {}, (), live.names), answer
+
+    def _rungs(self, routine: Routine, columns: int, *, operands: bool) -> tuple[PageRoutine, Json]:
+        names: dict[str, None] = {}
+        drawn = []
+        for number, rung in enumerate(routine.rungs):
+            live = self.draw(rung, routine.name, f"{routine.name}.{number}", columns, operands=operands)
+            names.update(dict.fromkeys(live.names))
+            origin = rung.origin
+            drawn.append(
+                {
+                    "number": number,
+                    "svg": live.svg,
+                    "comment": rung.comment,
+                    "file": Path(str(origin.file)).name if origin.file else "",
+                    "line": origin.line,
+                    "text": str(rung),
+                }
+            )
+        shown = PageRoutine(routine.name, dict(enumerate(routine.rungs)), (), tuple(names))
+        return shown, {"routine": routine.name, "rungs": drawn}
+
+    def draw(self, rung: Rung, routine: str, ident: str, columns: int, *, operands: bool = True) -> LiveRung:
+        """Draw a rung of a routine; `ident` is the prefix of its elements."""
+        program = program_of(routine)
+        resolver = Resolver(self._layout, program)
+        names = lambda address: self._name_of(resolver, program, address)  # noqa: E731
+        return live_rung(
+            rung, ident, columns, self._captions, names, specs=self._program.builtin, operands=operands
+        )
+
+    def _text(self, routine: Routine) -> tuple[PageRoutine, Json]:
+        names: dict[str, None] = {}
+        lines = []
+        for each in routine.statements or ():
+            for number, text in each.numbered():
+                own = self._names_in(text, program_of(routine.name))
+                names.update(dict.fromkeys(own))
+                lines.append({"number": number, "text": text, "names": own})
+        shown = PageRoutine(routine.name, {}, tuple(routine.numbers), tuple(names))
+        return shown, {"routine": routine.name, "text": lines}
+
+    def _names_in(self, text: str, program: str) -> list[str]:
+        found: dict[str, None] = {}
+        for name in _words(text):
+            full = self._full(program, name)
+            if full is not None and self._is_single(full):
+                found[full] = None
+        return list(found)
+
+    def _name_of(self, resolver: Resolver, program: str, address: Address) -> str | None:
+        try:
+            where = resolver.address(address)
+        except LadderError:
+            return None
+        if isinstance(where, Group):
+            return None
+        full = self._full(program, address.name) or address.name
+        return str(Address(full, address.steps))
+
+    def _full(self, program: str, name: str) -> str | None:
+        own = scoped(program, name) if program else name
+        declared = self._layout.declarations
+        stem = name.partition(".")[0].partition("[")[0]
+        if program and scoped(program, stem).upper() in declared:
+            return own
+        return name if stem.upper() in declared else None
+
+    def _is_single(self, name: str) -> bool:
+        try:
+            return isinstance(self._known[name], (bool, int, float, str))
+        except ValueError:
+            return False
+
+    @cached_property
+    def cross_reference(self) -> CrossReference:
+        """The uses of its tags."""
+        return CrossReference(self._program.build())
+
+    def mentions(self, tag: str) -> list[Json]:
+        """Return the uses of a tag; ValueError if no such tag."""
+        return [
+            {"text": str(each), "rung": f"{each.site.routine}.{each.site.rung}", "tag": tag}
+            for each in self.cross_reference.of(tag)
+        ]
+
+    def find(self, text: str) -> list[Json]:
+        """Return the tags and rungs that contain a text, tags first, ignoring case; see `tag_hits`."""
+        wanted, hits = text.casefold(), tag_hits([*self.tags(), *self._groups()], text)
+        for routine in self._program.routines:
+            for number in routine.numbers:
+                told = routine.numbered(number)
+                comment = routine.rungs[number].comment if routine.rungs else ""
+                if wanted in f"{told} {comment}".casefold():
+                    hits.append({"text": told, "rung": f"{routine.name}.{number}", "tag": None})
+        return hits
+
+    def place_of_fault(self, fault: Fault) -> str | None:
+        """Return the rung or line of a major fault, such as Main.3; None if unknown."""
+        routine, rung = element_of(self._program.routines, fault.site)
+        known = any(each.name == routine for each in self._program.routines)
+        return f"{routine}.{rung}" if known and rung is not None else None
+
+    def tags_of_fault(self, fault: Fault) -> list[str]:
+        """Return the tags that the rung or line of a major fault reads."""
+        routine, rung = element_of(self._program.routines, fault.site)
+        at = (routine or "").upper(), rung
+        found = (
+            each.text
+            for each in self.cross_reference
+            if each.reads and (each.site.routine.upper(), each.site.rung) == at and self.has(each.text)
+        )
+        return list(dict.fromkeys(found))
+
+    def has(self, name: str) -> bool:
+        """Return whether the tag exists."""
+        return name in self._known
+
+    def type_of(self, name: str) -> str | None:
+        """Return the type of a tag, "" of a structure or an array; None if no such tag."""
+        where = self._known.where(name) if self.has(name) else None
+        return None if where is None else where.type.name if isinstance(where, Place) else ""
+
+
+def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:
+    r"""Return the tags whose name or description contains a text, ignoring case.
+
+    The best ones are first: the name itself, a program's tag `\Main.Step` for `Step`, a name that begins so,
+    a name with the text inside, a description.
+    """
+    wanted, found = text.casefold(), []
+    for each in tags:
+        name, said = each["name"].casefold(), f"{each['type']}  {each['description']}".strip()
+        if wanted in f"{name} {each['description']} {each.get('address', '')}".casefold():
+            own = name.rpartition(".")[2] if name.startswith("\\") else name
+            order = [name == wanted, own == wanted, own.startswith(wanted), wanted in name, True].index(True)
+            found.append(
+                (order, {"text": f"{each['name']} : {said}", "says": said, "rung": None, "tag": each["name"]})
+            )
+    return [hit for _order, hit in sorted(found, key=lambda ranked: ranked[0])]
+
+
+def _words(text: str) -> Iterable[str]:
+    word = ""
+    for character in f"{text} ":
+        if character.isalnum() or character in "_.[]:\\":
+            word += character
+        elif word:
+            yield word.rstrip(".:")
+            word = ""
+
+
+def value_of(tags: Tags, name: str) -> Any:
+    """Return the value of a tag; None for a subscript out of range."""
+    try:
+        return tags[name]
+    except ValueError:
+        return None
+
+
+def shown_value(value: object) -> Any:
+    """Return a value for JSON; a number that JSON lacks is text."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return str(value)
+    if isinstance(value, dict):
+        return {key: shown_value(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [shown_value(each) for each in value]
+    return value

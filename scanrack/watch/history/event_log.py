@@ -1,0 +1,280 @@
+"""The events of a session or a recording, and the states of each scan.
+
+events    everything, in order; the latest are kept
+faults    of the CPU
+forces    by the first scan in which they were in effect
+lines     by the first scan in which a sequence waited there
+pressed   by the first scan after an order that has set an input or a tag
+rules     the rule that last set each bit
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterable, Mapping, Sequence
+from operator import itemgetter
+from typing import Any, Protocol
+
+from scanrack.io_images.site import Site
+from scanrack.runtime.live.actions import RECORDED, Press, Store, Write, action_of, parsed
+from scanrack.runtime.loop.faults import Cause, Fault
+from scanrack.traces.format.topics import TOPICS
+from scanrack.traces.read.number_formats import NumberFormats
+from scanrack.traces.read.reader import TraceEvent
+
+Json = dict[str, Any]
+
+KEPT = 2000
+FIRST = 200
+"""Number of past events for a new page."""
+
+LAST_SCAN = 1 << 32
+"""More than the number of any scan."""
+
+STATED = frozenset(topic.name for topic in TOPICS if topic.state)
+
+STATES = 10_000
+"""Least number of kept changes of states: forces, lines, rules."""
+
+STORED, NAMES_MOST = 500, 100
+"""The same of tags that clients write, and most of those tags."""
+
+SEQUENCES, FORCES, FAULTS, INDICATORS = "/sequences", "/forces", "/faults", "/indicators"
+
+_NOT_FORCED = ("scan", "t", "topic", "tags")
+
+
+class States(Protocol):
+    """The states of a scan."""
+
+    @property
+    def formats(self) -> NumberFormats:
+        """The formats of the numbers of modules whose configuration selects them."""
+
+    def forces_at(self, scan: int | None) -> Json:
+        """Return the forces in effect in a scan; None = the latest."""
+
+    def lines_at(self, scan: int | None) -> Json:
+        """Return the waiting lines of the sequences in a scan, by name."""
+
+    def rules_at(self, scan: int | None) -> list[Json]:
+        """Return the rule that last set each bit, up to a scan."""
+
+    def pressed_at(self, scan: int | None) -> Json:
+        """Return what orders have set last up to a scan, and who: `{"Start": [true, "panel, page 1"]}`."""
+
+    def faults_at(self, scan: int | None) -> list[Fault]:
+        """Return the CPU's faults up to the end of a scan."""
+
+    def up_to(self, scan: int, most: int) -> list[Json]:
+        """Return the latest events up to a scan, in their order."""
+
+
+class EventLog:
+    """Events, in the order of their reports.
+
+    Attributes:
+        begin: number of the first kept event.
+        formats: of the numbers of modules whose configuration selects them, as far as events report them.
+        earlier: the states before the first event, or None.
+    """
+
+    def __init__(self, kept: int = KEPT) -> None:
+        self._kept = kept
+        self.clear()
+
+    def clear(self) -> None:
+        """Drop all events: another session begins."""
+        self.begin = 0
+        self.earlier: States | None = None
+        self._first = LAST_SCAN  # scan of the first event
+        self._events: list[Json] = []
+        self._forces = _StateHistory()
+        self._lines = _StateHistory()
+        self._pressed = _StateHistory()
+        self._stored = _StateHistory(STORED, NAMES_MOST)  # by clients, which write more often than people
+        self._faults: list[Fault] = []
+        self._stated: dict[str, Json] = {}
+        self._rules: list[Json] = []
+        self._latest_rules: dict[tuple[int, str], Json] = {}
+        self.formats = NumberFormats()
+
+    @property
+    def end(self) -> int:
+        """Number of the next event."""
+        return self.begin + len(self._events)
+
+    @property
+    def first_of_page(self) -> int:
+        """Number of the first event of a new page."""
+        return max(self.begin, self.end - FIRST)
+
+    def since(self, number: int) -> Sequence[Json]:
+        """Return the kept events from a number on."""
+        return self._events[max(0, number - self.begin) :]
+
+    def take_all(self, events: Iterable[TraceEvent]) -> None:
+        """Add the events of a recording."""
+        for event in events:
+            self.take({**event.fields, "scan": event.scan, "t": event.now_ns, "topic": event.topic})
+
+    def take(self, event: Mapping[str, Any]) -> None:
+        """Add an event: scan, t, topic and its fields."""
+        topic, scan = event["topic"], event["scan"]
+        self._first = min(self._first, scan)
+        if topic == FORCES:
+            self.forced(scan, event)
+        if topic in STATED and not self._is_news(topic, event):
+            return
+        if topic == SEQUENCES:
+            self._take_line(event)
+            return
+        if event.get("kind") == "rule":
+            self._take_rule(event)
+        self.formats.note(scan, event)
+        if "order" in event:
+            self._take_press(scan, str(event["order"]))
+        if topic == FAULTS:
+            cause = next((each for each in Cause if each.value == event.get("cause")), Cause.PROGRAM)
+            where, text = str(event.get("where", "")), str(event.get("text", ""))
+            site = Site(routine=event.get("routine", ""), rung=event.get("rung"))
+            self._faults.append(Fault(scan, event["t"], cause, where, text, site))
+        self._events.append(
+            {
+                "scan": scan,
+                "t": event["t"],
+                "slot": event.get("slot", 0),
+                "kind": event.get("kind", topic.strip("/")),
+                "name": event.get("name", ""),
+                "text": event.get("text") or _spoken(event),
+                **({"module": event.get("module")} if topic == INDICATORS else {}),
+                **({"order": event["order"]} if "order" in event else {}),
+            }
+        )
+        if len(self._events) > 2 * self._kept:
+            self.begin += self._kept
+            del self._events[: self._kept]
+
+    def _is_news(self, topic: str, event: Mapping[str, Any]) -> bool:
+        """Return whether a state has changed; a recording has only changes."""
+        fields = {key: value for key, value in event.items() if key not in ("scan", "t", "topic")}
+        before, self._stated[topic] = self._stated.get(topic), fields
+        return before != fields
+
+    def forced(self, scan: int, forces: Mapping[str, Any]) -> None:
+        """Note the forces in effect from a scan on."""
+        images = {key: value for key, value in forces.items() if key not in _NOT_FORCED}
+        self._forces.note(scan, {**images, **forces.get("tags", {})})
+
+    def _take_line(self, event: Mapping[str, Any]) -> None:
+        place = {"file": event["file"], "line": event["line"], "text": event["wait"], "since": event["t"]}
+        self._lines.note(event["scan"], {**self._lines.latest, event["sequence"]: place})
+
+    def _take_press(self, scan: int, text: str) -> None:
+        try:
+            order = action_of(parsed(text), RECORDED)
+        except ValueError:
+            return  # of a recording that someone else has made
+        match order:
+            case Press(slot, name, on, by):
+                self._pressed.put(scan, f"{slot}.input.{name}", [on, by])
+            case Write(tag, value, by):
+                self._pressed.put(scan, tag, [value, by])
+            case Store(tag=tag, client=client, part=part):
+                where = self._pressed if tag + part in self._pressed.latest else self._stored
+                where.put(scan, tag + part, [None, client])
+
+    def _take_rule(self, event: Mapping[str, Any]) -> None:
+        for bit in event.get("bits") or ():
+            rule = {"slot": event.get("slot", 0), "bit": bit, "rule": event.get("name", "")}
+            told = {"text": event.get("text", ""), "section": event.get("section", ""), "scan": event["scan"]}
+            self._rules.append(rule | told)
+            self._latest_rules[rule["slot"], bit] = rule | told
+        if len(self._rules) > 2 * STATES:
+            del self._rules[:STATES]
+
+    # --- states of a scan
+
+    def up_to(self, scan: int, most: int) -> list[Json]:
+        """Return the latest known events up to a scan, in order."""
+        own = self._events[: bisect_right(self._events, scan, key=itemgetter("scan"))][-most:]
+        if len(own) == most or self.earlier is None or self.begin:
+            return own
+        before = min(scan, self._events[0]["scan"] - 1) if self._events else scan
+        return [*self.earlier.up_to(before, most - len(own)), *own]
+
+    def _before(self, scan: int | None) -> int:
+        """Return the scan for which the earlier states are asked: a growing recording repeats ours."""
+        return self._first if scan is None else min(scan, self._first)
+
+    def faults_at(self, scan: int | None) -> list[Fault]:
+        """Return the CPU's faults up to the end of a scan; None = the latest."""
+        earlier = [] if self.earlier is None or self._faults else self.earlier.faults_at(scan)
+        return earlier + [each for each in self._faults if scan is None or each.scan <= scan]
+
+    def forces_at(self, scan: int | None) -> Json:
+        """Return the forces in effect in a scan; None = the latest."""
+        told = self._forces.told(LAST_SCAN if scan is None else scan)
+        if told is None and self.earlier is not None:
+            return self.earlier.forces_at(self._before(scan))
+        return told or {}
+
+    def told_forces(self, scan: int) -> Json | None:
+        """Return the last reported forces up to a scan; None without any."""
+        return self._forces.told(scan)
+
+    def lines_at(self, scan: int | None) -> Json:
+        """Return the waiting lines of the sequences in a scan, by name."""
+        earlier = {} if self.earlier is None else self.earlier.lines_at(self._before(scan))
+        return earlier | (self._lines.told(LAST_SCAN if scan is None else scan) or {})
+
+    def pressed_at(self, scan: int | None) -> Json:
+        """Return what orders have set last up to a scan, and who."""
+        earlier = {} if self.earlier is None else self.earlier.pressed_at(self._before(scan))
+        at = LAST_SCAN if scan is None else scan
+        return earlier | (self._stored.told(at) or {}) | (self._pressed.told(at) or {})
+
+    def rules_at(self, scan: int | None) -> list[Json]:
+        """Return the rule that last set each bit, up to a scan."""
+        earlier = [] if self.earlier is None else self.earlier.rules_at(self._before(scan))
+        if scan is None:
+            own: Iterable[Json] = self._latest_rules.values()
+        else:
+            own = (each for each in self._rules if each["scan"] <= scan)
+        return list({(each["slot"], each["bit"]): each for each in (*earlier, *own)}.values())
+
+
+class _StateHistory:
+    """States by the first scan in which they were in effect."""
+
+    def __init__(self, kept: int = STATES, names_most: int | None = None) -> None:
+        self._kept, self._names_most = kept, names_most
+        self._scans: list[int] = []
+        self._states: list[Json] = []
+
+    @property
+    def latest(self) -> Json:
+        return self._states[-1] if self._states else {}
+
+    def note(self, scan: int, state: Json) -> None:
+        self._scans.append(scan)
+        self._states.append(state)
+        if len(self._scans) > 2 * self._kept:
+            del self._scans[: self._kept], self._states[: self._kept]
+
+    def put(self, scan: int, name: str, value: Any) -> None:
+        """Note a name's value, if it has changed; of too many names the one that was set first gives way."""
+        if self.latest.get(name) != value:
+            found = {key: each for key, each in self.latest.items() if key != name} | {name: value}
+            if self._names_most is not None and len(found) > self._names_most:
+                del found[next(iter(found))]
+            self.note(scan, found)
+
+    def told(self, scan: int) -> Json | None:
+        place = bisect_right(self._scans, scan) - 1
+        return self._states[place] if place >= 0 else None
+
+
+def _spoken(event: Mapping[str, Any]) -> str:
+    skipped = ("scan", "t", "topic", "kind", "slot")
+    return ", ".join(f"{key} {value}" for key, value in event.items() if key not in skipped) or "none"

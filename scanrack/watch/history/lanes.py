@@ -1,0 +1,247 @@
+"""Lanes of tags in the timing strip: the value after each scan, in as few points as show every change.
+
+    BOOL       [t, 0 or 1]                    at each edge
+               [t, level, edges]              per stretch of scans, if there are many
+    text       [t, text]                      at each change
+    number     [t, least, greatest, last]     at each change, or per stretch of scans if there are many
+    unknown    [t, None]                      from then on the value is unknown
+
+A piece of lanes has the times between which it is valid.
+
+Scans of a ladder program are repeated, so that no pulse is missed. A program in Python is not repeated: its
+values come from the recording if the rack file records them, else from about 30 reads per second.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+from scanrack.io_images.addresses import Address
+from scanrack.io_images.memory_layout import NO_MEMORY, MemoryLayout
+from scanrack.ladder.state.memory import same
+
+from .catalog import shown_value, value_of
+from .program_replica import ProgramReplica
+from .strip import values_at
+from .timeline import Timeline
+
+MOST_LANES = 16
+"""Most tags in a page's strip."""
+
+MOST_POINTS = 400
+"""Most points of one tag in a frame or an answer."""
+
+LIVE_SCANS = 1024
+"""Most scans repeated for a frame; values before them are unknown."""
+
+ANSWER_SCANS = 4096
+"""Scans of an answer; a page asks again for the rest."""
+
+MOST_TOLD = 4000
+"""Most kept changes of one value of a program in Python."""
+
+Json = dict[str, Any]
+Point = list[Any]
+Series = tuple[list[int], dict[str, list[Any]]]
+"""Times, ns, and the values of each tag at these times."""
+
+UNKNOWN = object()
+
+
+def points_of(times: Sequence[int], values: Sequence[Any], before: Any = UNKNOWN) -> list[Point]:
+    """Return the points of one tag.
+
+    Args:
+        values: after these scans.
+        before: the value before the first one; UNKNOWN: the first point is its value.
+    """
+    changes = []
+    for place, value in enumerate(values):
+        if before is UNKNOWN or not same(value, before) or type(value) is not type(before):
+            changes.append(place)
+            before = value
+    if len(changes) <= MOST_POINTS:
+        return [_point(times[place], values[place]) for place in changes]
+    if all(_is_number(values[place]) for place in changes):
+        return _stretches(times, values, changes, lambda some: [min(some), max(some), some[-1]])
+    if all(isinstance(values[place], bool) for place in changes):
+        return _stretches(times, values, changes, _counted)
+    unknown = [times[changes[0]], None]
+    return [unknown, *(_point(times[place], values[place]) for place in changes[1 - MOST_POINTS :])]
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def _point(time: int, value: Any) -> Point:
+    if isinstance(value, bool):
+        return [time, int(value)]
+    return [time, value, value, value] if _is_number(value) else [time, value]
+
+
+def _stretches(
+    times: Sequence[int],
+    values: Sequence[Any],
+    changes: Sequence[int],
+    said: Callable[[Sequence[Any]], Point],
+) -> list[Point]:
+    starts = [changes[0] + place * (len(values) - changes[0]) // MOST_POINTS for place in range(MOST_POINTS)]
+    ends = [*starts[1:], len(values)]
+    return [[times[start], *said(values[start:end])] for start, end in zip(starts, ends, strict=True)]
+
+
+def _counted(stretch: Sequence[bool]) -> Point:
+    edges = sum(one is not other for one, other in pairwise(stretch))
+    return [int(stretch[-1]), *([edges] if edges else [])]
+
+
+class ValueHistory:
+    """Values of a program in Python, by the scans of their reads."""
+
+    def __init__(self, period_ns: int) -> None:
+        self.period_ns = period_ns
+        self._changes: dict[str, list[tuple[int, Any]]] = {}
+
+    def clear(self) -> None:
+        """Drop all values."""
+        self._changes.clear()
+
+    def take(self, scan: int, values: dict[str, Any]) -> None:
+        """Note changed values."""
+        for name, value in values.items():
+            changes = self._changes.setdefault(name, [])
+            changes.append((scan, value))
+            if len(changes) > 2 * MOST_TOLD:
+                del changes[:MOST_TOLD]
+
+    def last_change(self, name: str, scan: int) -> tuple[int, Any] | None:
+        """Return the scan of a value's last change up to a scan, and the value before; None without one."""
+        changes = [each for each in self._changes.get(name, []) if each[0] <= scan]
+        return None if len(changes) < 2 else (changes[-1][0], changes[-2][1])
+
+    def points(self, name: str, first: int, last: int) -> list[Point]:
+        """Return the points of a value from one scan to another, the first one from before."""
+        changes = self._changes.get(name, [])
+        before = [each for each in changes if each[0] < first][-1:]
+        now = [each for each in changes if first <= each[0] <= last]
+        starts = [(first, value) for _, value in before if not now or now[0][0] > first]
+        shown = [*starts, *now]
+        return points_of([scan * self.period_ns for scan, _ in shown], [value for _, value in shown])
+
+
+class TagLanes:
+    """Points of tags, of any scans."""
+
+    def __init__(
+        self,
+        timeline: Timeline,
+        replica: ProgramReplica | None,
+        told: ValueHistory,
+        address: Callable[[str], Address | None] = lambda _name: None,
+        layout: MemoryLayout = NO_MEMORY,
+    ) -> None:
+        self._timeline, self._replica, self._told = timeline, replica, told
+        self._address, self._layout = address, layout
+        self._period_ns = told.period_ns
+        self._known: tuple[tuple[int, int, tuple[str, ...]], Series] | None = None
+
+    def live(self, names: Iterable[str], all_names: Iterable[str], first: int, last: int) -> Json:
+        """Return a piece of the latest scans; of too many, that of the last ones.
+
+        Args:
+            all_names: those of all pages, so that pages with the same scans share one repetition.
+        """
+        images, others = self._parted(names)
+        if self._replica is None or self._replica.is_impure:
+            return self._with_images(self._looked_at(others, first, last), images)
+        start = max(first, last - LIVE_SCANS + 1)
+        wanted = tuple(dict.fromkeys(self._parted(all_names)[1]))
+        piece = (
+            self._piece(others, *self._repeated(wanted, start, last))
+            if wanted
+            else self._looked_at((), start, last)
+        )
+        return self._with_images(piece, images)
+
+    def past(self, names: Sequence[str], first: int, last: int) -> tuple[Json, int | None]:
+        """Return a piece of past scans, and the scan of the next piece; None at the end."""
+        end = min(last, first + ANSWER_SCANS - 1)
+        following = end + 1 if end < last else None
+        images, others = self._parted(names)
+        return self._with_images(self._past(others, first, end), images), following
+
+    def _past(self, names: Sequence[str], first: int, end: int) -> Json:
+        if not names:
+            return self._looked_at((), first, end)
+        if self._replica is not None and not self._replica.is_impure:
+            return self._piece(names, *self._repeated(tuple(names), first, end))
+        times, values = self._timeline.recorded(names, first, end)
+        looked_at = self._looked_at([name for name in names if name not in values], first, end)
+        if not values:
+            return looked_at
+        piece = self._piece(values, times, values)
+        if piece:
+            piece["tags"] |= {
+                name: [each for each in points if each[0] < piece["to"]]
+                for name, points in looked_at["tags"].items()
+            }
+        return piece
+
+    def _parted(self, names: Iterable[str]) -> tuple[dict[str, Address], list[str]]:
+        """Return the names of words and bits of images, and the others."""
+        found = {name: self._address(name) for name in names}
+        images = {name: address for name, address in found.items() if address is not None}
+        return images, [name for name in found if name not in images]
+
+    def _with_images(self, piece: Json, images: Mapping[str, Address]) -> Json:
+        """Return a piece with the words and bits of images, which each row has."""
+        if not piece or not images:
+            return piece
+        first, last = piece["from"] // self._period_ns, piece["to"] // self._period_ns - 1
+        rows = self._timeline.between(first, last)
+        times = rows["now_ns"].tolist()
+        unknown = [] if times and times[0] == piece["from"] else [[piece["from"], None]]
+        lanes = {
+            name: unknown + points_of(times, values_at(rows, self._layout, address).tolist())
+            for name, address in images.items()
+        }
+        return {**piece, "tags": piece["tags"] | lanes}
+
+    def _piece(self, names: Iterable[str], times: list[int], values: Mapping[str, list[Any]]) -> Json:
+        """Return the piece of scans with these values; an empty one without scans."""
+        if not times:
+            return {}
+        tags = {name: points_of(times, values[name]) for name in names if name in values}
+        return {"from": times[0], "to": times[-1] + self._period_ns, "tags": tags}
+
+    def _looked_at(self, names: Iterable[str], first: int, last: int) -> Json:
+        """Return the piece of scans with values read at intervals."""
+        begin = first * self._period_ns
+        tags = {}
+        for name in names:
+            points = self._told.points(name, first, last)
+            tags[name] = points if points and points[0][0] == begin else [[begin, None], *points]
+        return {"from": begin, "to": (last + 1) * self._period_ns, "tags": tags}
+
+    def _repeated(self, names: tuple[str, ...], first: int, last: int) -> Series:
+        """Return the values after repeated scans."""
+        wish = first, last, names
+        if self._known is None or self._known[0] != wish or not self._known[1][0]:
+            self._known = wish, self._repeat(names, first, last)
+        return self._known[1]
+
+    def _repeat(self, names: tuple[str, ...], first: int, last: int) -> Series:
+        replica = self._replica
+        times: list[int] = []
+        values: dict[str, list[Any]] = {name: [] for name in names}
+        if replica is None or first > last:
+            return times, values
+        tags = replica.engine.tags
+        for now_ns in replica.walk(first, last):
+            times.append(now_ns)
+            for name, column in values.items():
+                column.append(shown_value(value_of(tags, name)))
+        return times, values

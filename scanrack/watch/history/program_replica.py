@@ -1,0 +1,233 @@
+"""Repeats the scans of a ladder program in the monitor: tags and power of any of them.
+
+    values      before scan 512                          before scan 768
+    rows        512  513  514  ...  600  (601)           images, times, flags: from the ring
+    engine      512 ... 600 compiled, 601 noted          tags and power of scan 601
+
+Most questions are about the latest scan: the engine continues from its present scan.
+"""
+
+from __future__ import annotations
+
+import pickle
+from array import array
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from os import SEEK_END
+from tempfile import TemporaryFile
+from typing import IO, Any, NamedTuple
+from weakref import finalize
+
+import numpy as np
+import zstandard
+from scanrack.io_images.memory_layout import MemoryLayout
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.debug.executed import TracedEngine
+from scanrack.ladder.debug.forces import Forces
+from scanrack.ladder.debug.replay import Replayer, Source, Truths
+from scanrack.ladder.debug.stretch import ScanInputs
+from scanrack.ladder.state.snapshots import restore, snapshot
+from scanrack.runtime.live.ring import Rows
+from scanrack.runtime.loop.phases import IDLE_PHASES
+from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
+from typing_extensions import override
+
+from .recent import RecentRows
+from .timeline import Timeline
+from .watched_program import Inputs, Values
+
+MOST_INPUTS = 50_000
+"""Most notes of scans' other inputs; a program that writes its inputs has one per scan."""
+
+MOST_REPEATED = 8192
+"""Most scans repeated to reach one; a tenth of a second of most programs."""
+
+CHAPTERS = 120
+"""Stretches of scans that are searched for a change: half a minute at 2 ms."""
+
+_SIZE_BYTES = 4
+
+
+class ValueFile:
+    """Values of programs in a file without a name, which ends with the process."""
+
+    def __init__(self) -> None:
+        self._file: IO[bytes] | None = None
+
+    def add(self, values: object) -> int | None:
+        """Write values; return their place, None if the disk has no room for them."""
+        data = zstandard.compress(pickle.dumps(values, pickle.HIGHEST_PROTOCOL), 1)
+        data = len(data).to_bytes(_SIZE_BYTES, "little") + data
+        with suppress(OSError):
+            if self._file is None:
+                self._file = TemporaryFile(buffering=0)  # noqa: SIM115 - closed with this object
+                finalize(self, self._file.close)
+            at = self._file.seek(0, SEEK_END)
+            if self._file.write(data) == len(data):
+                return at
+        return None
+
+    def read(self, at: int) -> Any:
+        """Return the values at a place."""
+        assert self._file is not None
+        self._file.seek(at)
+        size = int.from_bytes(self._file.read(_SIZE_BYTES), "little")
+        return pickle.loads(zstandard.decompress(self._file.read(size)))
+
+
+class SnapshotStore:
+    """The scan process's notes of one program, see `watched_program`.
+
+    The values are in a file: however long a session is, any scan has some shortly before it.
+    """
+
+    def __init__(self, file: ValueFile | None = None) -> None:
+        self.scans = array("q")
+        self._file, self._places = file or ValueFile(), array("q")
+        self.inputs: dict[int, Inputs] = {}
+        self._forced: list[int] = []
+
+    def take(self, record: Values | Inputs) -> None:
+        """Store a note; one that tells nothing new is dropped."""
+        scan = record.scan
+        if isinstance(record, Values):
+            place = self._file.add((record.values, record.truths))
+            if place is not None:
+                at = bisect_right(self.scans, scan)
+                self.scans.insert(at, scan)
+                self._places.insert(at, place)
+        elif scan in self.inputs:
+            self.inputs[scan] = record
+        elif record.writes or record.images is not None or record.forces != self._known_forces(scan):
+            self._forced.insert(bisect_right(self._forced, scan), scan)
+            self.inputs[scan] = record
+            if len(self._forced) > 2 * MOST_INPUTS:
+                for each in self._forced[:MOST_INPUTS]:
+                    del self.inputs[each]
+                del self._forced[:MOST_INPUTS]
+
+    def place(self, scan: int) -> int | None:
+        """Return the place of the last values before a scan, or of an earlier one; None without any."""
+        place = bisect_right(self.scans, scan) - 1
+        return None if place < 0 else place
+
+    def values(self, place: int) -> dict[str, Any]:
+        """Return the values at a place."""
+        values: dict[str, Any] = self._file.read(self._places[place])[0]
+        return values
+
+    def truths(self, place: int) -> Truths:
+        """Return the power of the previous scan, if it was noted with the values."""
+        truths: Truths | None = self._file.read(self._places[place])[1]
+        return truths or {}
+
+    def forces(self, scan: int) -> Forces:
+        """Return the forces before a scan."""
+        return self._known_forces(scan) or {}
+
+    def _known_forces(self, scan: int) -> Forces | None:
+        place = bisect_left(self._forced, scan) - 1
+        return self.inputs[self._forced[place]].forces if place >= 0 else None
+
+
+class Row(NamedTuple):
+    """A scan of a session."""
+
+    scan: int
+    now_ns: int
+    first: bool
+    """Whether it begins with prescan."""
+    memory: bytes | None
+    """Of the rack; None = the logic did not run."""
+
+
+class SessionScans(Source):
+    """Snapshots and inputs of a program, from the rows of a session; see `ladder.debug.replay.Source`."""
+
+    def __init__(
+        self, program: LadderLogic, rack: MemoryLayout, timeline: Timeline | RecentRows, kept: SnapshotStore
+    ) -> None:
+        self._timeline, self._kept = timeline, kept
+        self._is_impure = bool(program.functions)
+        layout = program.build().layout
+        images = [int(leaf.slot or 0) for leaf in layout.images if not leaf.output]
+        self._images = [rack.places[slot].inputs for slot in images]
+        self._leaves = {leaf.ident: leaf for leaf in layout.leaves.values()}
+
+    def snapshots(self, scan: int) -> Iterator[int]:
+        """Yield the scans with values, back from a scan; none if scans can't be repeated."""
+        place = None if self._is_impure else self._kept.place(scan)
+        return iter(()) if place is None else (self._kept.scans[at] for at in range(place, -1, -1))
+
+    def snapshot(self, scan: int) -> tuple[dict[str, Any], Forces]:
+        """Return the values before a scan, and its forces."""
+        place = self._kept.place(scan)
+        assert place is not None
+        return self._kept.values(place), self._kept.forces(scan)
+
+    def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
+        """Return the number of successive rows from the first scan on, and their inputs."""
+        rows = self._timeline.between(first, last)
+        if not len(rows) or rows[0]["scan"] != first:
+            return 0, iter(())
+        gaps = np.flatnonzero(np.diff(rows["scan"]) != 1)
+        rows = rows[: int(gaps[0]) + 1] if len(gaps) else rows
+        return len(rows), map(self._inputs, scans_in(rows))
+
+    def _inputs(self, row: Row) -> ScanInputs:
+        known, memory = self._kept.inputs.get(row.scan), row.memory
+        images: Sequence[bytes] | None = None
+        if memory is not None:
+            images = None if known is None else known.images
+            images = images or [memory[each] for each in self._images]
+        if known is None:
+            return ScanInputs(row.now_ns, row.first, images)
+        writes = tuple(
+            (self._leaves[ident], index, value)
+            for ident, index, value in known.writes
+            if ident in self._leaves  # may be false after an edit
+        )
+        return ScanInputs(row.now_ns, row.first, images, writes, known.forces)
+
+
+class ProgramReplica(Replayer):
+    """A ladder program that repeats scans of a session."""
+
+    def __init__(
+        self, program: LadderLogic, rack: MemoryLayout, timeline: Timeline | RecentRows, kept: SnapshotStore
+    ) -> None:
+        engine = TracedEngine(program.build(), program.scanner)
+        super().__init__(engine, SessionScans(program, rack, timeline, kept), MOST_REPEATED, CHAPTERS)
+        self.is_impure = bool(program.functions)  # whether routines in Python prevent repetition of scans
+        self._kept = kept
+
+    def keep(self, scan: int) -> None:
+        """Keep the present values, those before a scan: its questions are answered from there."""
+        place = self._kept.place(scan)
+        if not self.is_impure and (place is None or self._kept.scans[place] < scan):
+            self._kept.take(Values(scan, snapshot(self.engine.memory), 0))
+
+    @override
+    def show(self, scan: int) -> bool:
+        return self._show_values(scan) if self.is_impure else super().show(scan)
+
+    def _show_values(self, scan: int) -> bool:
+        """Show values and power of a program with routines in Python, not repeated: the nearest ones."""
+        place = self._kept.place(scan + 1)
+        if place is None:
+            return False
+        restore(self.engine.memory, self._kept.values(place))
+        self.truths = self._kept.truths(place)
+        self.at = scan
+        return True
+
+
+def scans_in(rows: Rows) -> Iterator[Row]:
+    """Yield the scans of rows."""
+    memory, size = rows["words"].tobytes(), rows.dtype["words"].itemsize
+    columns = (rows[name].tolist() for name in ("scan", "flags", "now_ns"))
+    for place, (scan, flags, now_ns) in enumerate(zip(*columns, strict=True)):
+        idle = "logic" in IDLE_PHASES[CpuMode(flags & MODE_MASK)]
+        own = None if idle else memory[place * size : place * size + size]
+        yield Row(scan, now_ns, bool(flags & ScanFlag.FIRST_SCAN), own)

@@ -1,0 +1,133 @@
+"""The text of a program in Python for pages, with the kinds of its words, which a page colors."""
+
+from __future__ import annotations
+
+import ast
+import keyword
+import tokenize
+from collections.abc import Iterable, Iterator, Sequence
+from pathlib import Path
+
+from scanrack.runtime.loop.faults import Fault
+
+from .catalog import Json, PageRoutine
+
+Span = tuple[int, int, str]
+"""From, to, and kind of a stretch of a line; both count UTF-16 units, as a browser does."""
+
+_KINDS = {tokenize.COMMENT: "comment", tokenize.NUMBER: "number", tokenize.STRING: "string"}
+_F_STRING = {
+    number for name in ("START", "MIDDLE", "END") if (number := getattr(tokenize, f"FSTRING_{name}", None))
+}
+"""Tokens of an f-string from Python 3.12 on."""
+
+
+def spans_of(lines: Sequence[str]) -> dict[int, list[Span]]:
+    """Return the spans of each line by number, from 1; of a text that can't be read, those up to there."""
+    found: dict[int, list[Span]] = {}
+    for token, kind in _tokens(lines):
+        (first, begin), (last, end) = token.start, token.end
+        for number in range(first, last + 1):
+            text = lines[number - 1]
+            left = _units(text, begin) if number == first else 0
+            right = _units(text, end) if number == last else _units(text, len(text))
+            if left < right:
+                found.setdefault(number, []).append((left, right, kind))
+    return found
+
+
+def _tokens(lines: Sequence[str]) -> Iterator[tuple[tokenize.TokenInfo, str]]:
+    before = ""
+    try:
+        for token in tokenize.generate_tokens((f"{line}\n" for line in lines).__next__):
+            kind = "string" if token.type in _F_STRING else _KINDS.get(token.type, "")
+            if token.type == tokenize.NAME:
+                known = keyword.iskeyword(token.string)
+                kind = "keyword" if known else "defined" if before in ("def", "class") else ""
+            if kind:
+                yield token, kind
+            before = token.string
+    except (tokenize.TokenError, SyntaxError):
+        return
+
+
+def _units(text: str, letters: int) -> int:
+    """Return how many UTF-16 units the first letters of a text take."""
+    return len(text[:letters].encode("utf-16-le", "surrogatepass")) // 2
+
+
+class PythonSource:
+    """The text of a program in Python for pages, as loaded."""
+
+    def __init__(self, file: Path) -> None:
+        self._name = file.name
+        try:
+            self._lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
+        except OSError:
+            self._lines = []
+
+    def routines(self) -> list[Json]:
+        """Return the file as the one routine that `hello` lists."""
+        return [{"name": self._name, "kind": "python", "comment": "", "lines": len(self._lines)}]
+
+    def place_of_fault(self, fault: Fault) -> str | None:
+        """Return the line of a fault, such as line.py.62; None if it is in another file."""
+        file, _, line = fault.where.rpartition(":")
+        return f"{self._name}.{line}" if Path(file).name == self._name else None
+
+    def tags_of_fault(self, fault: Fault, values: Iterable[str]) -> list[str]:
+        """Return those of a program's values that the line of a fault reads, by their last names."""
+        place = self.place_of_fault(fault)
+        line = self._lines[int(place.rpartition(".")[2]) - 1 : int(place.rpartition(".")[2])] if place else []
+        names = {each for text in line for each in _names_in(text)}
+        return [each for each in values if each.rpartition(".")[2] in names]
+
+    def show(self, names: tuple[str, ...]) -> tuple[PageRoutine, Json]:
+        """Return its contents, and the answer with its text."""
+        spans = spans_of(self._lines)
+        uses = uses_in("\n".join(self._lines))
+        lines = [
+            {"number": number, "text": text, "spans": spans.get(number, []), "uses": uses.get(number, [])}
+            for number, text in enumerate(self._lines, 1)
+        ]
+        answer = {"routine": self._name, "file": self._name, "text": lines, "names": list(names)}
+        return PageRoutine(self._name, {}, (), names), answer
+
+
+def uses_in(text: str) -> dict[int, list[str]]:
+    r"""Return the names and attributes in each line of a program: `line.step`, and `.step` of `self.step`.
+
+    >>> uses_in("class Line:\n    def run(self):\n        self.step = line.count")
+    {3: ['.step', 'line.count', 'line']}
+    """
+    found: dict[int, dict[str, None]] = {}
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):
+        return {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name | ast.Attribute):
+            name = _dotted(node)
+            if name and name != "self":
+                found.setdefault(node.lineno, {})[name.removeprefix("self")] = None
+    return {line: list(names) for line, names in found.items()}
+
+
+def _dotted(node: ast.expr) -> str:
+    """Return a name with its attributes, "" of anything else."""
+    if isinstance(node, ast.Attribute):
+        stem = _dotted(node.value)
+        return stem and f"{stem}.{node.attr}"
+    return node.id if isinstance(node, ast.Name) else ""
+
+
+def _names_in(line: str) -> Iterator[str]:
+    """Yield the names and attributes that a line of Python reads; none of a part of a statement."""
+    head = line.strip()
+    try:
+        tree = ast.parse(f"{head} pass" if head.endswith(":") else head)
+    except SyntaxError:
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Load):
+            yield node.id if isinstance(node, ast.Name) else node.attr

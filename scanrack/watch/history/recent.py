@@ -1,0 +1,72 @@
+"""The latest rows of a session, by the number of the scan."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scanrack.runtime.live.ring import Rows
+
+KEPT = 1 << 16
+"""Least number of kept rows."""
+
+
+class RecentRows:
+    """The latest rows in the order of their scans, `KEPT` to twice as many."""
+
+    def __init__(self, dtype: np.dtype[Any]) -> None:
+        self.dtype = dtype
+        self._rows = np.zeros(0, dtype)  # until there are rows: a recording has none
+        self._length = 0
+        self.count = 0
+        """Rows added so far; a row's place counts from the first one ever added."""
+
+    @property
+    def rows(self) -> Rows:
+        """The kept rows."""
+        return self._rows[: self._length]
+
+    @property
+    def begin(self) -> int:
+        """Place of the first kept row."""
+        return self.count - self._length
+
+    def add(self, rows: Rows) -> None:
+        """Add rows; of several of one scan the last one stays: a pause writes its scan again."""
+        if not len(rows):
+            return
+        rows = rows[np.append(rows["scan"][1:] != rows["scan"][:-1], True)]
+        if not len(self._rows):
+            self._rows = np.zeros(2 * KEPT, self.dtype)
+        if self._length and rows["scan"][0] == self._rows["scan"][self._length - 1]:
+            self._rows[self._length - 1] = rows[0]
+            rows = rows[1:]
+        if self._length + len(rows) > len(self._rows):
+            keep = self._rows[max(0, self._length - KEPT) : self._length].copy()
+            self._rows[: len(keep)] = keep
+            self._length = len(keep)
+        rows = rows[-KEPT:]
+        self._rows[self._length : self._length + len(rows)] = rows
+        self._length += len(rows)
+        self.count += len(rows)
+
+    def clear(self) -> None:
+        """Drop all rows: another session begins."""
+        self._length = 0
+        self.count += 1  # no earlier place remains valid
+
+    def since(self, place: int) -> Rows:
+        """Return the kept rows from a place on."""
+        return self.rows[max(0, place - self.begin) :]
+
+    def find(self, scan: int) -> int | None:
+        """Return the index of a scan in `rows`, or None."""
+        numbers = self.rows["scan"]
+        at = int(np.searchsorted(numbers, scan))
+        return at if at < len(numbers) and numbers[at] == scan else None
+
+    def between(self, first: int, last: int) -> Rows:
+        """Return the kept rows of the scans from one to another, both included."""
+        numbers = self.rows["scan"]
+        low, high = np.searchsorted(numbers, [first, last + 1])
+        return self.rows[int(low) : int(high)]

@@ -1,0 +1,219 @@
+"""The programs of a session by scan: one up to an edit, another one from there on.
+
+scan       0 ................ 4,010 ................. 9,200 ....
+stretch    number 0           number 1                number 2
+power      its own program's, no other
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.addresses import Address, parse_address
+from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.jobs.why.source.class_names import Names
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.lowering.edited import RungIndex
+from scanrack.ladder.python.online.fields import Fields
+from scanrack.ladder.python.sequences import Logic
+from scanrack.runtime.loop.faults import Fault
+from scanrack.runtime.loop.scan import ScanLogic
+
+from .catalog import Catalog
+from .event_log import LAST_SCAN
+from .lanes import TagLanes, ValueHistory
+from .program_file import digest
+from .program_replica import ProgramReplica, SnapshotStore, ValueFile
+from .python_source import PythonSource
+from .timeline import Timeline
+
+Json = dict[str, Any]
+
+
+@dataclass(eq=False)
+class Stretch:
+    """A program and the scans that it has run, from `first` on.
+
+    Attributes:
+        logic: None if it is unknown, or must not be run.
+        lacks: why it can't be shown; "" if it can.
+        told: the values of a program in Python.
+        kept: its values.
+        catalog: the rungs and tags of a ladder program; None of any other.
+        source: the text of a program in Python; None of a ladder program.
+        hints: names in place of unknown ones, see `panels.bindings`.
+    """
+
+    number: int
+    first: int
+    logic: ScanLogic | None
+    file: Path | None
+    lacks: str
+    words: Mapping[int, ModuleWords]
+    timeline: Timeline
+    told: ValueHistory
+    kept: SnapshotStore
+    hints: dict[tuple[str, int], str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        ladder = self.logic if isinstance(self.logic, LadderLogic) else None
+        self.catalog = None if ladder is None else Catalog(ladder)
+        self.source = None if ladder is not None or self.file is None else PythonSource(self.file)
+
+    @cached_property
+    def rung_index(self) -> RungIndex:
+        """What edits of its rungs are checked against."""
+        return RungIndex(self.ladder)
+
+    @property
+    def ladder(self) -> LadderLogic:
+        """The ladder program; there must be one."""
+        assert isinstance(self.logic, LadderLogic)
+        return self.logic
+
+    @cached_property
+    def digest(self) -> str:
+        """What identifies the contents of its file; see `online`."""
+        try:
+            return "" if self.file is None else digest(self.file.read_bytes())
+        except OSError:
+            return ""
+
+    @cached_property
+    def layout(self) -> MemoryLayout:
+        """The places of the images in a row."""
+        return memory_layout(self.words.items())
+
+    @cached_property
+    def live(self) -> ProgramReplica | None:
+        """Repeats the latest scans; None for a program that can't be repeated."""
+        return self._replica()
+
+    @cached_property
+    def past(self) -> ProgramReplica | None:
+        """Repeats any scan."""
+        return self._replica()
+
+    @cached_property
+    def lanes(self) -> TagLanes:
+        """Returns the points of tags in the timing strip."""
+        return TagLanes(self.timeline, self._replica(), self.told, self.address, self.layout)
+
+    def address(self, name: str) -> Address | None:
+        """Return the word or bit of an image that a name means; None for any other name."""
+        with suppress(ValueError):
+            return parse_address(name, self.words)
+        meant = self.aliases.get(name) if self.catalog is None else self.catalog.addresses([name]).get(name)
+        with suppress(ValueError):  # the fault of a connection is no word
+            return None if meant is None else parse_address(meant, self.words)
+        return None
+
+    @cached_property
+    def aliases(self) -> Mapping[str, str]:
+        """The addresses of inputs and outputs of a class of `Logic`, by name: `line.start`."""
+        if not isinstance(self.logic, Logic):
+            return {}
+        names = Names(self.logic, self.words)
+        return {f"{names.prefix}{name}": address for name, address in names.addresses.items()}
+
+    def alias_tags(self) -> list[Json]:
+        """Return them as the tags of `hello`."""
+        return [
+            {
+                "name": name,
+                "type": "INT" if parse_address(address, self.words).bit is None else "BOOL",
+                "description": address,
+                "writable": False,
+                "address": address,
+            }
+            for name, address in self.aliases.items()
+        ]
+
+    def _replica(self) -> ProgramReplica | None:
+        if not isinstance(self.logic, LadderLogic):
+            return None
+        return ProgramReplica(self.logic, self.layout, self.timeline, self.kept)
+
+    def described(self, values: Mapping[str, object]) -> Json:
+        """Return routines, tags and stubs for a page."""
+        if self.catalog is not None:
+            routines = self.catalog.routines()
+            stubs = list(self.logic.stubs_in_use) if isinstance(self.logic, LadderLogic) else []
+            told = {"stubs": stubs, "lacks": "", "settable": True}
+            return {"routines": routines, "tags": self.catalog.tags(), **told}
+        logic = self.logic
+        fields = Fields(lambda: logic) if isinstance(logic, Logic) else ()
+        tags = [
+            {"name": name, "type": _type_of(value), "description": "", "writable": name in fields}
+            for name, value in values.items()
+        ]
+        routines = [] if self.source is None else self.source.routines()
+        told = {"stubs": [], "lacks": self.lacks, "settable": isinstance(logic, Logic)}
+        return {"routines": routines, "tags": tags + self.alias_tags(), **told}
+
+    def place_of_fault(self, fault: Fault) -> str | None:
+        """Return the rung or line of a fault, such as Main.3 or line.py.62; None if unknown."""
+        known = self.catalog or self.source
+        return None if known is None else known.place_of_fault(fault)
+
+    def tags_of_fault(self, fault: Fault, values: Mapping[str, object]) -> list[str]:
+        """Return the tags or values that its rung or line reads; the first answers why it came to that."""
+        if self.catalog is not None:
+            return self.catalog.tags_of_fault(fault)
+        return [] if self.source is None else self.source.tags_of_fault(fault, values)
+
+
+class Stretches:
+    """The programs of a session or a recording."""
+
+    def __init__(self, words: Mapping[int, ModuleWords], timeline: Timeline, told: ValueHistory) -> None:
+        self._words, self._timeline, self._told = words, timeline, told
+        self.clear()
+
+    def clear(self) -> None:
+        """Drop all programs: another session begins."""
+        self.all: list[Stretch] = []
+        self._kept: dict[int, SnapshotStore] = {}
+        self._file = ValueFile()
+
+    def add(self, first: int, logic: ScanLogic | None, file: Path | None, lacks: str = "") -> Stretch:
+        """Add the program that runs from a scan on."""
+        number, kept = len(self.all), self.kept(len(self.all))
+        own = Stretch(number, first, logic, file, lacks, self._words, self._timeline, self._told, kept)
+        self.all.append(own)
+        return own
+
+    def lose(self, first: int) -> None:
+        """Show no program from a scan on: an unknown one ran there."""
+        self.all = [each for each in self.all if each.first < first]
+        self.add(first, None, None, "The recording does not bring the program of this scan.")
+
+    def kept(self, number: int) -> SnapshotStore:
+        """Return the values of the program with a number; they may precede the program."""
+        return self._kept.setdefault(number, SnapshotStore(self._file))
+
+    @property
+    def latest(self) -> Stretch:
+        """The running program."""
+        return self.all[-1]
+
+    def at(self, scan: int | None) -> Stretch:
+        """Return the program that ran in a scan; None = the latest."""
+        if scan is None:
+            return self.latest
+        return next((each for each in reversed(self.all) if each.first <= scan), self.all[0])
+
+    def end_of(self, program: Stretch) -> int:
+        """Return the last scan that a program may have run."""
+        later = self.all[program.number + 1 :]
+        return later[0].first - 1 if later else LAST_SCAN
+
+
+def _type_of(value: object) -> str:
+    return {bool: "BOOL", int: "LINT", str: "TEXT"}.get(type(value), "LREAL")

@@ -1,0 +1,227 @@
+"""The timing strip of rows: bits by their edges, positions as an envelope.
+
+    rows      0 0 0 1 0 0 0 0 1 1 1        edges  (t3, 1) (t4, 0) (t8, 1)
+
+A pulse of one scan is therefore visible, however many scans a frame has.
+
+A piece of the strip has the times between which it is valid:
+
+    bit        [t, level]                     at each edge
+    bit        [t, level, edges]              per stretch of scans, if there are many edges
+    position   [t, least, greatest, last]     per stretch of scans
+    unknown    [t, None]                      from then on: rows were lost, or there is no position
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scanrack.io_images.addresses import Address
+from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
+from scanrack.io_images.module_words import ModuleWords, Quantity
+from scanrack.runtime.live.ring import Rows
+from scanrack.traces.read.number_formats import NumberFormats
+
+MOST_EDGES = 400
+"""Most edges of one signal in one piece; more are combined to stretches."""
+
+EVERY_BIT = np.uint16(0xFFFF)
+
+CONFIGURES = np.uint16(0x8000)
+"""In the first word of an image: all its words configure [chapter 3, Configuration Mode]."""
+
+Json = dict[str, Any]
+Point = list[Any]
+Numbers = np.ndarray[Any, np.dtype[np.int64]]
+Words = np.ndarray[Any, np.dtype[np.uint16]]
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
+
+
+class PositionPlace(NamedTuple):
+    """Where the memory has a position."""
+
+    slot: int
+    quantity: Quantity
+    inputs: slice  # the words of its input image
+
+
+@dataclass(frozen=True, slots=True)
+class Signals:
+    """The named bits of a rack, by word of its memory.
+
+    Attributes:
+        bits: word of the memory -> bit of the word -> name, such as `1.MOVE_COMPLETE`.
+        positions: by name.
+        modes: words of an image of a module with two modes -> the one whose sign means configuration.
+    """
+
+    bits: Mapping[int, Mapping[int, str]]
+    positions: Mapping[str, PositionPlace]
+    modes: Mapping[int, int]
+
+
+def values_at(rows: Rows, layout: MemoryLayout, address: Address) -> NDArray[Any]:
+    """Return a word of an image in each of some rows, or a bit of it, as an array of bool."""
+    at = layout.places[address.slot].columns(address.image).start + address.word
+    words: NDArray[Any] = rows["words"][:, at]
+    return words if address.bit is None else (words >> address.bit & 1).astype(bool)
+
+
+def signals_of(slots: Mapping[int, ModuleWords]) -> Signals:
+    """Return the signals of a rack.
+
+    Args:
+        slots: the words of its modules, in the order of its memory.
+    """
+    bits: dict[int, dict[int, str]] = {}
+    places = memory_layout(slots.items()).places
+    for slot, words in slots.items():
+        named = [(name, at) for names in words.groups.values() for name, at in names.items()]
+        reported = {name for name, at in named if at.image == "I"}
+        for name, at in named:
+            if at.image == "I" or name not in reported:  # MODE_CONFIG is in both: the status is shown
+                word = places[slot].columns(at.image).start + at.word
+                bits.setdefault(word, {})[at.bit] = f"{slot}.{name}"
+    positions = {}
+    modes: dict[int, int] = {}
+    for slot, words in slots.items():
+        position = words.quantity("position")
+        if position is not None:
+            positions[f"{slot}.position"] = PositionPlace(slot, position, places[slot].columns("I"))
+        for image in ("O", "I") if words.modes is not None else ():
+            columns = places[slot].columns(image)
+            mode = columns.start + (words.modes.word(image) if words.modes else 0)
+            modes |= dict.fromkeys(range(columns.start, columns.stop), mode)
+    return Signals(bits, positions, modes)
+
+
+def piece_of(
+    rows: Rows,
+    before: Rows,
+    signals: Signals,
+    period_ns: int,
+    most: int = 1,
+    *,
+    formats: NumberFormats | None = None,
+) -> Json:
+    """Return the strip of rows: `from` and `to`, ns, its valid times, `bits` and `positions`.
+
+    Args:
+        rows: in order; there may be gaps.
+        before: the row before them, or none: the first row then begins every signal.
+        most: points of a position, without gaps.
+        formats: of the numbers of modules whose configuration selects them.
+
+    Returns:
+        The piece; an empty one without rows. A bit without a point keeps its level.
+    """
+    if not len(rows):
+        return {}
+    begins = _begins(rows, before)
+    times = rows["now_ns"]
+    gaps = [[int(times[place - 1]) + period_ns, None] for place in np.flatnonzero(begins) if place]
+    parts = {
+        "bits": _edges(rows, before, begins, signals),
+        "positions": _positions(rows, begins, signals, most, formats or NumberFormats()),
+    }
+    if gaps:
+        parts = {
+            part: {name: sorted([*points, *gaps], key=_time) for name, points in found.items()}
+            for part, found in parts.items()
+        }
+    return {"from": int(times[0]), "to": int(times[-1]) + period_ns, **parts}
+
+
+def _time(point: Point) -> int:
+    at: int = point[0]
+    return at
+
+
+def _begins(rows: Rows, before: Rows) -> Flags:
+    """Return for each row whether its predecessor is missing."""
+    scans = rows["scan"].astype(np.int64)
+    first = before["scan"][-1:].astype(np.int64) if len(before) else scans[:1] + 1
+    found: Flags = np.diff(scans, prepend=first) != 1
+    return found
+
+
+def _edges(rows: Rows, before: Rows, begins: Flags, signals: Signals) -> dict[str, list[Point]]:
+    """Return the edges of all bits, and their levels after gaps."""
+    times = rows["now_ns"]
+    found: dict[str, list[Point]] = {}
+    for word, names in signals.bits.items():
+        column = _column(rows, word, signals)
+        previous = column[:1] if begins[0] else _column(before[-1:], word, signals)
+        changed = column ^ np.concatenate([previous, column[:-1]])
+        changed[begins] = EVERY_BIT
+        places = np.flatnonzero(changed)
+        if not len(places):
+            continue
+        for bit, name in names.items():
+            own = places[(changed[places] >> bit & 1).astype(bool)]
+            if len(own) > MOST_EDGES:
+                found[name] = _counted(times, (column >> bit & 1).astype(np.int64), begins)
+            elif len(own):
+                levels = (column[own] >> bit & 1).tolist()
+                found[name] = [[t, level] for t, level in zip(times[own].tolist(), levels, strict=True)]
+    return found
+
+
+def _column(rows: Rows, word: int, signals: Signals) -> Words:
+    """Return a word of each row, without the bits that have another meaning in configuration mode."""
+    words = rows["words"].view(np.uint16)
+    column = words[:, word]
+    mode = signals.modes.get(word)
+    if mode is None:
+        return column
+    kept = CONFIGURES if word == mode else np.uint16(0)
+    return np.where(words[:, mode] & CONFIGURES, column & kept, column)
+
+
+def _positions(
+    rows: Rows, begins: Flags, signals: Signals, most: int, formats: NumberFormats
+) -> dict[str, list[Point]]:
+    """Return the positions, steps; None where the words mirror a configuration."""
+    words, times = rows["words"], rows["now_ns"]
+    found = {}
+    scans = rows["scan"].astype(np.int64)
+    for name, (slot, quantity, inputs) in signals.positions.items():
+        said = words[:, signals.modes[inputs.start]] >= 0  # bit 15: these words are a mirror
+        values = formats.values(slot, quantity, scans, words[:, inputs]).astype(np.int64)
+        points = _envelope(times, values, begins | np.diff(said, prepend=said[:1]), most)
+        spoken = said[np.searchsorted(times, [point[0] for point in points])].tolist()
+        found[name] = [
+            point if known else [point[0], None] for point, known in zip(points, spoken, strict=True)
+        ]
+    return found
+
+
+def _counted(times: Numbers, levels: Numbers, begins: Flags) -> list[Point]:
+    """Return `[t, level, edges]` of about `MOST_EDGES` stretches; `[t, level]` without edges."""
+    starts, ends = _stretches(begins, MOST_EDGES)
+    edges = np.diff(levels, prepend=levels[:1]) != 0
+    edges[starts] = False
+    columns = times[starts], levels[ends - 1], np.add.reduceat(edges.astype(np.int64), starts)
+    return [
+        [t, level, *([many] if many else [])]
+        for t, level, many in zip(*(each.tolist() for each in columns), strict=True)
+    ]
+
+
+def _envelope(times: Numbers, values: Numbers, begins: Flags, most: int) -> list[Point]:
+    """Return `[t, least, greatest, last]` of about `most` stretches."""
+    starts, ends = _stretches(begins, most)
+    least, greatest = np.minimum.reduceat(values, starts), np.maximum.reduceat(values, starts)
+    found: list[Point] = np.stack((times[starts], least, greatest, values[ends - 1]), axis=1).tolist()
+    return found
+
+
+def _stretches(begins: Flags, most: int) -> tuple[Numbers, Numbers]:
+    """Return the starts and ends of about `most` stretches; none contains a gap."""
+    even = np.linspace(0, len(begins), min(most, len(begins)), endpoint=False).astype(np.int64)
+    starts = np.union1d(even, np.flatnonzero(begins))
+    return starts, np.append(starts[1:], len(begins))

@@ -1,0 +1,211 @@
+"""The scans of a session or a recording by number: the latest from the ring, the rest from the trace.
+
+    scan     0 ............................ 229,374 ............. 300,000
+    from     the trace, a chunk at a time   the ring, in memory
+
+A row from a trace has no figures and no wall-clock time: neither is recorded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scanrack.runtime.live.ring import Row, Rows
+from scanrack.traces.format.records import TraceError
+from scanrack.traces.format.tagplan import TagField
+from scanrack.traces.read.arrays import extent, read_columns
+from scanrack.traces.read.columns import Columns, Selection
+from scanrack.traces.read.reader import Trace, open_trace
+
+from .recent import RecentRows
+
+WINDOWS = 4
+"""Stretches of a trace kept in memory."""
+
+WINDOW = 8192
+"""Scans of such a stretch."""
+
+
+class Timeline:
+    """Rows by scan."""
+
+    def __init__(self, recent: RecentRows, path: Path | None) -> None:
+        self.recent = recent
+        self.path = path
+        self._trace: Trace | None = None
+        self._windows: dict[int, tuple[int, Rows]] = {}  # with the size of the trace that they are from
+        self._extent: tuple[int, int] | None = None
+        self._known: tuple[int, dict[str, Any]] | None = None
+
+    @property
+    def extent(self) -> tuple[int, int] | None:
+        """The first and the last scan; None if there is none."""
+        numbers = self.recent.rows["scan"]
+        if not len(numbers):
+            return self._recorded()
+        first = int(numbers[0])
+        if first and self.path is not None:
+            recorded = self._recorded()
+            first = first if recorded is None else min(first, recorded[0])
+        return first, int(numbers[-1])
+
+    def row(self, scan: int) -> Row | None:
+        """Return the row of a scan, or None."""
+        rows = self.between(scan, scan)
+        return rows[0] if len(rows) else None
+
+    def between(self, first: int, last: int) -> Rows:
+        """Return the available rows of the scans from one to another, both included."""
+        rows = self.recent.between(first, last)
+        begins = int(rows["scan"][0]) if len(rows) else last + 1
+        if self.path is None or len(rows) == last - first + 1:
+            return rows
+        if begins <= first:  # rows were lost: the session runs faster than the monitor
+            written = self._read(first, last)
+            return (
+                np.concatenate([written, rows[rows["scan"] > written["scan"][-1]]]) if len(written) else rows
+            )
+        return np.concatenate([self._read(first, begins - 1), rows])
+
+    def values(self, scan: int) -> dict[str, Any]:
+        """Return the recorded tags of a scan, by name; empty without any."""
+        if self._known is None or self._known[0] != scan:
+            trace = self.opened()
+            self._known = scan, {} if trace is None else _recorded_tags(trace, scan)
+        return self._known[1]
+
+    def recorded(self, names: Sequence[str], first: int, last: int) -> tuple[list[int], dict[str, list[Any]]]:
+        """Return the times, ns, of the scans from one to another, and the values of each recorded tag."""
+        trace = self.opened()
+        plan = None if trace is None else trace.head.tags
+        known = () if plan is None else (address for each in plan.fields for address in each.tag.addresses)
+        if trace is None or plan is None or not set(names) & set(known):
+            return [], {}
+        self.follow()
+        columns = read_columns(trace, Selection(first, last), tags=True)
+        if columns.tags is None:
+            return [], {}
+        texts = trace.texts() if plan.has_texts else {}
+        shown = {
+            address: [_shown(field, value, texts) for value in values.tolist()]
+            for field in plan.fields
+            for address, values in field.columns(columns.tags)
+            if address in names
+        }
+        return columns.time_ns.tolist(), shown
+
+    def follow(self) -> bool:
+        """Read the new part of the trace; return whether there is any."""
+        if self._trace is None:
+            return self.opened() is not None
+        grown = self._trace.follow()
+        if grown:
+            self._extent = None
+        return grown
+
+    def opened(self) -> Trace | None:
+        """Return the opened trace; None without one, or before its first chunk."""
+        if self._trace is None and self.path is not None:
+            try:
+                self._trace = open_trace(self.path)
+            except TraceError:
+                return None  # nothing has been written yet
+        return self._trace
+
+    def use(self, trace: Trace) -> None:
+        """Use an open trace."""
+        self._trace = trace
+
+    def forget(self, path: Path | None) -> None:
+        """Begin with another trace."""
+        self.close()
+        self.path = path
+
+    def close(self) -> None:
+        """Close the trace."""
+        if self._trace is not None:
+            self._trace.close()
+        self._trace, self._extent, self._known = None, None, None
+        self._windows.clear()
+
+    # --- the trace
+
+    def _recorded(self) -> tuple[int, int] | None:
+        if self._extent is None:
+            trace = self.opened()
+            ends = None if trace is None else extent(trace).scan.tolist()
+            self._extent = (ends[0], ends[-1]) if ends else None
+        return self._extent
+
+    def _read(self, first: int, last: int) -> Rows:
+        """Return rows of the trace, by whole windows."""
+        numbers = range(first // WINDOW, last // WINDOW + 1)
+        rows = np.concatenate([self._window(number, last) for number in numbers])
+        low, high = np.searchsorted(rows["scan"], [first, last + 1])
+        return rows[int(low) : int(high)]
+
+    def _window(self, number: int, last: int) -> Rows:
+        """Return a window; read it again if the trace has grown since, and the scans are wanted."""
+        start, end = number * WINDOW, (number + 1) * WINDOW - 1
+        size, rows = self._windows.pop(number, (-1, self.recent.rows[:0]))
+        if not len(rows) or rows["scan"][-1] < min(end, last):
+            self.follow()
+            if self._size != size:
+                size, rows = self._size, self._columns(Selection(start, end))
+        self._windows[number] = size, rows
+        while len(self._windows) > WINDOWS:
+            del self._windows[next(iter(self._windows))]
+        return rows
+
+    @property
+    def _size(self) -> int:
+        return 0 if self._trace is None else self._trace.size
+
+    def _columns(self, selection: Selection) -> Rows:
+        trace = self.opened()
+        return self._rows(None if trace is None else read_columns(trace, selection))
+
+    def _rows(self, columns: Columns | None) -> Rows:
+        rows = np.zeros(0 if columns is None else len(columns.scan), self.recent.dtype)
+        if columns is not None:
+            rows["scan"] = rows["again"] = columns.scan
+            rows["flags"], rows["now_ns"], rows["words"] = columns.flags, columns.time_ns, columns.words
+        return rows
+
+
+def columns_of(rows: Rows) -> Columns:
+    """Return rows as columns of a trace."""
+    return Columns(
+        rows["scan"].astype(np.int64), rows["now_ns"].copy(), rows["flags"].copy(), rows["words"].copy()
+    )
+
+
+def _recorded_tags(trace: Trace, scan: int) -> dict[str, Any]:
+    """Return the tags of a scan for a page: names of enums, texts, lists of arrays."""
+    plan = trace.head.tags
+    rows = None if plan is None else read_columns(trace, Selection(scan, scan), tags=True).tags
+    if plan is None or rows is None or not len(rows):
+        return {}
+    texts = trace.texts() if plan.has_texts else {}
+    whole = {field.tag.name: _shown(field, rows[field.name][0].tolist(), texts) for field in plan.fields}
+    elements = {
+        address: _shown(field, values[0].item(), texts)
+        for field in plan.fields
+        if field.tag.length
+        for address, values in field.columns(rows)
+    }
+    return whole | elements
+
+
+def _shown(field: TagField, value: Any, texts: Mapping[int, str]) -> Any:
+    match field.tag.type:
+        case "BOOL":
+            return [bool(each) for each in value] if isinstance(value, list) else bool(value)
+        case "TEXT":
+            return texts.get(value, f"text {value}")
+        case "ENUM" if value < len(field.constants):
+            return field.constants[value]
+    return value

@@ -1,0 +1,87 @@
+"""Numbers of the machines of a rack, beside the images."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from scanrack.io_images.image import Image
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.io_images.number_formats import NumberFormat
+from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime.modules.record import ModuleWithFigures, ModuleWithFormats
+
+PER_SLOT = 4
+"""Shaft, encoder, mask of energized inputs, place of position 0 on the shaft's scale."""
+
+
+@dataclass(slots=True)
+class _Zero:
+    """Where a module's position 0 lies on the shaft's scale, steps since power-up.
+
+    The place changes with home and preset only: lost steps stay visible as the distance between the
+    shaft and the module's position.
+    """
+
+    words: ModuleWords
+    at: int = 0
+    position: int = 0
+    shaft: int = 0
+    resting: bool = True
+    invalid: bool = True
+
+    def read(self, image: Image, shaft: int, format: NumberFormat) -> int:
+        """Return the place as of an input image and its shaft.
+
+        Args:
+            format: of the position, where the module's configuration selects it.
+        """
+        inputs, quantity = list(image), self.words.quantity("position")
+        if quantity is None or self.words.configures("I", inputs):
+            return self.at  # in configuration mode the words are a mirror
+        high, low = inputs[quantity.word : quantity.word + 2]
+        position = (quantity.format or format).reported(high, low)
+        resting, invalid = (
+            not self._on(inputs, "MOVING_CW", "MOVING_CCW"),
+            self._on(inputs, "POSITION_INVALID"),
+        )
+        preset = resting and self.resting and shaft == self.shaft and position != self.position
+        if preset or (self.invalid and (resting or not invalid)):
+            self.at = shaft - position
+        self.position, self.shaft, self.resting, self.invalid = position, shaft, resting, invalid
+        return self.at
+
+    def _on(self, inputs: Sequence[int], *names: str) -> bool:
+        places = filter(None, map(self.words.place, names))
+        return any(inputs[at.word] >> at.bit & 1 for at in places)
+
+
+class _WatchedMachine(NamedTuple):
+    device: ModuleWithFigures
+    inputs: Image
+    zero: _Zero
+
+    def read(self) -> tuple[int, ...]:
+        figures = self.device.figures()
+        formats = self.device if isinstance(self.device, ModuleWithFormats) else None
+        format = NumberFormat.THOUSANDS if formats is None else formats.number_format
+        return *figures, self.zero.read(self.inputs, figures[0], format)
+
+
+class MachineFigures:
+    """Reads the machines of a rack; see `runtime.live.tap.Figures`."""
+
+    def __init__(self, rack: Rack) -> None:
+        self._machines: list[_WatchedMachine] = []
+        self.slots: list[int] = []  # the slots with a readable machine, `PER_SLOT` numbers each
+        for slot in rack.slots.values():
+            module: Any = slot.module
+            device = getattr(module, "module", module)  # inside of incidents
+            if isinstance(device, ModuleWithFigures):
+                self._machines.append(_WatchedMachine(device, slot.inputs, _Zero(slot.words)))
+                self.slots.append(slot.number)
+
+    def read(self, now_ns: int) -> tuple[int, ...]:
+        """Return the numbers of all machines at the instant of the latest scan."""
+        return tuple(number for machine in self._machines for number in machine.read())

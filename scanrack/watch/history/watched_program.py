@@ -1,0 +1,116 @@
+"""Notes with which a monitor repeats the scans of a program: their inputs, and regular snapshots.
+
+    scan          n         n+1       n+2  ...  n+1023
+    notes         values    -         writes    -          values before n, writes before n+2
+
+The other inputs of a scan are in the ring: images, times and flags.
+"""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from scanrack.ladder.compiler.observed import LineKey
+from scanrack.ladder.debug import Debugger
+from scanrack.ladder.debug.forces import Forces
+from scanrack.ladder.debug.stretch import ScanInputs
+from scanrack.ladder.state.snapshots import snapshot
+from scanrack.runtime.live.ring import Records
+from scanrack.runtime.loop.pace import wall_ns
+
+EVERY = 1024
+"""Scans between values."""
+
+IMPURE_NS = 30_000_000
+"""Time between values of a program with routines in Python, whose scans can't be repeated."""
+
+
+@dataclass(frozen=True, slots=True)
+class Values:
+    """The values of a program before a scan.
+
+    Attributes:
+        values: by identifier of the variable, see `ladder.state.snapshots`.
+        truths: power of the previous scan, of a program with routines in Python, which is always
+            interpreted.
+    """
+
+    scan: int
+    values: dict[str, Any]
+    program: int
+    truths: Mapping[LineKey, tuple[bool, ...]] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Inputs:
+    """Inputs of a scan beside its images and its time.
+
+    Attributes:
+        writes: external writes since the previous scan: identifier, element, value.
+        forces: those in effect from this scan on.
+        images: the input images that the program read; None = those of the rack.
+    """
+
+    scan: int
+    writes: tuple[tuple[str, int, Any], ...]
+    forces: Forces
+    images: Sequence[bytes] | None
+    program: int
+
+
+class LadderNotes:
+    """Writes a ladder program's notes for the monitor; see `runtime.live.tap.Notes`."""
+
+    def __init__(self, debugger: Debugger, records: Records) -> None:
+        self._debugger, self._records = debugger, records
+        self._entry: ScanInputs | None = None
+        self._forces: object = None
+        self._due_ns, self._news, self._given = 0, -1, -EVERY
+
+    def news(self) -> bool:
+        """Whether the latest scan had inputs beyond its images."""
+        return self._debugger.news != self._news
+
+    def note(self, scan: int) -> None:
+        """Write the inputs of a scan beyond its images; at intervals also the values after it."""
+        debugger = self._debugger
+        if debugger.news != self._news:
+            self._note(debugger, scan)
+        if scan >= self._given + EVERY or (debugger.interpreted and wall_ns() >= self._due_ns):
+            self._due_ns = wall_ns() + IMPURE_NS
+            self.give(scan + 1)
+
+    def _note(self, debugger: Debugger, scan: int) -> None:
+        entry, forces = debugger.latest, debugger.engine.memory.forces
+        fresh = None if entry is self._entry else entry
+        written = fresh is not None and (fresh.writes or debugger.engine.memory.copies_inputs)
+        if written or forces is not self._forces:
+            self._write(inputs_of(debugger, scan))
+        self._entry, self._forces, self._news = entry, forces, debugger.news
+
+    def give(self, scan: int) -> None:
+        """Write the values before a scan."""
+        self._write(values_of(self._debugger, scan))
+        self._forces, self._news, self._given = None, -1, scan
+
+    def _write(self, record: Values | Inputs) -> None:
+        self._records.write(pickle.dumps(record, pickle.HIGHEST_PROTOCOL))
+
+
+def values_of(debugger: Debugger, scan: int) -> Values:
+    """Return the values of a program before a scan."""
+    engine = debugger.engine
+    truths = engine.truths if debugger.interpreted else None
+    return Values(scan, snapshot(engine.memory), len(debugger.edits), truths)
+
+
+def inputs_of(debugger: Debugger, scan: int) -> Inputs:
+    """Return the inputs of the latest scan, beside its images."""
+    entry, memory = debugger.latest, debugger.engine.memory
+    writes = () if entry is None else entry.writes
+    images = entry.images if entry is not None and memory.copies_inputs else None
+    told = tuple((leaf.ident, index, value) for leaf, index, value in writes)
+    return Inputs(scan, told, dict(memory.forces), images, len(debugger.edits))

@@ -1,0 +1,123 @@
+"""Starts the monitor process, and restarts it when it dies; the scan loop is not affected."""
+
+from __future__ import annotations
+
+import pickle
+import socket
+import threading
+from collections.abc import Callable
+from dataclasses import replace
+from multiprocessing.connection import Connection
+
+from scanrack.jobs.trust.launcher import TimeoutExpired, launch
+from scanrack.runtime.live.ring import Ring
+from scanrack.runtime.live.tap import PipeInbox
+from scanrack.runtime.loop.pace import wall_ns
+
+from .monitors.session_monitor import Setup
+from .monitors.stretched import SessionProgram
+
+MAIN = f"{__package__}.session_process:main"
+"""Main function of a monitor process; the program's own main module could do anything."""
+
+PATIENCE_S = 2
+"""Longest time of a monitor to end."""
+
+GRACE_S = 0.05
+"""A monitor that ends within this time of the session is not started again."""
+
+STARTS_MOST = 10
+"""Most restarts in a row."""
+
+SOON_NS = 30_000_000_000
+"""A death after a longer life than this begins a new row."""
+
+PAUSES_S = (0, 0.2, 1, 3)
+"""Waits before a restart, by deaths in a row; then the last one."""
+
+
+class MonitorSupervisor:
+    """Keeps a monitor alive.
+
+    Args:
+        listening: the server's socket, which survives a monitor.
+    """
+
+    def __init__(
+        self, setup: Setup, ring: Ring, listening: socket.socket, say: Callable[[str], object]
+    ) -> None:
+        self._setup, self._ring, self._listening, self._say = setup, ring, listening, say
+        self._ending = threading.Event()
+        self._died = False
+        self._changing = threading.Lock()
+        self._inbox: PipeInbox | None = None
+        self.pipe = self._start()
+        self._watch = threading.Thread(target=self._keep, name="monitor's keeper", daemon=True)
+
+    def keep(self, inbox: PipeInbox) -> None:
+        """Restart it from now on, and connect the orders."""
+        self._inbox = inbox
+        self._watch.start()
+
+    def replace_programs(
+        self, *, programs: tuple[SessionProgram, ...], trace: str | None = None, record: str | None = None
+    ) -> None:
+        """Set the programs and the recording of later monitors.
+
+        Args:
+            trace: path of a branch's recording; None = unchanged.
+            record: the same, if it is kept.
+        """
+        with self._changing:
+            self._setup = replace(self._setup, programs=programs)
+            if trace is not None:
+                about = replace(self._setup.about, record=record)
+                self._setup = replace(self._setup, about=about, trace=trace)
+
+    @property
+    def pid(self) -> int:
+        """Process id of the monitor."""
+        return self._process.pid
+
+    def _start(self) -> Connection:
+        mine, theirs = socket.socketpair()
+        # its own session: Ctrl-C is for the scan process, which ends this one
+        self._process = launch(MAIN, handed=(theirs, self._listening, self._ring.memory), own_session=True)
+        theirs.close()
+        pipe = Connection(mine.detach())
+        pipe.send_bytes(pickle.dumps(self._setup))
+        return pipe
+
+    def _keep(self) -> None:
+        deaths = 0
+        while True:
+            begun_ns = wall_ns()
+            self._process.wait()
+            if self._ending.wait(GRACE_S):
+                return
+            self._died = True
+            deaths = 1 if wall_ns() - begun_ns > SOON_NS else deaths + 1
+            if deaths > STARTS_MOST:
+                self._say("the monitor has died too often: the scans continue without a page, until Ctrl-C")
+                return
+            self._say("the monitor has died and is started again; the scans continue")
+            if self._ending.wait(PAUSES_S[min(deaths, len(PAUSES_S)) - 1]):
+                return
+            with self._changing:
+                self._setup = replace(self._setup, started=self._setup.started + 1)
+            self.pipe.close()
+            self.pipe = self._start()
+            assert self._inbox is not None
+            self._inbox.connect(self.pipe)
+
+    def end(self) -> bool:
+        """End the monitor; return False if all have died before they had the first scan."""
+        self._ending.set()
+        self.pipe.close()  # the monitor notices it
+        try:
+            self._died |= self._process.wait(PATIENCE_S) != 0
+        except TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._listening.close()
+        return not self._died or self._ring.asked > 0

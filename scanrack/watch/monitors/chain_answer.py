@@ -1,0 +1,126 @@
+"""The chain of causes in an answer to a page: its links as JSON, each with its rung or line."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from scanrack.io_images.addresses import parse_address
+from scanrack.jobs.why.chain import Bits, RackChain
+from scanrack.ladder.debug import CauseLink, Chains, linked
+from scanrack.ladder.debug.causes import Causes
+from scanrack.ladder.debug.links import said
+from scanrack.runtime.loop.faults import Fault
+from scanrack.traces.format.layout import SlotInfo, block_layout
+from scanrack.traces.read.packed import PackedScans
+from scanrack.traces.read.reader import TraceEvent
+from scanrack.traces.replay import PackedTrace
+
+from ..history.timeline import columns_of
+from .monitor import BACK, Json, Monitor
+
+MOST_LINKS = 60
+"""Most links that a page receives, the shortest ways first."""
+
+DEEPEST = 40
+"""Most links one behind the other: no one reads further back, and each costs a scan."""
+
+_TOPICS = {
+    "rule": "/events",
+    "move": "/events",
+    "stimulus": "/stimuli",
+    "order": "/orders",
+    "faults": "/faults",
+    "indicator": "/indicators",
+}
+
+
+def chain_of(monitor: Monitor, causes: Causes, tag: str, scan: int) -> CauseLink | None:
+    """Return the chain of a tag of a ladder program after a scan; None if nothing is known of it."""
+    return next(iter(_chains(monitor, causes, [tag], scan)), None)
+
+
+def chain_of_fault(monitor: Monitor, causes: Causes, fault: Fault, tags: Sequence[str]) -> list[Json]:
+    """Return the chain of a major fault: behind it are the tags that its rung has read."""
+    groups = [(each,) for each in _chains(monitor, causes, tags, fault.scan)]
+    root = linked(
+        groups,
+        kind="fault",
+        name="CPU fault",
+        value=None,
+        scan=fault.scan,
+        now_ns=fault.now_ns,
+        text=fault.text,
+        site=fault.site,
+    )
+    return links_of(root) if groups else []
+
+
+def _chains(monitor: Monitor, causes: Causes, tags: Sequence[str], scan: int) -> list[CauseLink]:
+    """Return the known chains of tags, and of words and bits of images, after a scan."""
+    rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
+    if not len(rows):
+        return []
+    words = monitor.subject.words
+    slots = tuple(
+        SlotInfo(each.number, each.module, words=words[each.number])
+        for each in sorted(monitor.subject.spec.slot, key=lambda each: each.number)
+    )
+    told = monitor.states.up_to(scan, BACK)
+    events = tuple(_event(each, monitor.states.forces_at(each["scan"])) for each in told)
+    recording = PackedTrace(slots, PackedScans.of(block_layout(slots).words, [columns_of(rows)]), events)
+
+    def chains(*, deep: bool, **hooks: Any) -> Chains:
+        return Chains(causes.engine.lowered, causes, deep, most=DEEPEST, **hooks)
+
+    rack, last = RackChain(recording, chains), len(rows) - 1
+    found = []
+    for tag in tags:
+        try:
+            bits = Bits.at(parse_address(tag, words))
+        except ValueError:
+            found.append(rack.of_tag(tag, last))
+        else:
+            found.append(rack.of_bits(bits, tag, last))
+    return [each for each in found if each is not None]
+
+
+def _event(event: Mapping[str, Any], forces: Json) -> TraceEvent:
+    fields: Json = {
+        key: event[key] for key in ("slot", "kind", "name", "text", "module", "order") if key in event
+    }
+    if event["kind"] == "forces":
+        fields = {"tags": forces}
+    return TraceEvent(event["scan"], event["t"], _TOPICS.get(event["kind"], f"/{event['kind']}"), fields)
+
+
+def links_of(chain: CauseLink) -> list[Json]:
+    """Return the links of a chain for a page: scan, time, name, text, the rung or line, causes by number."""
+    links = list(chain.walk())[:MOST_LINKS]
+    numbers = {link: number for number, link in enumerate(links)}
+    return [
+        {
+            "scan": link.scan,
+            "t": link.now_ns,
+            "kind": link.kind,
+            "name": link.name,
+            "text": said(link),
+            "at": _at(link),
+            "causes": [
+                [numbers[each] for each in group if each in numbers]
+                for group in link.causes
+                if any(each in numbers for each in group)
+            ],
+        }
+        for link in links
+    ]
+
+
+def _at(link: CauseLink) -> str | None:
+    """Return the rung or line as a page names it: `Main.3`, `line.py.12`."""
+    site = link.site
+    if site is None:
+        return None
+    return (
+        f"{site.routine}.{site.rung}" if site.routine else f"{site.file}.{site.line}" if site.file else None
+    )

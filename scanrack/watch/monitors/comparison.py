@@ -1,0 +1,219 @@
+"""Another recording beside the one of a page: the same scan of both, and what differs in it.
+
+    page       scan 480   words  power  tags          of the session or recording that is watched
+    other      scan 480   words  power  tags          of a recording in the same folder
+    frame      other: { there, known, words, power, tags }    the other's values where they differ
+
+Scans are compared by their numbers. A branch is a recording, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from scanrack.io_images.memory_layout import ImagePlaces
+from scanrack.traces.format.records import TraceError
+
+from ..history.catalog import NOTHING_SHOWN
+from .asked import Said, strip_in
+from .monitor import Json, Monitor
+from .page import Page
+
+MOST_LISTED = 100
+"""Most recordings that a page is offered, the newest ones."""
+
+PIECE, MOST_SEARCHED = 4096, 65_536
+"""Scans that are compared at once, and most of a question."""
+
+
+class OpenedBeside(NamedTuple):
+    """Another recording: its monitor, and what closes its files."""
+
+    monitor: Monitor
+    close: Callable[[], None]
+
+
+def recordings_beside(record: Path) -> list[str]:
+    """Return the names of the recordings in the folder of a recording or a rack file, without itself."""
+    found = []
+    for each in record.parent.glob("*.mcap"):
+        with suppress(OSError):  # it is gone, or not ours
+            if each.is_file() and each.resolve() != record.resolve():
+                found.append((each.stat().st_mtime_ns, each.name))
+    return [name for _, name in sorted(found, reverse=True)[:MOST_LISTED]]
+
+
+class Comparison:
+    """A comparison that a page looks at.
+
+    Attributes:
+        name: of the other recording.
+        other: its monitor.
+
+    Args:
+        own: the monitor of the page.
+    """
+
+    def __init__(self, own: Monitor, name: str, opened: OpenedBeside) -> None:
+        self.name, self._own, (self.other, self._close) = name, own, opened
+        self._page, self._routine = Page(), ""
+
+    def close(self) -> None:
+        """Close the other recording."""
+        self._close()
+
+    def tick(self) -> bool:
+        """Run further scans of the other program; return whether there are more."""
+        return self.other.tick()
+
+    def differences(self, page: Page, picture: Json) -> Json:
+        """Return what the other recording has in the scan of a picture, where it differs."""
+        scan = int(picture["scan"])
+        if self.other.subject.timeline.row(scan) is None:
+            return {"there": False, "words": {}, "power": {}, "tags": {}}
+        self._follow(page, scan)
+        shown = self.other.whole(self._page)
+        return {
+            "there": True,
+            "known": shown.get("known", True) and picture.get("known", True),
+            **{part: _differing(picture.get(part, {}), shown.get(part, {})) for part in ("power", "tags")},
+            "words": {
+                slot: differing
+                for slot, words in picture["words"].items()
+                if (differing := _words(words, shown["words"].get(slot)))
+            },
+        }
+
+    def _follow(self, page: Page, scan: int) -> None:
+        """Show the same scan, routine and tags."""
+        mine, program = self._page, self.other.subject.programs.at(scan)
+        mine.past = scan
+        if mine.program is not program or self._routine != page.shown.name:
+            mine.program, self._routine = program, page.shown.name
+            shown = NOTHING_SHOWN
+            if program.catalog is not None and self._routine:
+                with suppress(ValueError):  # the other program has no such routine
+                    shown, _ = program.catalog.show(self._routine, COLUMNS)
+            mine.show(shown)
+        mine.watch(page.watched)
+
+    def next_difference(self, scan: int, way: int) -> tuple[int | None, int]:
+        """Return the next scan where other words differ than in the scan before, and the last one searched.
+
+        Args:
+            scan: where the search begins; that scan is none.
+            way: 1 forwards, -1 backwards.
+        """
+        searched = scan
+        for first, last in self._pieces(scan, way):
+            scans, differs = self._differing_words(first - 1, last)
+            other = (differs[1:] != differs[:-1]).any(axis=1) & differs[1:].any(axis=1)
+            changed = np.flatnonzero(other & (np.diff(scans) == 1)) + 1
+            found = [int(scans[at]) for at in changed if first <= scans[at] <= last]
+            if found:
+                return (found[0] if way > 0 else found[-1]), searched
+            searched = last if way > 0 else first
+        return None, searched
+
+    def _pieces(self, scan: int, way: int) -> Iterator[tuple[int, int]]:
+        """Yield the first and last scans of the pieces that both recordings have, beginning beside a scan."""
+        extents = [each.subject.timeline.extent for each in (self._own, self.other)]
+        known = [each for each in extents if each is not None]
+        if len(known) < len(extents):
+            return
+        low, high = max(each[0] for each in known), min(each[1] for each in known)
+        if way > 0:
+            for first in range(max(scan + 1, low), min(high, scan + MOST_SEARCHED) + 1, PIECE):
+                yield first, min(first + PIECE - 1, high)
+        else:
+            for last in range(min(scan - 1, high), max(low, scan - MOST_SEARCHED) - 1, -PIECE):
+                yield max(last - PIECE + 1, low), last
+
+    def _differing_words(self, first: int, last: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+        """Return the scans of a stretch that both have, and for each, a row, whether each word differs."""
+        first = max(first, 0)
+        mine, others = (each.subject.timeline.between(first, last) for each in (self._own, self.other))
+        scans, here, there = np.intersect1d(mine["scan"], others["scan"], return_indices=True)
+        pair = [
+            rows["words"][at][:, self._columns(each)]
+            for rows, at, each in ((mine, here, self._own), (others, there, self.other))
+        ]
+        return scans, pair[0] != pair[1]
+
+    def _columns(self, monitor: Monitor) -> np.ndarray[Any, Any]:
+        """Return the words, in rows of a monitor, of the slots with as many words in both recordings."""
+        mine, others = (each.subject.spec.layout.places for each in (self._own, self.other))
+        slots = [slot for slot, own in mine.items() if slot in others and _sizes(own) == _sizes(others[slot])]
+        every = np.arange(monitor.subject.spec.layout.words)
+        own = [every[monitor.subject.spec.layout.places[slot].words] for slot in slots]
+        return np.concatenate([*own, np.zeros(0, int)])
+
+
+COLUMNS = 88
+"""Width for which routines of the other program are laid out; no one sees them."""
+
+
+def _sizes(places: ImagePlaces) -> tuple[int, ...]:
+    return tuple(each.stop - each.start for each in places)
+
+
+def _differing(mine: Mapping[str, Any], others: Mapping[str, Any]) -> Json:
+    return {name: others[name] for name, value in mine.items() if name in others and others[name] != value}
+
+
+def _words(mine: list[int], others: list[int] | None) -> Json:
+    """Return the other's words by place, inputs before outputs, where they differ; none of another size."""
+    same_size = others is not None and len(others) == len(mine)
+    pairs = enumerate(zip(mine, others or (), strict=True)) if same_size else ()
+    return {str(place): other for place, (one, other) in pairs if one != other}
+
+
+# --- questions
+
+
+def recordings(monitor: Monitor, _page: Page, _said: Said) -> Json:
+    """List the recordings that a page may compare with."""
+    return {"recordings": recordings_beside(_record_of(monitor))}
+
+
+def compare(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Compare with another recording of the same folder from now on, or with none."""
+    name, record = said.get("with"), _record_of(monitor)
+    if name is None:
+        page.compare(None)
+        return {"with": None}
+    if monitor.opener is None or name not in recordings_beside(record):
+        raise ValueError(f"no recording {str(name)[:60]!r} beside this one")
+    try:
+        page.compare(Comparison(monitor, str(name), monitor.opener(record.parent / str(name))))
+    except (OSError, TraceError) as error:
+        raise ValueError(f"{name} can't be read: {error}") from error
+    return {"with": name}
+
+
+def difference(_monitor: Monitor, page: Page, said: Said) -> Json:
+    """Return the next scan, or the one before, in which other words differ than in the scan before it."""
+    scan, way = said.get("from"), said.get("way")
+    if type(scan) is not int or way not in (1, -1):
+        raise ValueError("from is the number of a scan, and way 1 or -1")
+    found, searched = _comparison(page).next_difference(scan, way)
+    return {"scan": found, "searched": searched}
+
+
+def beside(_monitor: Monitor, page: Page, said: Said) -> Json:
+    """Return the strip of past scans of the recording that is compared with, as far as available."""
+    return {"strip": strip_in(_comparison(page).other, said)}
+
+
+def _comparison(page: Page) -> Comparison:
+    if not isinstance(page.compared, Comparison):
+        raise ValueError("this page compares with no recording")
+    return page.compared
+
+
+def _record_of(monitor: Monitor) -> Path:
+    return Path(monitor.about.record or monitor.about.path)

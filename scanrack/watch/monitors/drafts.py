@@ -1,0 +1,148 @@
+"""Questions about edited rungs: what is wrong with them, how they look, and what they would have done.
+
+The page has the draft and sends it with each question. It is checked against the running program here, beside
+the scans; the scan process takes it over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scanrack.ladder.lowering.edited import CheckedRung, EditedProgram, Mistake, NewTag, RungEdit, types_of
+from scanrack.ladder.lowering.rebase import moved
+from scanrack.ladder.model.spec import Use
+from scanrack.ladder.model.tags import scoped
+from scanrack.runtime.live.actions import Online, action_of
+
+from ..history.catalog import COLUMNS, Catalog
+from ..history.program_file import declares_tags, read_edit, why_not
+from ..history.stretch import Stretch
+from .asked import Said
+from .monitor import Json, Monitor
+from .page import Page
+from .stretched import ReplayPackage
+
+LOOKED_BACK_NS = 10_000_000_000
+"""Time before the latest scan in which an edit is tried."""
+
+MOST_SCANS = 20_000
+"""Most scans of that: a rack may run faster than its clock."""
+
+
+def words(monitor: Monitor, _page: Page, _said: Said) -> Json:
+    """Return what a rung may be made of, and what identifies the program that is edited."""
+    program, _catalog = _edited(monitor)
+    logic, _ = program.ladder, program.rung_index  # made before the first edit
+    instructions = [
+        {
+            "name": each.name,
+            "operands": [str(caption) for caption in each.captions]
+            or [use.name.lower() for use in each.uses],
+            "presets": each.operands.count(Use.PRESET),
+            "bits": bool(each.symbol),
+        }
+        for each in dict.fromkeys(logic.specs.values())
+        if each.in_rungs
+    ]
+    return {"base": program.digest, "instructions": instructions, "types": sorted(types_of(logic))}
+
+
+def rungs(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """Check and draw edited rungs."""
+    program, catalog = _edited(monitor)
+    columns = said.get("columns")
+    if type(columns) is not int or columns not in COLUMNS:
+        raise ValueError(f"columns must be {COLUMNS[0]} to {COLUMNS[-1]}")
+    draft = _draft(program, said, ("columns",))
+    assert program.file is not None
+    edits = [read_edit(program.file.name, each, program.ladder.specs) for each in draft.rungs]
+    tags = [NewTag(*each) for each in draft.tags]
+    found = EditedProgram(program.ladder, edits, tags, program.rung_index)
+    drawn = [_drawn(catalog, each, columns) for each in found.rungs]
+    declared = found.missing if declares_tags(program.file) else []
+    missing = [{"name": each.name, "program": each.program, "types": each.types} for each in declared]
+    return {"rungs": drawn, "missing": missing, "mistakes": found.mistakes, "right": found.is_right}
+
+
+def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
+    edit = checked.edit
+    told = {
+        "routine": edit.routine,
+        "rung": edit.rung,
+        "text": checked.text,
+        "mistakes": [_told(each) for each in checked.mistakes],
+        "warnings": [_told(each) for each in checked.warnings],
+    }
+    if checked.rung is None:
+        return told
+    live = catalog.draw(checked.rung, edit.routine, f"{edit.routine}.{edit.rung}e{checked.number}", columns)
+    return {**told, "svg": live.svg, "gaps": live.gaps}
+
+
+def _told(mistake: Mistake) -> Json:
+    return {"text": mistake.text, "element": mistake.element, "column": mistake.column}
+
+
+def rebase(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """Return the draft of an earlier program as one of the program that runs."""
+    program, _catalog = _edited(monitor)
+    draft = _parsed(said)
+    edited = next((each for each in monitor.subject.programs.all if each.digest == draft.base), None)
+    if edited is None or edited.catalog is None:
+        raise ValueError("the program that was edited is no longer known")
+    found = moved(edited.ladder, program.ladder, [RungEdit(*each) for each in draft.rungs])
+    declared = program.ladder.build().layout.declarations
+    tags = [each for each in draft.tags if scoped(each[2], each[0]).upper() not in declared]
+    moved_rungs = [(each.routine, each.rung, each.texts) for each in found.edits]
+    return {"base": program.digest, "rungs": moved_rungs, "tags": tags, "conflicts": found.conflicts}
+
+
+def would(monitor: Monitor, page: Page, said: Said) -> None:
+    """Let a process say what edited rungs would have done in the last 10 s, beside what happened."""
+    program, _catalog = _edited(monitor)
+    draft, row = _draft(program, said), monitor.latest
+    ran = monitor.ran
+    if row is None or ran is None:
+        raise ValueError("no scan has run yet")
+    last = int(row["scan"])
+    wanted = last - min(LOOKED_BACK_NS // monitor.subject.spec.scan_ns, MOST_SCANS)
+    place = program.kept.place(max(wanted, program.first))
+    at = place if place is not None else 0 if program.kept.scans else None
+    if at is None or program.kept.scans[at] > last:
+        raise ValueError("the values of the last scans are not known yet")
+    first = program.kept.scans[at]
+    rows = monitor.subject.timeline.between(first, last)
+    inputs = [each for scan, each in program.kept.inputs.items() if first <= scan <= last]
+    given = ReplayPackage(
+        first, program.kept.values(at), program.kept.forces(first), inputs, rows, monitor.subject.spec.layout,
+        ran, draft.rungs, draft.tags,
+    )  # fmt: skip
+    monitor.elsewhere.effects(page, said.get("id"), given)
+
+
+def _draft(program: Stretch, said: Said, more: Sequence[str] = ()) -> Online:
+    """Return the draft in a question; ValueError if it is none, or not of the program that runs."""
+    draft = _parsed(said, more)
+    if draft.base != program.digest:
+        raise ValueError("the program was edited meanwhile: edit the one that runs now")
+    return draft
+
+
+def _parsed(said: Said, more: Sequence[str] = ()) -> Online:
+    left = {key: value for key, value in said.items() if key not in ("id", "do", *more)}
+    draft = action_of({"do": "online", "step": "accept", **left}, {"online": Online})
+    assert isinstance(draft, Online)
+    return draft
+
+
+def _edited(monitor: Monitor) -> tuple[Stretch, Catalog]:
+    """Return the program that runs; ValueError if a page does not edit its rungs."""
+    program = monitor.subject.programs.latest
+    if monitor.about.read_only or monitor.about.kind != "rack":
+        raise ValueError("this session is read-only: nothing is edited")
+    if program.catalog is None or program.file is None:
+        raise ValueError("the program has no rungs")
+    lacks = why_not(program.file)
+    if lacks:
+        raise ValueError(lacks)
+    return program, program.catalog

@@ -1,0 +1,333 @@
+"""The subject of pages: the rows of a rack, its program, its events; of a running session or of a recording.
+
+A monitor works in one thread; `server` calls `tick` thirty times a second. `Subject` has the contents of
+pages; `session_monitor` and `trace_monitor` make one.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.live.ring import Row
+
+from ..history.catalog import NOTHING_SHOWN, shown_value, value_of
+from ..history.event_log import States
+from ..history.lanes import ValueHistory
+from ..history.recent import RecentRows
+from ..history.stretch import Stretch, Stretches
+from ..history.strip import piece_of, signals_of
+from ..history.timeline import Timeline
+from ..history.watched_program import Inputs, Values
+from ..panels.bindings import Bindings
+from ..panels.kept_panel import KeptPanel
+from .hello import incidents_of, slots_of
+from .page import Page
+from .picture import Places, changed, mode_of
+from .question_process import QuestionProcesses
+from .stretched import SessionProgram
+
+Json = dict[str, Any]
+
+ENVELOPE_ROWS, ENVELOPE_MOST = 16, 128
+"""Rows per point of a position in a frame, and most points: a fast rack has many rows."""
+
+BACK = 16_384
+"""Scans of images and recorded values that a question looks back; the recording may lack them yet."""
+
+SPEED_SCANS = 50
+"""Scans over which the speed of an axis is measured."""
+
+STRIP_FIRST = 2048
+"""Number of rows in a page's first strip."""
+
+
+@dataclass(frozen=True, slots=True)
+class SessionFacts:
+    """Facts of a session or a recording beside its rack."""
+
+    version: str
+    name: str
+    path: str  # of the rack file, or of the trace
+    kind: str
+    read_only: bool
+    live: bool  # there are real ports
+    record: str | None  # path of the permanent recording, or None
+    branches: bool = False  # whether a page may begin a branch
+
+
+class Subject:
+    """A rack and its program, as pages show them.
+
+    Attributes:
+        programs: by scan, at least one before a page joins.
+    """
+
+    def __init__(
+        self,
+        spec: RackSpec,
+        machines: tuple[int, ...],
+        dtype: np.dtype[Any],
+        trace: Path | None,
+    ) -> None:
+        self.spec = spec
+        self.words = spec.words
+        self.places = Places(self.words, machines)
+        self.signals = signals_of(self.words)
+        self.recent = RecentRows(dtype)
+        self.timeline = Timeline(self.recent, trace)
+        self.told = ValueHistory(spec.scan_ns)
+        self.programs = Stretches(self.words, self.timeline, self.told)
+        self.values: Json = {}
+        """Values of a program in Python, from the last message."""
+
+    def keep(self, record: Values | Inputs) -> None:
+        """Store the notes of a program."""
+        self.programs.kept(record.program).take(record)
+
+    def lanes(self, names: Sequence[str], first: int, last: int) -> tuple[Json, int | None]:
+        """Return a piece of the lanes of tags in past scans, and the scan of the next piece."""
+        program = self.programs.at(first)
+        piece, following = program.lanes.past(names, first, min(last, self.programs.end_of(program)))
+        if following is None and self.programs.end_of(program) < last:
+            following = self.programs.end_of(program) + 1
+        return piece, following
+
+    def bindings(self, program: Stretch) -> Bindings:
+        """Return the names that items of a panel may have."""
+        return Bindings(program, slots_of(self.spec), program.described(self.values)["tags"])
+
+    def described(self, about: SessionFacts, program: Stretch) -> Json:
+        """Return the first message to a page."""
+        return {
+            "version": about.version,
+            "rack": about.name,
+            "path": about.path,
+            "kind": about.kind,
+            "read_only": about.read_only,
+            "live_ports": about.live,
+            "period_ns": self.spec.scan_ns,
+            "record": about.record,
+            "branches": about.branches,
+            "slots": slots_of(self.spec),
+            **program.described(self.values),
+            "incidents": [] if about.live or about.read_only else incidents_of(self.spec),
+            "sequences": [],
+        }
+
+
+class Monitor(ABC):
+    """The source of pages.
+
+    Args:
+        panel: the operator panel of the rack.
+    """
+
+    def __init__(self, about: SessionFacts, subject: Subject, states: States, panel: KeptPanel) -> None:
+        self.about, self.subject, self.states, self.panel = about, subject, states, panel
+        self.pages: list[Page] = []
+        self._joined = 0
+        self.elsewhere = QuestionProcesses()
+        self.opener: Callable[[Path], Any] | None = None  # opens another recording; see `open_beside`
+        self.latest: Row | None = None  # the row of the latest scan; None before the first
+        self.ran: SessionProgram | None = None  # the files of the program that runs; None of a recording
+        self.over = False  # whether the server is to end
+
+    # --- differences between a session and a recording
+
+    @abstractmethod
+    def tick(self) -> bool:
+        """Do the due work; return whether there is more to do at once."""
+
+    def orders_to(self, scan: int) -> list[tuple[int, str]] | None:
+        """Return the orders of the session before a scan and their texts; None if the recording has them."""
+        return None
+
+    @abstractmethod
+    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
+        """Process an order of a page; ValueError if it is not an order, or orders are refused."""
+
+    @abstractmethod
+    def state(self, *, past: bool) -> Json:
+        """Return a frame's contents beside the scan: state, speed, late scans, breakpoints."""
+
+    @abstractmethod
+    def events(self, page: Page) -> Sequence[Json]:
+        """Return the new events for a page."""
+
+    # --- pages
+
+    def wake(self) -> None:
+        """Wake all pages: there is news."""
+        for page in self.pages:
+            self.exchange_program(page)
+            page.due.set()
+
+    def send_all(self, message: Json) -> None:
+        """Send a message to all pages."""
+        for page in self.pages:
+            page.send(message)
+
+    def join(self, page: Page) -> None:
+        """Add a page."""
+        self._joined += 1
+        page.number = self._joined
+        self.greet(page)
+        self.pages.append(page)
+
+    def greet(self, page: Page) -> None:
+        """Send a page its first message, and everything in its next frame."""
+        page.program = self.subject.programs.at(page.past)
+        page.show(NOTHING_SHOWN)
+        page.send({"hello": self.subject.described(self.about, page.program)})
+        page.events = None
+        page.begin_anew()
+
+    def leave(self, page: Page) -> None:
+        """Remove a page, and let go what it holds."""
+        self.let_go(page)
+        if page in self.pages:
+            self.pages.remove(page)
+        page.compare(None)
+
+    def let_go(self, page: Page) -> None:
+        """Give the orders that a page has left for the case that it is lost."""
+        given, page.holds = page.holds, []
+        for order in given:
+            self.order(page, None, order)
+
+    def tick_compared(self) -> bool:
+        """Continue with the recordings that pages compare with; return whether more is to do at once."""
+        goes_on = [page for page in self.pages if page.compared is not None and page.compared.tick()]
+        for page in goes_on:
+            page.due.set()
+        return bool(goes_on)
+
+    def whole(self, page: Page) -> Json:
+        """Return the picture of a page's scan; empty before the first one."""
+        row = self.row_of(page)
+        return {} if row is None else self._picture(page, row)
+
+    def frame(self, page: Page) -> Json:
+        """Return the changes for a page since its last frame; empty without any."""
+        row = self.row_of(page)
+        picture = self._picture(page, row) if row is not None else self._before_the_first_scan()
+        if page.compared is not None and row is not None:
+            picture["other"] = page.compared.differences(page, picture)
+        frame = changed(picture, page.last)
+        if row is not None and page.past is None:
+            frame |= self._strip(page) | self._lanes(page, int(row["scan"]))
+        if new := self.events(page):
+            frame["events"] = list(new)
+        return frame
+
+    def exchange_program(self, page: Page) -> None:
+        """Send a page the program of its scan, if that has changed.
+
+        The message precedes the next frame, whose power and tags belong to that program.
+        """
+        program = self.subject.programs.at(page.past)
+        if program is not page.program:
+            page.program = program
+            page.show(NOTHING_SHOWN)
+            page.send({"program": program.described(self.subject.values)})
+
+    def _before_the_first_scan(self) -> Json:
+        return {
+            "mode": self.subject.spec.mode,
+            "forced": self.states.forces_at(None),
+            "pressed": self.states.pressed_at(None),
+            **self.state(past=False),
+        }
+
+    def row_of(self, page: Page) -> Row | None:
+        """Return the row of a page's scan."""
+        if page.past is None:
+            return self.latest
+        if page.row is None or int(page.row["scan"]) != page.past:
+            page.row = self.subject.timeline.row(page.past)
+        return page.row if page.row is not None else self.latest
+
+    def _picture(self, page: Page, row: Row) -> Json:
+        past = page.past
+        scan, extent = int(row["scan"]), self.subject.timeline.extent
+        return {
+            "scan": scan,
+            "t": int(row["now_ns"]),
+            "mode": mode_of(int(row["flags"])),
+            "range": list(extent) if extent is not None else [scan, scan],
+            "record": self.about.record,
+            "forced": self.states.forces_at(past),
+            "lines": self.states.lines_at(past),
+            "rules": self.states.rules_at(past),
+            "pressed": self.states.pressed_at(past),
+            "faults": self.faults(past),
+            **self.state(past=past is not None),
+            **self.subject.places.of(
+                row,
+                self.subject.timeline.between(scan - SPEED_SCANS, scan)[:1],
+                self.states.formats,
+                past=past is not None,
+            ),
+            **self._program(page, scan),
+        }
+
+    def faults(self, past: int | None) -> list[Json]:
+        """Return the CPU's faults up to a scan, with their places and tags."""
+        program = self.subject.programs.at(past)
+        return [
+            {
+                "text": str(each),
+                "at": program.place_of_fault(each),
+                "scan": each.scan,
+                "tags": program.tags_of_fault(each, self.subject.values),
+            }
+            for each in self.states.faults_at(past)
+        ]
+
+    def _program(self, page: Page, scan: int) -> Json:
+        subject = self.subject
+        program = subject.programs.at(page.past)
+        replica = program.live if page.past is None else program.past
+        if replica is None:
+            values = subject.values if page.past is None else subject.timeline.values(scan)
+            return {"tags": {name: shown_value(value) for name, value in values.items()}}
+        tags = replica.engine.tags
+        names = [name for name in dict.fromkeys((*page.shown.names, *page.watched)) if name in tags]
+        if not replica.show(scan):
+            page.show(page.shown)  # all of it once it is known
+            return {"known": False}
+        return {
+            "known": True,
+            "power": page.shown.power(replica.truths),
+            "tags": {name: shown_value(value_of(tags, name)) for name in names},
+        }
+
+    def _strip(self, page: Page) -> Json:
+        """Return the strip since the last frame; the first time that of the latest rows."""
+        recent = self.subject.recent
+        first = page.place is None
+        place = max(recent.begin, recent.count - STRIP_FIRST) if page.place is None else page.place
+        page.place = recent.count
+        rows = recent.since(place)
+        before = rows[:0] if first else recent.since(max(place - 1, recent.begin))[:1]
+        most = min(-(-len(rows) // ENVELOPE_ROWS), ENVELOPE_MOST)
+        piece = piece_of(
+            rows, before, self.subject.signals, self.subject.spec.scan_ns, most, formats=self.states.formats
+        )
+        return {"strip": piece} if piece else {}
+
+    def _lanes(self, page: Page, scan: int) -> Json:
+        """Return the points of the tags in a page's strip since its last frame."""
+        program = self.subject.programs.latest
+        first = scan if page.lanes_at is None else max(page.lanes_at + 1, program.first)
+        page.lanes_at = scan
+        if not page.lanes or first > scan:
+            return {}
+        all_names = [name for each in self.pages for name in each.lanes]
+        return {"lanes": program.lanes.live(page.lanes, all_names, first, scan)}

@@ -1,0 +1,87 @@
+"""What pages ask of the operator panel; a ValueError has the mistake in a question."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+from scanrack.runtime.live.actions import ACTIONS, action_of
+from scanrack.runtime.loop.pace import wall_ns
+
+from ..panels.kept_panel import drafted
+from .asked import Said
+from .monitor import Json, Monitor
+from .page import Page
+
+HOLD_MS, HOLDS_MOST = 2000, 20
+"""Time after which a press ends that a page does not confirm again; most presses at once."""
+
+LETTING_GO = {name: ACTIONS[name] for name in ("press", "write")}
+READ_ONLY = "this session is read-only"
+
+
+def panel(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Return the operator panel; of `items` that a page edits, what each is bound to or what is wrong."""
+    bindings = monitor.subject.bindings(page.program or monitor.subject.programs.latest)
+    if "items" in said:
+        return drafted(said["items"], bindings)
+    recorded = monitor.about.kind == "trace"
+    lacks = "this is a recording" if recorded else READ_ONLY if monitor.about.read_only else ""
+    return monitor.panel.described(bindings, lacks)
+
+
+def save_panel(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Write the file of the operator panel, and show it to all pages."""
+    if monitor.about.read_only:
+        raise ValueError(f"{READ_ONLY}: its panel can't be saved")
+    monitor.panel.save(said)
+    monitor.panel.changed()  # it is shown now
+    show_panel(monitor, besides=page)
+    return panel(monitor, page, {})
+
+
+def show_panel(monitor: Monitor, besides: Page | None = None) -> None:
+    """Send the operator panel to pages."""
+    for page in monitor.pages:
+        if page is not besides:
+            page.send({"panel": panel(monitor, page, {})})
+
+
+def hold(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Keep the orders that end what a page presses: given when it closes, is lost, or says no more."""
+    orders = said.get("give")
+    if not isinstance(orders, list) or len(orders) > HOLDS_MOST:
+        raise ValueError(f"give must be a list of up to {HOLDS_MOST} orders")
+    if monitor.about.read_only:
+        raise ValueError(READ_ONLY)
+    for each in orders:
+        action_of(each, LETTING_GO)
+    page.holds, page.holds_until_ns = orders, wall_ns() + HOLD_MS * 1_000_000
+    return {}
+
+
+def left_pressed(monitor: Monitor) -> list[Json]:
+    """Return the orders that let go momentary buttons that a panel has pressed and no page holds."""
+    told = monitor.panel.described(monitor.subject.bindings(monitor.subject.programs.latest), "")
+    pressed, found = monitor.states.pressed_at(None), []
+    held = [order for page in monitor.pages for order in page.holds]
+    for item, bound in zip(told["items"], told["bound"], strict=True):
+        if item["kind"] != "momentary" or bound["broken"]:
+            continue
+        if "press" in bound:
+            slot, name, rest = bound["press"]
+            key, on = f"{slot}.input.{name}", not rest
+            order: Json = {"do": "press", "slot": slot, "name": name, "on": rest, "by": "panel"}
+        else:
+            key, on = bound["write"], True
+            order = {"do": "write", "tag": key, "value": False, "by": "panel"}
+        level, by = pressed.get(key, (None, ""))
+        if level is on and by.startswith("panel") and order not in held and order not in found:
+            found.append(order)
+    return found
+
+
+PANEL_QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
+    "panel": panel,
+    "save_panel": save_panel,
+    "hold": hold,
+}

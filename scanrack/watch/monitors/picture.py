@@ -1,0 +1,177 @@
+"""The contents of a frame: one scan, and the changes since the last frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
+from scanrack.io_images.module_words import INPUT, ModuleWords, Quantity
+from scanrack.runtime.live.ring import Row, Rows
+from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, mode_name
+from scanrack.runtime.machine.spec import INPUT_NAMES
+from scanrack.traces.read.number_formats import NumberFormats
+
+from ..history.watched_machines import PER_SLOT
+
+Json = dict[str, Any]
+
+MOVING = ("MOVING_CW", "MOVING_CCW")
+"""Status bits of a module that says whether it moves."""
+
+DEEP = ("words", "values", "machine", "power", "tags")
+"""Parts of a frame of which only changed keys are sent."""
+
+
+def values_of(words: ModuleWords) -> dict[str, Quantity]:
+    """Return the quantities of a module by their names on the page, the inputs first."""
+    return {each.name.removeprefix("programmed_"): each for each in words.quantities}
+
+
+def said_values(words: ModuleWords) -> list[Json]:
+    """Return the quantities of a module for `hello`.
+
+    `words` are places in the words of its slot, the inputs before the outputs; `format` is null where the
+    module's configuration selects it.
+    """
+    found = []
+    for name, each in values_of(words).items():
+        first = each.word + (0 if each.image in INPUT else len(words.inputs))
+        found.append(
+            {
+                "name": name,
+                "title": name.replace("_", " ").capitalize(),
+                "unit": each.unit,
+                "words": list(range(first, first + each.words)),
+                "format": each.format and each.format.value,
+            }
+        )
+    return found
+
+
+@dataclass(frozen=True)
+class Places:
+    """The layout of a row."""
+
+    slots: Mapping[int, ModuleWords]
+    machines: Sequence[int]
+
+    @cached_property
+    def layout(self) -> MemoryLayout:
+        """The places of the images."""
+        return memory_layout(self.slots.items())
+
+    @cached_property
+    def values(self) -> Mapping[int, Mapping[str, Quantity]]:
+        """The values of each slot by name."""
+        return {slot: values_of(words) for slot, words in self.slots.items()}
+
+    def of(self, row: Row, before: Rows, formats: NumberFormats, *, past: bool = False) -> Json:
+        """Return a frame's contents about the images and machines of a row.
+
+        Args:
+            formats: of the numbers of modules whose configuration selects them.
+            before: an earlier row, for speeds; or none.
+            past: the row is not the latest one, so that shaft and encoder are unknown: machines are read only
+                at intervals, and a trace has no figures at all.
+        """
+        words, scan = row["words"].tolist(), int(row["scan"])
+        shown: Json = {"words": {}, "values": {}, "machine": {}}
+        for slot, places in self.layout.places.items():
+            images = {image: words[places.columns(image)] for image in ("I", "O")}
+            shown["words"][str(slot)] = images["I"] + images["O"]
+            if self.values[slot]:
+                value = formats.reader(slot, scan)
+                shown["values"][str(slot)] = {
+                    name: value(each, images[each.image]) for name, each in self.values[slot].items()
+                }
+        figures = row["figures"].tolist()
+        past = past or not row["wall_ns"]  # a row of a trace
+        for place, slot in enumerate(self.machines):
+            shaft, encoder, levels, zero = figures[PER_SLOT * place :][:PER_SLOT]
+            module, places = self.slots[slot], self.layout.places[slot]
+            configured = not module.configures("I", words[places.columns("I")])
+            values = shown["values"].get(str(slot), {}) if configured else {}
+            if past:
+                shaft = encoder = None
+                levels = _levels(module, words[places.columns("I")])
+            known = configured or not past  # a configuration's mirror has no levels
+            commanded = not module.configures("O", words[places.columns("O")])
+            shown["machine"][str(slot)] = {
+                "position": values.get("position"),
+                "shaft": shaft,
+                "encoder": encoder,
+                "zero": zero,  # 0 in a trace, which has no machine
+                "target": values.get("target") if commanded else None,
+                "speed": self._speed(slot, row, before, formats),
+                "inputs": {
+                    name: bool(levels & bit.value) if known and levels is not None else None
+                    for name, bit in INPUT_NAMES.items()
+                },
+            }
+        return shown
+
+    def _speed(self, slot: int, row: Row, before: Rows, formats: NumberFormats) -> int | None:
+        """Return the speed of a stepper's position, steps/s; None if unknown."""
+        if slot not in self.slots or not len(before) or before[0]["now_ns"] >= row["now_ns"]:
+            return None
+        inputs, module = self.layout.places[slot].columns("I"), self.slots[slot]
+        both = [(int(each["scan"]), each["words"][inputs].tolist()) for each in (row, before[0])]
+        position = module.quantity("position")
+        if position is None or any(module.configures("I", words) for _, words in both):
+            return None  # in configuration mode these words are a mirror
+        if not _moves(module, row["words"][inputs].tolist()):
+            return 0
+        now, then = (formats.value(slot, scan, position, words) for scan, words in both)
+        return round((now - then) * 1e9 / (int(row["now_ns"]) - int(before[0]["now_ns"])))
+
+
+def _moves(module: ModuleWords, inputs: Sequence[int]) -> bool:
+    """Whether a module says that it moves; True of one that does not say."""
+    status = module.groups.get("status", {})
+    moving = [status[name] for name in MOVING if name in status]
+    return not moving or any(inputs[at.word] >> at.bit & 1 for at in moving)
+
+
+def _levels(module: ModuleWords, inputs: Sequence[int]) -> int | None:
+    """Return the levels of a machine's inputs as the module reads them; None if it does not show all."""
+    return inputs[1] if is_stepper(module) else None
+
+
+def mode_of(flags: int) -> str:
+    """Return the mode in the flags of a scan: run, program or test."""
+    mode = CpuMode(flags & MODE_MASK)
+    return mode_name(CpuMode.TEST if mode is CpuMode.SINGLE_SCAN else mode)
+
+
+def changed(frame: Json, last: Json) -> Json:
+    """Return the differences from the last frame, which is then replaced."""
+    found: Json = {}
+    for key, value in frame.items():
+        if key in DEEP:
+            known = last.setdefault(key, {})
+            new = {name: each for name, each in value.items() if name not in known or known[name] != each}
+            known.update(new)
+            if new:
+                found[key] = new
+        elif key not in last or last[key] != value:
+            found[key] = last[key] = value
+    return found
+
+
+def speed_reached(rows: Any) -> float | None:
+    """Return the speed of these rows as a multiple of real time; None for too few of them."""
+    if len(rows) < 2:
+        return None
+    virtual = int(rows["now_ns"][-1]) - int(rows["now_ns"][0])
+    wall = int(rows["wall_ns"][-1]) - int(rows["wall_ns"][0])
+    return round(virtual / wall, 4) if wall > 0 else None
+
+
+def late_scans(rows: Any, flag: int) -> int:
+    """Return the number of late rows."""
+    return int(np.count_nonzero(rows["flags"] & flag))

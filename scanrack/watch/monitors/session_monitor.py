@@ -1,0 +1,397 @@
+"""The monitor of a session: rows, notes and messages of the scan process in, orders out."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+from scanrack.jobs.load.loading import LoadedRack, load_job
+from scanrack.jobs.record.program_versions import folders_of, forget
+from scanrack.jobs.trust.attachments import load_files
+from scanrack.runtime.live.actions import Action, Online, Press, Write, action_of, said_of
+from scanrack.runtime.live.ring import Ring, RingShape, Rows
+from scanrack.runtime.live.session import GIVEN
+from scanrack.runtime.loop.pace import wall_ns
+from scanrack.runtime.loop.scan import ScanFlag
+from typing_extensions import override
+
+from ..history.event_log import EventLog
+from ..history.indexer import SLICE, Indexer, indexable
+from ..history.recorded_events import RecordedEvents
+from ..panels.kept_panel import KeptPanel
+from .monitor import Json, Monitor, SessionFacts, Subject
+from .page import Page
+from .panel_questions import left_pressed, show_panel
+from .picture import late_scans, speed_reached
+from .questions import QUESTIONS
+from .stretched import SessionProgram
+from .troubles import ErrorBit, ErrorWatch
+
+SPEED_ROWS = 512
+"""Rows over which the speed is measured."""
+
+
+PANEL_TICKS = 15
+"""Frames between two checks of the panel's file."""
+
+
+@dataclass(frozen=True, slots=True)
+class Setup:
+    """The scan process's data for a monitor."""
+
+    shape: RingShape
+    about: SessionFacts
+    key: str
+    host: str
+    port: int
+    machines: tuple[int, ...]
+    trace: str  # path of the recording, which may be a temporary one
+    programs: tuple[SessionProgram, ...]  # those that have run so far, the latest last
+    started: int = 0
+
+
+class Loader:
+    """Loads the programs of a session.
+
+    Args:
+        rack: path of the rack file on the disk, for a program whose copy is incomplete.
+    """
+
+    def __init__(self, rack: str) -> None:
+        self._rack = rack
+        self._jobs: dict[SessionProgram, LoadedRack] = {}
+        self._folders: set[Path] = set()
+
+    def job(self, ran: SessionProgram) -> LoadedRack:
+        """Load a program, once; ValueError if it can't be loaded."""
+        if ran not in self._jobs:
+            forget(self._folders)
+            try:
+                job = load_files(Path(ran.place), ran.rack, ran.program)
+            except ValueError:  # it opens files that were not copied
+                job = load_job(self._rack)
+            self._jobs[ran] = job
+            self._folders |= folders_of(job)
+        return self._jobs[ran]
+
+
+class SessionMonitor(Monitor):
+    """The source of pages while a rack runs."""
+
+    def __init__(self, setup: Setup, ring: Ring, pipe: Connection) -> None:
+        self._loader = Loader(setup.about.path)
+        spec = self._loader.job(setup.programs[0]).spec
+        self.log = EventLog()
+        subject = Subject(spec, setup.machines, ring.dtype, Path(setup.trace))
+        super().__init__(setup.about, subject, self.log, KeptPanel(setup.about.path))
+        for each in setup.programs:
+            self._add(each)
+        self._setup, self._ring, self._pipe = setup, ring, pipe
+        self._errors = ErrorWatch(self.subject.words)
+        self._error: tuple[ErrorBit, Json] | None = None  # the latest that came on, as pages are told of it
+        self._rows_at = max(0, ring.written - ring.shape.rows)
+        self._messages_at = ring.messages.oldest
+        self._snapshots_at = ring.snapshots.oldest
+        self.session: Json = {"paused": False, "speed": 1.0, "breakpoints": [], "met": [], "fault": ""}
+        self._late = self._missed = 0
+        self._reached: float | None = None
+        self._orders = 0
+        self._asked: dict[int, tuple[Page, object]] = {}  # page, number of its order
+        self._mistake: Json | None = None
+        self._online: Json | None = None  # the state of edited rungs
+        self._preview: Json | None = None  # of a saved program that waits to be taken over
+        self._indexer: Indexer | None = None
+        self._earlier: RecordedEvents | None = None  # events of a dead monitor, until all are read
+        self._indexed = False
+        self._left = setup.started > 0  # buttons may be pressed whose pages the monitor before knew
+        self._let_go: list[Json] = []  # for those
+        self._index_to = self._ticks = 0
+        ring.asked += 1  # initial values, and the state
+
+    def _add(self, ran: SessionProgram) -> None:
+        self.ran = ran
+        job = self._loader.job(ran)
+        self.subject.programs.add(ran.first, job.logic, job.program)
+
+    @override
+    def state(self, *, past: bool) -> Json:
+        session = self.session
+        paused = bool(session["paused"])
+        shown: Json = {
+            "state": "past" if past else "paused" if paused else "live",
+            "paused": paused,
+            "speed": {"wanted": session["speed"], "reached": 0 if paused else self._reached},
+            "late": self._late,
+            "missed": self._missed,
+            "breakpoints": session["breakpoints"],
+            "met": session["met"],
+        }
+        return shown | ({"mode": "fault"} if session["fault"] and not past else {})
+
+    @override
+    def events(self, page: Page) -> Sequence[Json]:
+        new = self.log.since(self.log.first_of_page if page.events is None else page.events)
+        page.events = self.log.end
+        return new
+
+    @override
+    def join(self, page: Page) -> None:
+        super().join(page)
+        self._name_standing(page)
+        if self._mistake is not None:
+            page.send({"mistake": self._mistake})
+        if self._preview is not None:
+            page.send({"preview": self._preview})
+        if self._online is not None:
+            page.send({"online": self._online})
+        if self._setup.started:
+            page.send({"note": "The monitor was started again; the scans went on without it."})
+
+    # --- time
+
+    @override
+    def tick(self) -> bool:
+        """Read the scan process's output, and wake the pages."""
+        ran, was_paused = [self._take_rows()], self.session["paused"]
+        self._take_messages()
+        if self.session["paused"] and not was_paused:
+            ran.append(self._take_rows())  # scans that ran before it paused, else a pause had an earlier scan
+        self._take_notes()
+        for rows in ran:
+            self._name_errors(rows)
+        self.wake()
+        self._attend_panels()
+        return self._index() | self._read_earlier()
+
+    def _attend_panels(self) -> None:
+        """Let go for pages that no longer say anything; show a panel's file that has changed."""
+        for page in self.pages:
+            if page.holds and wall_ns() > page.holds_until_ns:
+                self.let_go(page)
+                page.send({"note": "The connection is slow: the panel has let go."})
+        self._ticks += 1
+        if self._ticks % PANEL_TICKS == 0 and self.panel.changed():
+            show_panel(self)
+
+    def _take_rows(self) -> Rows:
+        taken = self._ring.take(self._rows_at)
+        self._rows_at = taken.end
+        self._missed += max(0, taken.lost) if self.latest is not None else 0
+        self._late += late_scans(taken.rows, ScanFlag.OVERRUN)
+        self.subject.recent.add(taken.rows)
+        if len(taken.rows):
+            self.latest = taken.rows[-1]
+            self._reached = speed_reached(self.subject.recent.rows[-SPEED_ROWS:])
+        return taken.rows
+
+    def _name_errors(self, rows: Rows) -> None:
+        """Name an error bit to the pages that follow the scans; those that wish it stay at its scan."""
+        found = self._errors.first(rows)
+        if found is None:
+            return
+        row, bit = rows[found[0]], found[1]
+        scan = int(row["scan"])
+        rule = next((each for each in self.log.rules_at(scan) if _is_of(each, bit)), None)
+        told = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
+        said = {
+            "tag": bit.address,
+            "text": rule["text"] if rule else "",
+            "rule": rule["rule"] if rule else "",
+        }
+        self._error = bit, {**told, **said}
+        for page in [page for page in self.pages if page.past is None]:
+            page.past = scan if page.stops else None
+            page.send({"error": {**told, **said, "stopped": page.stops}})
+
+    def _name_standing(self, page: Page) -> None:
+        """Name the latest error bit to a new page, if it is still on."""
+        if self._error is not None and self.latest is not None:
+            bit, told = self._error
+            if self._errors.is_on(self.latest, bit):
+                page.send({"error": {**told, "stopped": False}})
+
+    def _take_notes(self) -> None:
+        records, self._snapshots_at, _lost = self._ring.snapshots.read(self._snapshots_at)
+        for record in records:
+            self.subject.keep(pickle.loads(record))
+
+    def _take_messages(self) -> None:
+        messages, self._messages_at, lost = self._ring.messages.read(self._messages_at)
+        if lost:
+            self._ring.asked += 1  # the state may have been among them
+        for message in messages:
+            for kind, content in json.loads(message).items():
+                _TAKE[kind](self, content)
+
+    # --- messages of the scan process
+
+    def _take_answer(self, answer: Json) -> None:
+        page, number = self._asked.pop(answer["id"], (None, None))
+        if page is not None:
+            page.send({"answer": {**answer, "id": number}})
+
+    def _take_values(self, told: Json) -> None:
+        self.subject.values.update(told["values"])
+        self.subject.told.take(told["scan"], told["values"])
+
+    def _take_edit(self, told: Json) -> None:
+        """Show the edited program; earlier scans keep theirs."""
+        if told["number"] < len(self.subject.programs.all):
+            return  # a restarted monitor began with it
+        self._add(SessionProgram(*told["program"]))
+        self.subject.values.clear()
+        self._mistake = self._preview = None
+        if told["again"]:
+            return  # a branch repeats its parent's edits
+        self.send_all({"edited": {key: told[key] for key in ("text", "new", "changed", "dropped")}})
+
+    def _take_mistake(self, told: Json | None) -> None:
+        self._mistake = told
+        self.send_all({"mistake": told})
+
+    def _take_preview(self, told: Json | None) -> None:
+        self._preview = told
+        self.send_all({"preview": told})
+
+    def _take_online(self, told: Json) -> None:
+        self._online = told
+        self.send_all({"online": told})
+
+    def _take_branch(self, told: Json) -> None:
+        """Begin again: the rack takes another course from a past scan on."""
+        self._setup = replace(
+            self._setup,
+            about=replace(self.about, record=told["record"]),
+            trace=told["trace"],
+        )
+        self.about = self._setup.about
+        subject = self.subject
+        subject.recent.clear()
+        self._errors.clear()
+        self._error = None
+        subject.timeline.forget(Path(told["trace"]))
+        subject.programs.clear()
+        subject.told.clear()
+        for each in told["programs"]:
+            self._add(SessionProgram(*each))
+        self.log.clear()
+        self._indexer, self._earlier, self._indexed = None, None, False
+        self.latest, self._late, self._missed = None, 0, 0
+        self._rows_at, self._snapshots_at = told["rows"], told["snapshots"]
+        self._online = None
+        for page in self.pages:
+            self.let_go(page)  # after the repeated scans; the page gives up what it holds with the greeting
+            page.past = None
+            self.greet(page)
+
+    # --- earlier scans
+
+    def _index(self) -> bool:
+        """Repeat scans whose values a dead monitor had; return whether there are more."""
+        if not self._indexed:
+            self._begin_index()
+        indexer = self._indexer
+        if indexer is None:
+            return False
+        rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, self._index_to))
+        if not len(rows):
+            return False  # not written yet
+        indexer.run(rows)
+        if indexer.next > self._index_to:
+            self._indexer = None
+        return self._indexer is not None
+
+    def _begin_index(self) -> None:
+        """Begin the repetition once there are values; later ones are complete."""
+        subject = self.subject
+        programs, end = indexable(subject.programs.all)
+        first = next((min(each.kept.scans) for each in subject.programs.all if each.kept.scans), None)
+        if programs and first is None:
+            return
+        self._index_to = min(first - 1, end) if first is not None and programs else -1
+        if self._index_to < 0 and not self._setup.started:
+            self._indexed = True
+            return
+        trace = subject.timeline.opened()
+        if trace is None:
+            return  # nothing of it has been written yet
+        self._indexed = True
+        recorded = self.log.earlier = self._earlier = RecordedEvents(trace)
+        self.log.formats = recorded.formats
+        self._let_go_left()
+        if self._index_to < 0:
+            return
+        self._indexer = Indexer(programs, subject.words, subject.spec.scan_ns, recorded, subject.keep)
+
+    def _read_earlier(self) -> bool:
+        """Read further events that a dead monitor had; return whether there are more."""
+        if self._earlier is None:
+            return False
+        if not self._earlier.tick():
+            self._earlier = None
+            self._let_go_left()  # what was pressed long ago
+            self._left = False
+        return self._earlier is not None
+
+    def _let_go_left(self) -> None:
+        """Let go what pages of a dead monitor have left pressed, once: their holds died with it."""
+        if self._left and not self.about.read_only:
+            for each in left_pressed(self):
+                if each not in self._let_go:
+                    self._let_go.append(each)
+                    self._pass_on(action_of({**each, "by": "panel, after a restart"}))
+
+    # --- orders
+
+    @override
+    def orders_to(self, scan: int) -> list[tuple[int, str]] | None:
+        if self.log.begin or self.log.earlier is not None:
+            return None  # the recording has more of them
+        return [
+            (each["scan"], each["order"]) for each in self.log.up_to(scan, self.log.end) if "order" in each
+        ]
+
+    @override
+    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
+        if said.get("do") not in GIVEN:
+            known = ", ".join((*GIVEN, *QUESTIONS))
+            raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}: there are {known}")
+        order = action_of({key: value for key, value in said.items() if key != "id"}, GIVEN)
+        if self.about.read_only:
+            raise ValueError("this session is read-only: it takes no orders")
+        if isinstance(order, Online) or (isinstance(order, Press | Write) and order.by):
+            order = replace(order, by=", ".join(filter(None, (order.by, f"page {page.number}"))))
+        self._asked[self._orders + 1] = page, number
+        self._pass_on(order)
+
+    def _pass_on(self, order: Action) -> None:
+        self._orders += 1
+        passed_on = {"id": self._orders, "order": said_of(order)}
+        message = json.dumps(passed_on, ensure_ascii=False, allow_nan=False)
+        self._pipe.send_bytes(message.encode())
+        self._ring.orders += 1
+
+
+def _is_of(rule: Json, bit: ErrorBit) -> bool:
+    return (rule["slot"], rule["bit"]) == (bit.slot, bit.name)
+
+
+_TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
+    "event": lambda monitor, event: monitor.log.take(event),
+    "answer": SessionMonitor._take_answer,
+    "state": lambda monitor, state: setattr(monitor, "session", state),
+    "forces": lambda monitor, told: monitor.log.forced(told["scan"], told["forces"]),
+    "values": SessionMonitor._take_values,
+    "branch": SessionMonitor._take_branch,
+    "edited": SessionMonitor._take_edit,
+    "mistake": SessionMonitor._take_mistake,
+    "preview": SessionMonitor._take_preview,
+    "online": SessionMonitor._take_online,
+    "note": lambda monitor, text: monitor.send_all({"note": text}),
+}
+"""Messages of the scan process by their key."""

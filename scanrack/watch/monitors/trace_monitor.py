@@ -1,0 +1,183 @@
+"""The monitor of a recording: pages see its scans; nothing runs, and a branch is the only order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from scanrack.jobs.load.panels import panel_name
+from scanrack.jobs.trust.trust import address_name
+from scanrack.ladder import LadderLogic
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.live.actions import ACTIONS, NAMES, Branch, action_of
+from scanrack.runtime.live.ring import row_type
+from scanrack.runtime.loop.scan import ScanLogic
+from scanrack.runtime.modules.record import Trait
+from scanrack.traces.read.reader import Trace
+from typing_extensions import override
+
+from ..history.event_log import LAST_SCAN
+from ..history.indexer import SLICE, Indexer, indexable
+from ..history.recorded_events import RecordedEvents
+from ..history.watched_machines import PER_SLOT
+from ..panels.kept_panel import KeptPanel
+from .monitor import Json, Monitor, SessionFacts, Subject
+from .page import Page
+
+IMPURE = (
+    "The program calls routines in Python, so its scans are not run again here: its rungs have no power and "
+    "no values."
+)
+
+
+class Source(NamedTuple):
+    """A program of a recording."""
+
+    first: int
+    logic: ScanLogic | None  # None if the trace lacks it, or it must not be run
+    file: Path | None  # of the program; None without one
+    lacks: str = ""  # why it can't be shown; "" if it can
+
+
+def _panel_in(trace: Trace, rack: str) -> bytes:
+    """Return the operator panel in a recording; empty if it brings none."""
+    return next((each.data for each in trace.attachments() if each.name == panel_name(rack)), b"")
+
+
+class TraceMonitor(Monitor):
+    """The source of a recording's pages.
+
+    Args:
+        sources: its programs, in the order of their scans; at least one.
+        first: the first scan of pages; None = the last one.
+        branch: prepares a session that repeats the recording up to a scan, ValueError if that is impossible.
+    """
+
+    def __init__(
+        self,
+        about: SessionFacts,
+        trace: Trace,
+        path: Path,
+        spec: RackSpec,
+        sources: Sequence[Source],
+        first: int | None,
+        branch: Callable[[int, bool], None],
+    ) -> None:
+        machines = tuple(slot.number for slot in spec.slot if slot.has(Trait.MACHINE))
+        dtype = row_type(spec.layout.size, PER_SLOT * len(machines))
+        subject = Subject(spec, machines, dtype, path)
+        subject.timeline.use(trace)
+        for each in sources:
+            subject.programs.add(*each)
+        self._recorded = RecordedEvents(trace)
+        self._brought, self._lost = {each.first for each in sources}, LAST_SCAN
+        rack = address_name(trace.head.metadata.get("rack_file", ""))
+        super().__init__(about, subject, self._recorded, KeptPanel(rack, _panel_in(trace, rack)))
+        self._branch = branch
+        extent = subject.timeline.extent
+        if extent is None and not trace.may_grow:
+            raise ValueError(f"{path}: no scan in it")
+        self._first = first
+        self._last = -1
+        if extent is not None:
+            self._begin(extent[1])
+            if first is not None and subject.timeline.row(first) is None:
+                raise ValueError(f"{path} has no scan {first}: it has {extent[0]} to {extent[1]}")
+        self._indexer: Indexer | None = None
+        programs, self._index_end = indexable(subject.programs.all)
+        if programs and (extent is None or extent[0] == 0):
+            self._indexer = Indexer(programs, subject.words, spec.scan_ns, self._recorded, subject.keep)
+
+    def _begin(self, last: int) -> None:
+        """Begin with the first available scans."""
+        self._last, subject = last, self.subject
+        self.latest = subject.timeline.row(last)
+        if any(each.catalog is None for each in subject.programs.all):
+            subject.values = subject.timeline.values(last)
+
+    @override
+    def state(self, *, past: bool) -> Json:
+        return {"state": "past", "speed": {"wanted": 0, "reached": 0}, "late": 0, "missed": 0}
+
+    @override
+    def join(self, page: Page) -> None:
+        page.past = self._last if self._first is None and self._last >= 0 else self._first
+        super().join(page)
+        programs = self.subject.programs.all
+        if any(isinstance(each.logic, LadderLogic) and each.logic.functions for each in programs):
+            page.send({"note": IMPURE})
+
+    @override
+    def events(self, page: Page) -> Sequence[Json]:
+        return ()  # a page asks for those up to its scan
+
+    @override
+    def tick(self) -> bool:
+        """Follow a growing recording; then read further events and run further scans."""
+        self.subject.timeline.follow()
+        extent = self.subject.timeline.extent
+        if extent is not None and extent[1] > self._last:
+            self._go_on_to(extent[1])
+        more = self._recorded.tick()
+        self._look_for_lost_edits()
+        return self._index() or more
+
+    def run_once(self) -> None:
+        """Leave the first run of the scans to a walk over all of them, where only images go into them."""
+        recorded, past = self._recorded, self.subject.programs.all[0].past
+        links = (each for slot in self.subject.words for each in recorded.links(slot, 0, self._last))
+        plain = all(each.good for each in links) and not recorded.orders(0, self._last)
+        if self._indexer is not None and past is not None and plain:
+            self._indexer = None
+            past.keep(0)
+
+    def _look_for_lost_edits(self) -> None:
+        """Show no program where the recording lacks the edited one."""
+        first = min(self._recorded.edits - self._brought, default=LAST_SCAN)
+        if first < self._lost:
+            from scanrack.jobs.replay.replaying import lost_notes  # the first page does not wait for it
+
+            self._lost, self._index_end = first, min(self._index_end, first - 1)
+            self.subject.programs.lose(first)
+            (note,) = lost_notes([first])
+            self.send_all({"note": note})
+            self.wake()
+
+    def _go_on_to(self, last: int) -> None:
+        """Advance to a new last scan, with each page that shows the previous one."""
+        for page in self.pages:
+            if page.past is None or page.past == self._last:
+                page.past = last
+        if self._last < 0:
+            self._begin(last)
+        self._last = last
+        self.wake()
+
+    def _index(self) -> bool:
+        """Run a slice of the program's scans; return whether there are more."""
+        indexer, end = self._indexer, min(self._last, self._index_end)
+        if indexer is None or indexer.next > end:
+            return False
+        rows = self.subject.timeline.between(indexer.next, min(indexer.next + SLICE - 1, end))
+        if not len(rows) or rows[-1]["scan"] - indexer.next != len(rows) - 1:
+            self._indexer = None  # scans are missing: later values are unknown
+            return False
+        if indexer.run(rows):
+            self.wake()
+        return True
+
+    @override
+    def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
+        if said.get("do") == NAMES[Branch]:
+            order = action_of({key: value for key, value in said.items() if key != "id"})
+            assert isinstance(order, Branch)
+            if order.scan > self._last + 1:
+                raise ValueError(f"scan {order.scan} is not in the recording: the last one is {self._last}")
+            self._branch(order.scan, order.paused)
+            self.over = True
+            page.send({"answer": {"id": number, "ok": True, "scan": order.scan}})
+            return
+        if said.get("do") in ACTIONS:
+            raise ValueError("this is a recording: it takes no orders; branch from one of its scans")
+        raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}")

@@ -1,0 +1,84 @@
+"""Error bits of modules: the scan in which one comes on, for pages that stop there.
+
+scan       4,008   4,009   4,010   4,011
+bit        0       0       1       1        a page that follows the scans stops at 4,010
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+from scanrack.io_images.memory_layout import memory_layout
+from scanrack.io_images.module_words import BitPlace, ModuleWords
+from scanrack.runtime.live.ring import Row, Rows
+
+
+class ErrorBit(NamedTuple):
+    """A bit of an input image that reports an error."""
+
+    slot: int
+    name: str
+    place: BitPlace
+
+    @property
+    def address(self) -> str:
+        """Its address, such as `Local:1:I.Data[0].12`."""
+        return f"Local:{self.slot}:I.Data[{self.place.word}].{self.place.bit}"
+
+
+class ErrorWatch:
+    """Finds error bits that come on; called with all rows in their order.
+
+    Args:
+        words: of the modules, by slot in the order of the rows.
+    """
+
+    def __init__(self, words: Mapping[int, ModuleWords]) -> None:
+        self._bits = list(_bits(words))
+        self._last: Rows | None = None
+
+    def clear(self) -> None:
+        """Restart: another session."""
+        self._last = None
+
+    def is_on(self, row: Row, bit: ErrorBit) -> bool:
+        """Whether an error bit is on in a row."""
+        (start, _module), _bit = next(each for each in self._bits if each[1] == bit)
+        return bool(int(row["words"][start + bit.place.word]) >> bit.place.bit & 1)
+
+    def first(self, rows: Rows) -> tuple[int, ErrorBit] | None:
+        """Return the first of these rows in which an error bit comes on, and the bit; None without one."""
+        if not len(rows):
+            return None
+        both = rows if self._last is None else np.concatenate([self._last, rows])
+        skipped = len(both) - len(rows)
+        self._last = rows[-1:].copy()
+        found = [(place, bit) for at, bit in self._bits if (place := _rise(both, at, bit)) is not None]
+        if not found:
+            return None
+        place, bit = min(found, key=lambda each: each[0])
+        return place - skipped, bit
+
+
+def _bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, ModuleWords], ErrorBit]]:
+    """Yield the error bits, each with the place of its image in a row, and the words of its module."""
+    places = memory_layout(words.items()).places
+    for slot, names in words.items():
+        for group in names.groups.values():
+            for name in names.errors:
+                if name in group:
+                    start = int(places[slot].columns("I").start)
+                    yield (start, names), ErrorBit(slot, name, group[name])
+
+
+def _rise(rows: Rows, at: tuple[int, ModuleWords], bit: ErrorBit) -> int | None:
+    """Return the first row in which a bit comes on that was off in the row before."""
+    start, module = at
+    images: Any = rows["words"]
+    on = (images[:, start + bit.place.word] >> bit.place.bit & 1).astype(bool)
+    if module.modes is not None and not module.live("I", bit.place.word) >> bit.place.bit & 1:
+        on &= images[:, start + module.modes.input] >= 0  # a configuration's mirror has no status
+    rises = np.flatnonzero(on[1:] & ~on[:-1])
+    return int(rises[0]) + 1 if len(rises) else None

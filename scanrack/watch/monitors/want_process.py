@@ -1,0 +1,51 @@
+"""What it would take for a value, in its own process: the session runs again, and copies of it try.
+
+The orders come with the question, since the recording may lack the latest.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from scanrack.jobs.bench.wanted import wanted_in_trace
+from scanrack.jobs.record.order_repeater import RecordedOrder, orders_of
+from scanrack.jobs.trust.trust import UntrustedError
+from scanrack.jobs.why.acts import Acts
+from scanrack.runtime.live.actions import RECORDED, action_of, parsed
+from scanrack.runtime.loop.faults import CpuFault
+from scanrack.traces.format.records import TraceError
+from scanrack.traces.read.reader import open_trace
+
+Orders = Sequence[tuple[int, str]]
+"""Orders of a session: the scan before which each acts, and its text."""
+
+
+def answer(path: str, tag: str, wanted: object, scan: int, orders: Orders | None) -> dict[str, Any]:
+    """Return the answers about a scan of a recording, or the refusal.
+
+    Args:
+        orders: of the session up to the scan; None = those of the recording.
+    """
+    try:
+        with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+            given = [RecordedOrder(at, action_of(parsed(text), RECORDED)) for at, text in orders or ()]
+            known = given if orders is not None else orders_of(trace.events())
+            found = list(wanted_in_trace(trace, Path(folder), tag, wanted, scan, known, trust=True))
+    except CpuFault as error:
+        return {"refused": f"the controller has faulted in {error}: ask before that scan"}
+    except (ValueError, TraceError, UntrustedError) as error:
+        return {"refused": str(error)}
+    return {"scan": scan, "answers": [_described(each) for each in found]}
+
+
+def _described(found: Acts) -> dict[str, Any]:
+    acts = None if found.found is None else [each.text for each in found.found]
+    return {
+        "text": str(found),
+        "acts": acts,
+        "after_ns": found.after_ns,
+        "orders": None if acts is None else found.orders(),
+    }

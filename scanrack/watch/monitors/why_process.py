@@ -1,0 +1,37 @@
+"""The cause of a Python program's value, in its own process, since the program runs again.
+
+The recording may still grow: its latest scans come with the question.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from scanrack.jobs.bench import NotReachedError
+from scanrack.jobs.bench.moment import ScanChoice
+from scanrack.jobs.bench.of_trace import why_of_trace
+from scanrack.jobs.trust.trust import UntrustedError
+from scanrack.traces.format.records import TraceError
+from scanrack.traces.read.columns import Columns
+from scanrack.traces.read.reader import open_trace
+
+from .chain_answer import links_of
+
+
+def answer(path: str, what: str, more: Columns) -> dict[str, Any]:
+    """Return the answer to a question about a scan of a recording, or its refusal.
+
+    Args:
+        more: the latest scans, which may not be written yet; the question is about the last one.
+    """
+    try:
+        with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+            at = ScanChoice(at=str(more.scan[-1]))
+            asked = why_of_trace(trace, Path(folder), what, at, trust=True, more=more)
+    except (ValueError, TraceError, NotReachedError, UntrustedError) as error:
+        return {"refused": str(error)}
+    lines = [{"file": Path(each.file).name, "line": each.number} for each in asked.lines if each.number]
+    chain = [] if asked.chain is None else links_of(asked.chain)
+    return {"text": "\n".join([asked.text, *asked.notes]), "scan": asked.scan, "lines": lines, "chain": chain}

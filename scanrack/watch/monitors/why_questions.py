@@ -1,0 +1,94 @@
+"""Questions about causes: why a value is as it is, and what it would take for another one."""
+
+from __future__ import annotations
+
+from scanrack.ladder.debug import told
+from scanrack.ladder.debug.causes import Causes
+from scanrack.ladder.debug.inquiry import Inquiry
+
+from ..history.timeline import columns_of
+from .asked import Said, own_name, text_in
+from .monitor import BACK, Json, Monitor
+from .page import Page
+
+
+def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) -> Json | None:
+    """Explain a tag's value in a scan, that of the page if none is given; with `fault` the CPU's fault.
+
+    Args:
+        causes: those of the program, which know the scans that earlier questions ran again; None = new ones.
+    """
+    if said.get("fault") is True:
+        return _why_fault(monitor, page, said, causes)
+    tag, asked = own_name(monitor, page, text_in(said, "tag")), said.get("scan")
+    if asked is not None and type(asked) is not int:
+        raise ValueError("scan must be a scan number")
+    past = page.past if asked is None else asked
+    row = monitor.row_of(page) if asked is None or asked == page.past else monitor.subject.timeline.row(asked)
+    if row is None:
+        raise ValueError(f"{tag}: no scan has run yet" if past is None else f"scan {past} is not there")
+    program = monitor.subject.programs.at(past)
+    scan, replica = int(row["scan"]), program.past
+    if replica is None or program.catalog is None:
+        _ask_python(monitor, page, said, tag, scan)
+        return None
+    if not replica.show(scan):
+        raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
+    from .chain_answer import chain_of, links_of  # the first page does not wait for it
+
+    forced = monitor.states.forces_at(past)
+    try:
+        found = None if replica.is_impure else chain_of(monitor, causes or Causes(replica), tag, scan)
+        if found is None:
+            text = Inquiry(replica.engine, replica, scan, forced, program.catalog.cross_reference).why(tag)
+        else:
+            text = told(found)
+    finally:
+        replica.show(scan)
+    return {"text": text, "scan": scan, "chain": links_of(found) if found is not None else []}
+
+
+def _why_fault(monitor: Monitor, page: Page, said: Said, causes: Causes | None) -> Json | None:
+    """Explain the CPU's fault by what its rung or line has read."""
+    faults, program = monitor.states.faults_at(page.past), monitor.subject.programs.at(page.past)
+    if not faults:
+        raise ValueError("the CPU has not faulted up to this scan")
+    fault, replica = faults[0], program.past
+    tags = program.tags_of_fault(fault, monitor.subject.values)
+    if not tags:
+        raise ValueError("nothing that the program has read is known of this fault")
+    if replica is None:
+        _ask_python(monitor, page, said, tags[0], fault.scan)
+        return None
+    if not replica.show(fault.scan):
+        raise ValueError(f"scan {fault.scan} can't be repeated yet: ask again in a moment")
+    from .chain_answer import chain_of_fault  # as above
+
+    chain = [] if replica.is_impure else chain_of_fault(monitor, causes or Causes(replica), fault, tags)
+    replica.show(fault.scan)
+    return {"text": str(fault), "scan": fault.scan, "chain": chain}
+
+
+def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -> None:
+    """Let a process answer: a program in Python must run again from its first scan on."""
+    trace, program = monitor.subject.timeline.path, monitor.subject.programs.at(scan)
+    if program.logic is None or trace is None:
+        raise ValueError(f"{tag}: the program may not run here: see --trust")
+    if program.number:
+        raise ValueError(f"{tag}: the program was edited before scan {program.first}: why answers before it")
+    rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
+    monitor.elsewhere.why(page, said.get("id"), str(trace), tag, columns_of(rows))
+
+
+def want(monitor: Monitor, page: Page, said: Said) -> None:
+    """Say what an owner could do after the scan of the page so that a tag has a value."""
+    tag, wanted = own_name(monitor, page, text_in(said, "tag")), said.get("value")
+    if not isinstance(wanted, bool | int | float):
+        raise ValueError("value is true, false or a number")
+    trace, row = monitor.subject.timeline.path, monitor.row_of(page)
+    if trace is None or row is None:
+        raise ValueError(f"{tag}: no scan has run yet")
+    scan = int(row["scan"])
+    if monitor.subject.programs.at(page.past).logic is None:
+        raise ValueError(f"{tag}: the program may not run here: see --trust")
+    monitor.elsewhere.want(page, said.get("id"), str(trace), (tag, wanted, scan), monitor.orders_to(scan))

@@ -1,0 +1,197 @@
+"""Edited rungs beside the running program, as in Studio 5000: accepted, tested, assembled, saved.
+
+    step       from                    to         runs afterwards
+    accept     -, accepted, assembled  accepted   as before; the edited one is checked and loaded beside it
+    test       accepted                testing    the edited one
+    untest     testing                 accepted   the one before
+    assemble   accepted, testing       assembled  the edited one
+    reopen     assembled               testing    the edited one: assembling is undone
+    cancel     accepted, testing       -          the one before
+    save       -, assembled            -          the same; its file is written, the old file is kept
+
+There is one accepted edit, whoever accepted it: the state has its rungs and its page. A step names what its
+page has seen, in `base`: accept and save the program that runs, the others the edit. It is refused if that is
+another one by now.
+
+A step that exchanges the program is an `Edit` with all its files: a recording is repeated with the same
+programs in the same scans.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from scanrack.jobs.load.loading import LoadedRack
+from scanrack.jobs.record.program_versions import ProgramVersion
+from scanrack.ladder.lowering.edited import FileChange, NewTag, normalized
+from scanrack.runtime.live.actions import Online
+
+from .edited_programs import EditedPrograms
+from .history.program_file import digest, read_edit, rewrite, why_not
+
+Json = dict[str, Any]
+
+MOST_CHANGES = 20
+"""Most changed elements that a note lists."""
+
+NOTHING, ACCEPTED, TESTING, ASSEMBLED = "", "accepted", "testing", "assembled"
+
+
+class Move(NamedTuple):
+    """A step: the stages from which it is taken, the next one, and whether the edited program runs in it."""
+
+    sources: tuple[str, ...]
+    stage: str
+    runs_edited: bool
+
+
+MOVES: Mapping[str, Move] = {
+    "accept": Move((NOTHING, ACCEPTED, ASSEMBLED), ACCEPTED, False),
+    "test": Move((ACCEPTED,), TESTING, True),
+    "untest": Move((TESTING,), ACCEPTED, False),
+    "assemble": Move((ACCEPTED, TESTING), ASSEMBLED, True),
+    "reopen": Move((ASSEMBLED,), TESTING, True),
+    "cancel": Move((ACCEPTED, TESTING), NOTHING, False),
+    "save": Move((NOTHING, ASSEMBLED), NOTHING, True),
+}
+"""The steps by name, see above."""
+
+
+class AcceptedEdit(NamedTuple):
+    """The draft of an edit, and its programs."""
+
+    draft: Online
+    before: ProgramVersion
+    edited: ProgramVersion
+    changes: str  # the elements that changed in the file, and why
+
+
+class Step(NamedTuple):
+    """What a step does: the version that runs from now on, and how the state was before."""
+
+    wanted: ProgramVersion
+    job: LoadedRack | None  # its program, which no engine has used; None if it runs already
+    note: str
+    stage: str
+    edit: AcceptedEdit | None
+
+
+class OnlineEdit:
+    """The edited rungs of a session.
+
+    Attributes:
+        stage: of the edit; "" without one.
+        edit: the accepted one; None in no stage.
+    """
+
+    def __init__(self, programs: EditedPrograms) -> None:
+        self._programs = programs
+        self.stage = NOTHING
+        self.edit: AcceptedEdit | None = None
+        self._ready: tuple[ProgramVersion, LoadedRack] | None = None  # an accepted program, not used yet
+
+    def take(self, order: Online) -> Step:
+        """Take a step.
+
+        Raises:
+            ValueError: the step does not fit the stage or what the page has seen, or the edited program
+                can't be used; nothing has changed.
+            OSError: a file can't be written; nothing has changed.
+        """
+        self.settle()
+        move, running, edit = MOVES[order.step], self._programs.running, self.edit
+        lacks = why_not(self._programs.file)
+        if lacks or self._programs.rungs is None:
+            raise ValueError(lacks or "the program has no rungs")
+        if self.stage not in move.sources:
+            raise ValueError(f"{order.step}: {_SAYS[self.stage]}")
+        self._check_seen(order, running)
+        if order.step == "accept":
+            edit = self._accepted(order, running)
+        note = edit.changes if order.step == "accept" and edit is not None else ""
+        note = self._programs.save_running() if order.step == "save" else note
+        wanted = running
+        if edit is not None and order.step != "save":
+            wanted = edit.edited if move.runs_edited else edit.before
+        job = None if wanted.files == running.files else self._job_of(wanted)
+        step = Step(replace(wanted, retained=None), job, note, self.stage, self.edit)
+        self.stage, self.edit = move.stage, edit if move.stage else None
+        return step
+
+    def undo(self, step: Step) -> None:
+        """Go back to the state before a step whose program could not be exchanged."""
+        self.stage, self.edit = step.stage, step.edit
+
+    def settle(self) -> None:
+        """Follow what runs: a step that was refused, or another edit."""
+        if self.edit is None:
+            return
+        files, runs_edited = self._programs.running.files, self.stage in (TESTING, ASSEMBLED)
+        if files == self.edit.before.files:
+            self.stage = ACCEPTED
+        elif files != self.edit.edited.files or not runs_edited:
+            self.stage, self.edit = NOTHING, None
+
+    def state(self, running: ProgramVersion) -> Json:
+        """Return the state for pages, with the version that runs from now on."""
+        data, on_disk = running.files[self._programs.name], self._programs.on_disk
+        told: Json = {"stage": self.stage, "base": digest(data), "unsaved": on_disk != data}
+        if self.edit is not None:
+            draft = self.edit.draft
+            told |= {"edit": self._digest(self.edit.edited), "of": self._digest(self.edit.before)}
+            told |= {"by": draft.by, "rungs": draft.rungs, "tags": draft.tags}
+        return told
+
+    def _digest(self, version: ProgramVersion) -> str:
+        return digest(version.files[self._programs.name])
+
+    def _check_seen(self, order: Online, running: ProgramVersion) -> None:
+        """Raise a ValueError if the page has seen another program, or another edit."""
+        if order.step in ("accept", "save"):
+            if (order.base or order.step == "accept") and order.base != self._digest(running):
+                raise ValueError("the program was edited meanwhile: edit the one that runs now")
+        elif self.edit is not None and order.base not in ("", self._digest(self.edit.edited)):
+            by = self.edit.draft.by or "another page"
+            raise ValueError(f"{order.step}: {by} has accepted another edit meanwhile: look at it first")
+
+    def _accepted(self, order: Online, running: ProgramVersion) -> AcceptedEdit:
+        """Load the running program with the edits of an order beside it."""
+        program = self._programs.rungs
+        assert program is not None
+        if not order.rungs:
+            raise ValueError("no rung is edited")
+        name, specs = self._programs.name, program.specs
+        edits = [normalized(read_edit(name, each, specs), program) for each in order.rungs]
+        data = running.files[name]
+        edited = rewrite(name, data, edits, [NewTag(*each) for each in order.tags], specs)
+        if edited.data == data:
+            raise ValueError("the edited rungs are those that run")
+        version, job = self._programs.with_file(edited.data)
+        self._ready = version, self._programs.usable(job)
+        return AcceptedEdit(order, running, version, _listed(edited.changes))
+
+    def _job_of(self, version: ProgramVersion) -> LoadedRack:
+        """Return the program of a version, which no engine has used yet."""
+        ready, self._ready = self._ready, None
+        if ready is not None and ready[0] is version:
+            return ready[1]
+        return self._programs.usable(self._programs.load(version))
+
+
+def _listed(changes: Sequence[FileChange]) -> str:
+    """Return the changed elements of a file, "" for a single one."""
+    if len(changes) < 2:
+        return ""
+    shown = [f"{each.element}: {each.why}" for each in changes[:MOST_CHANGES]]
+    more = len(changes) - len(shown)
+    return "; ".join((*shown, f"and {more} more") if more else shown)
+
+
+_SAYS = {
+    NOTHING: "no edit has been accepted",
+    ACCEPTED: "the edit is accepted, and does not run: test, assemble or cancel it",
+    TESTING: "the edit is being tested: untest, assemble or cancel it",
+    ASSEMBLED: "the edit is assembled already",
+}

@@ -1,0 +1,127 @@
+"""The panel of a rack on the disk, or of a recording: described for pages, and saved by them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from hashlib import sha256
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.input_files import read_input
+from scanrack.jobs.load.panels import panel_name
+from scanrack.traces.files.guard import FileKind
+from scanrack.traces.files.newfile import new_file
+
+from .bindings import Bindings
+from .panel_file import ALWAYS, COLUMNS, FIELDS, KINDS, Panel, panel_text, parse_panel, refusals
+
+Json = dict[str, Any]
+
+BYTES_MOST = 60_000
+"""Most bytes of a file: a page saves it in one message."""
+
+OWN = FileKind("an operator panel", lambda _content: True)  # `save` compares all of it
+
+TOLD = {
+    "columns": COLUMNS,
+    "allowed": {key: allowed for key, (_, allowed) in FIELDS.items()},
+    "kinds": {
+        name: {
+            "title": kind.title,
+            "size": kind.size,
+            "needs": [*ALWAYS[:3], *kind.needs],
+            "may": kind.may,
+        }
+        for name, kind in KINDS.items()
+    },
+}
+"""What a page needs to know to build a panel."""
+
+
+class KeptPanel:
+    """The file of a panel.
+
+    Args:
+        rack: the address of the rack file that it is beside, or its name in a recording.
+        given: the contents in a recording; None = the file on the disk.
+    """
+
+    def __init__(self, rack: str, given: bytes | None = None) -> None:
+        self._path, self._given = Path(panel_name(rack)), given
+        self._seen = self._stamp()
+
+    def _stamp(self) -> tuple[int, int] | None:
+        try:
+            stat = self._path.stat()
+        except OSError:
+            return None
+        return stat.st_mtime_ns, stat.st_size
+
+    def changed(self) -> bool:
+        """Return whether the file has changed since the last call."""
+        before, self._seen = self._seen, self._stamp()
+        return self._given is None and self._seen != before
+
+    def content(self) -> bytes:
+        """Return the contents, none of a file that is not there; ValueError if it can't be read."""
+        try:
+            content = read_input(self._path, BYTES_MOST) if self._given is None else self._given
+        except FileNotFoundError:
+            return b""
+        except OSError as error:
+            raise ValueError(f"it can't be read: {error.strerror}") from error
+        if len(content) > BYTES_MOST:
+            raise ValueError(f"{len(content):,} bytes: a panel has up to {BYTES_MOST:,}")
+        return content
+
+    def described(self, bindings: Bindings, lacks: str) -> Json:
+        """Return the panel for a page.
+
+        Args:
+            lacks: why a page can't save it; "" if it can.
+        """
+        told: Json = {"file": self._path.name, "base": "", "head": [], "items": [], "bound": [], **TOLD}
+        try:
+            content = self.content()
+            panel = parse_panel(content.decode())
+        except ValueError as error:
+            return told | {"mistake": f"{self._path.name}: {error}", "lacks": lacks or "fix the file first"}
+        bound = [bindings.of(each) for each in panel.items]
+        found = {"base": _digest(content), "head": panel.head, "items": panel.items, "bound": bound}
+        return told | found | {"mistake": "", "lacks": lacks}
+
+    def save(self, said: Mapping[str, Any]) -> None:
+        """Write the items of a page.
+
+        Raises:
+            ValueError: an item is refused, or the file has changed since the page has read it: it stays.
+        """
+        for refused in refusals(said.get("items")).values():
+            raise ValueError(refused)
+        content, name = self.content(), self._path.name
+        if _digest(content) != said.get("base"):
+            raise ValueError(f"{name} was changed meanwhile: discard your changes, then edit again")
+        text = panel_text(Panel(said["items"], parse_panel(content.decode()).head))
+        if len(text.encode()) > BYTES_MOST:
+            raise ValueError(f"{name}: {len(text.encode()):,} bytes: a panel has up to {BYTES_MOST:,}")
+        try:
+            with new_file(self._path, OWN) as file:
+                file.write(text)
+        except OSError as error:
+            raise ValueError(f"{name} can't be written: {error.strerror}") from error
+
+
+def drafted(items: object, bindings: Bindings) -> Json:
+    """Return what a page asks of the items that it edits: what is wrong with each, "" for nothing."""
+    wrong = refusals(items)
+    assert isinstance(items, list)
+    empty = {"read": "", "type": ""}
+    bound = [
+        empty | {"broken": wrong[place]} if place in wrong else bindings.of(item)
+        for place, item in enumerate(items)
+    ]
+    return {"bound": bound}
+
+
+def _digest(content: bytes) -> str:
+    return sha256(content).hexdigest() if content else ""

@@ -1,0 +1,258 @@
+"""The file of an operator panel, `feeder.panel` beside `feeder.toml`: a TOML table per item, a line per key.
+
+    # a comment stays with the table that it precedes
+    [[item]]
+    name = "E-stop"
+    kind = "maintained"
+    tag = "slot1.input.estop"
+    at = [0, 0]
+    size = [3, 2]
+
+Tables keep their order; keys have the order of `FIELDS`. A change of an item changes its own lines only.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from decimal import Decimal
+from typing import Any, NamedTuple
+
+from scanrack.io_images.doors import toml_tables
+
+Json = dict[str, Any]
+
+COLUMNS, ROWS = 12, 60
+"""Cells of the grid."""
+
+MOST_ITEMS = 100
+COLORS = ("green", "red", "amber", "blue", "white")
+COMMENT = "comment"
+"""Key of an item's comment lines; no key of the file."""
+
+
+class Kind(NamedTuple):
+    """A kind of items."""
+
+    title: str  # as HMI editors call it
+    types: str  # of its tag
+    operates: bool = False  # whether it sets its tag
+    needs: tuple[str, ...] = ()  # fields beside those of every item
+    may: tuple[str, ...] = ()
+    size: tuple[int, int] = (3, 2)  # of a new one
+
+
+ALWAYS = ("name", "kind", "tag", "at", "size")
+BIT, NUMBER, ANY = "BOOL", "a number", "one value"
+_LIMITS, _FORM = ("least", "most"), ("unit", "decimals")
+
+KINDS: Mapping[str, Kind] = {
+    "momentary": Kind("momentary push button", BIT, True, may=("color",)),
+    "maintained": Kind("maintained push button", BIT, True, may=("color",)),
+    "selector": Kind("selector switch", NUMBER, True, needs=("positions",), may=("values",), size=(4, 2)),
+    "lamp": Kind("indicator lamp", BIT, may=("color",), size=(2, 2)),
+    "display": Kind("numeric display", ANY, may=_FORM),
+    "entry": Kind("numeric entry", NUMBER, True, needs=_LIMITS, may=_FORM, size=(4, 2)),
+    "gauge": Kind("gauge", NUMBER, needs=_LIMITS, may=_FORM, size=(3, 3)),
+}
+"""What an item may be, by its `kind`."""
+
+Check = Callable[[Any], bool]
+
+
+def _text(most: int) -> Check:
+    return lambda value: isinstance(value, str) and 0 < len(value) <= most and value.isprintable()
+
+
+def _whole(within: range) -> Check:
+    return lambda value: type(value) is int and value in within
+
+
+def _number(value: object) -> bool:
+    return type(value) in (int, float) and abs(value) < 1 << 53  # type: ignore[arg-type]
+
+
+def _pair(first: range, second: range) -> Check:
+    one, other = _whole(first), _whole(second)
+    return lambda value: isinstance(value, list) and len(value) == 2 and one(value[0]) and other(value[1])
+
+
+def _different(of: Check) -> Check:
+    return lambda value: (
+        isinstance(value, list)
+        and 2 <= len(value) <= 8
+        and all(map(of, value))
+        and len(set(value)) == len(value)
+    )
+
+
+FIELDS: Mapping[str, tuple[Check, str]] = {
+    "name": (_text(40), "text of 1 to 40 printable characters"),
+    "kind": (lambda value: isinstance(value, str) and value in KINDS, ", ".join(KINDS)),
+    "tag": (_text(400), "the name of a tag, or slot1.input.home for an input"),
+    "at": (
+        _pair(range(COLUMNS), range(ROWS)),
+        f"[column, row], columns 0 to {COLUMNS - 1}, rows 0 to {ROWS - 1}",
+    ),
+    "size": (_pair(range(1, COLUMNS + 1), range(1, 9)), f"[width, height], 1 to {COLUMNS} and 1 to 8"),
+    "positions": (_different(_text(40)), "2 to 8 different texts"),
+    "values": (_different(_number), "different numbers, one for each position"),
+    "least": (_number, "a number"),
+    "most": (_number, "a number"),
+    "unit": (_text(12), "text of 1 to 12 printable characters"),
+    "decimals": (_whole(range(7)), "0 to 6"),
+    "color": (lambda value: isinstance(value, str) and value in COLORS, ", ".join(COLORS)),
+}
+"""Check of each field, by name, in the order in which a file has them."""
+
+
+class Panel(NamedTuple):
+    """An operator panel."""
+
+    items: Sequence[Json] = ()
+    head: Sequence[str] = ()  # comment lines at the top of the file
+
+
+def parse_panel(text: str) -> Panel:
+    """Return the panel of a file.
+
+    Raises:
+        ValueError: it is no TOML, or an item is refused: the item, the value and what is allowed.
+    """
+    try:
+        said = _plain(toml_tables(text))
+    except ValueError as error:
+        raise ValueError(f"not TOML: {error}") from None
+    for key in said:
+        if key != "item":
+            raise ValueError(f"no key {key}: a panel has [[item]] tables only")
+    items = said.get("item", [])
+    for refused in refusals(items).values():
+        raise ValueError(refused)
+    head, comments = _comments(text)
+    if len(comments) == len(items):  # else they are written in another way
+        for item, lines in zip(items, comments, strict=True):
+            item.update({COMMENT: lines} if lines else {})
+    return Panel(items, head)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of TOML with its fractions as floats."""
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_plain(each) for each in value]
+    return float(value) if isinstance(value, Decimal) else value
+
+
+def _comments(text: str) -> tuple[list[str], list[list[str]]]:
+    """Return the comment lines at the top, up to an empty line, and those of each item."""
+    head: list[str] = []
+    found: list[list[str]] = []
+    waiting: list[str] = []
+    for line in map(str.strip, text.split("\n")):
+        if line.startswith("#"):
+            waiting.append("".join(each if each.isprintable() else " " for each in line))
+            continue
+        if line == "[[item]]":
+            found.append([])
+        elif not line and found:
+            continue  # what follows belongs to the next item, or to the last one
+        (found[-1] if found else head).extend(waiting)
+        waiting = []
+    (found[-1] if found else head).extend(waiting)
+    return head, found
+
+
+def panel_text(panel: Panel) -> str:
+    """Return the file of a panel; `parse_panel` reads it.
+
+    >>> lamp = {"kind": "lamp", "name": "Run", "tag": "Run", "at": [0, 0], "size": [2, 1]}
+    >>> print(panel_text(Panel([lamp])))
+    [[item]]
+    name = "Run"
+    kind = "lamp"
+    tag = "Run"
+    at = [0, 0]
+    size = [2, 1]
+    <BLANKLINE>
+    """
+    parts = ["\n".join(panel.head)] if panel.head else []
+    parts += ["\n".join(_lines(item)) for item in panel.items]
+    return "\n\n".join(parts) + "\n" if parts else ""
+
+
+def _lines(item: Json) -> Iterable[str]:
+    yield from item.get(COMMENT, ())
+    yield "[[item]]"
+    for key in FIELDS:
+        if key in item:  # JSON of these values is TOML
+            yield f"{key} = {json.dumps(item[key], ensure_ascii=False)}"
+
+
+def refusals(items: object) -> dict[int, str]:
+    """Return what is wrong with items, by place: the item's name, the value, and what is allowed."""
+    if not isinstance(items, list) or not all(isinstance(each, dict) for each in items):
+        raise ValueError("item must be tables: [[item]]")
+    if len(items) > MOST_ITEMS:
+        raise ValueError(f"{len(items)} items: a panel has up to {MOST_ITEMS}")
+    found: dict[int, str] = {}
+    names: set[str] = set()
+    cells: dict[tuple[int, int], str] = {}
+    for place, item in enumerate(items):
+        try:
+            _check(item, place)
+            if item["name"] in names:
+                raise ValueError(f"item {item['name']}: another item has this name")
+            _take(item, cells)
+        except ValueError as error:
+            found[place] = str(error)
+        names.add(str(item.get("name")))
+    return found
+
+
+def _check(item: Json, place: int) -> None:
+    """Refuse an item by itself."""
+    takes, _ = FIELDS["name"]
+    who = f"item {item['name'] if takes(item.get('name')) else place + 1}"
+    kind = KINDS.get(str(item.get("kind")))
+    fields = ALWAYS if kind is None else (*ALWAYS, *kind.needs, *kind.may)
+    for key, value in item.items():
+        if key in FIELDS and not FIELDS[key][0](value):
+            raise ValueError(f"{who}: {key} {_shown(value)}: must be {FIELDS[key][1]}")
+        if kind is not None and key not in (*fields, COMMENT):
+            raise ValueError(f"{who}: {key} {_shown(value)}: {item['kind']} has {', '.join(fields)}")
+    for key in (*ALWAYS, *(kind.needs if kind is not None else ())):
+        if key not in item:
+            raise ValueError(f"{who}: it needs {key}, {FIELDS[key][1]}")
+    comment = item.get(COMMENT, [])
+    if not isinstance(comment, list) or not all(_text(1000)(each) and each[0] == "#" for each in comment):
+        raise ValueError(f"{who}: {COMMENT} {_shown(comment)}: must be lines that begin with #")
+    _check_together(item, who)
+
+
+def _check_together(item: Json, who: str) -> None:
+    """Refuse fields that do not fit each other."""
+    (column, row), (width, height) = item["at"], item["size"]
+    if column + width > COLUMNS or row + height > ROWS:
+        wrong = f"{who}: at {item['at']} size {item['size']}"
+        raise ValueError(f"{wrong}: must end within {COLUMNS} columns and {ROWS} rows")
+    if "least" in item and item["least"] >= item["most"]:
+        raise ValueError(f"{who}: most {item['most']}: must be more than least, {item['least']}")
+    if "values" in item and len(item["values"]) != len(item["positions"]):
+        raise ValueError(f"{who}: values {_shown(item['values'])}: must be {FIELDS['values'][1]}")
+
+
+def _take(item: Json, cells: dict[tuple[int, int], str]) -> None:
+    """Take the cells of an item, or refuse it."""
+    (column, row), (width, height) = item["at"], item["size"]
+    own = [(x, y) for x in range(column, column + width) for y in range(row, row + height)]
+    for cell in own:
+        if cell in cells:
+            raise ValueError(f"item {item['name']}: at {item['at']}: {cells[cell]} is there; must be free")
+    cells.update((cell, item["name"]) for cell in own)
+
+
+def _shown(value: object) -> str:
+    text = json.dumps(value, ensure_ascii=False, default=str)
+    return text if len(text) <= 60 else f"{text[:57]}..."

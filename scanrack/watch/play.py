@@ -1,0 +1,322 @@
+"""A session from its start to its end, and its branches: the scan process's side of `scanrack watch RACK`.
+
+    session    0 ------------- 12,345 ------------- 20,000
+    branch                     `- 12,345 ----------------- ...     a new rack, the same orders up to there
+
+The ring, the link and the monitor outlive a branch; rack, program and recording are new.
+"""
+
+from __future__ import annotations
+
+import secrets
+import socket
+import tempfile
+import webbrowser
+from collections.abc import Iterable
+from contextlib import ExitStack
+from importlib.metadata import version
+from pathlib import Path
+
+from scanrack.jobs.load.loading import LoadedRack
+from scanrack.jobs.record.order_repeater import RecordedOrder
+from scanrack.jobs.record.program_versions import ProgramVersions, version_of
+from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs.run.servers.tag_service import TagServices
+from scanrack.runtime.live.actions import Edit
+from scanrack.runtime.live.ring import Ring
+from scanrack.runtime.live.session import Session
+from scanrack.runtime.live.tap import Notes, PipeInbox, Tap
+from scanrack.runtime.loop.faults import CpuFault
+from scanrack.runtime.loop.pace import AdjustablePace
+from scanrack.runtime.loop.realtime import frozen_collector, real_time
+from scanrack.terminal.run_end import complain_of_fault, run_to_end
+from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO_HELPER, complain, reason
+from scanrack.terminal.terminal import say
+
+from .announcing import Announcer, programs_of
+from .editor import EditManner, Editor, Takeover
+from .gate import HOST, KEY_BYTES, listen
+from .history.watched_machines import PER_SLOT, MachineFigures
+from .history.watched_program import LadderNotes
+from .history.watched_python import PythonNotes
+from .monitor_supervisor import MonitorSupervisor
+from .monitors.monitor import SessionFacts
+from .monitors.session_monitor import Setup
+from .options import WatchOptions
+from .prepared_run import PreparedRun, Start
+from .python_stops import PythonStops
+from .text import TextView
+
+
+def watch_job(job: LoadedRack, wanted: WatchOptions) -> int:
+    """Run a job in a session for pages; return the exit status."""
+    with ExitStack() as stack:
+        try:
+            listening = stack.enter_context(listen(wanted.asked.port))
+        except ValueError as error:
+            return complain(str(error), BAD_INPUT)
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
+        return Play(wanted, listening, folder, stack).play(job)
+
+
+class Play:
+    """The sessions of one command.
+
+    Args:
+        folder: for temporary recordings, and copies of programs.
+        key: that pages must send, of an existing link; None = a new one.
+    """
+
+    def __init__(
+        self,
+        wanted: WatchOptions,
+        listening: socket.socket,
+        folder: Path,
+        stack: ExitStack,
+        key: str | None = None,
+    ) -> None:
+        self._wanted, self._listening, self._folder, self._stack = wanted, listening, folder, stack
+        self._key = key
+        self._ring: Ring | None = None
+        self._supervisor: MonitorSupervisor | None = None
+        self._inbox: PipeInbox | None = None
+        self._next: PreparedRun | None = None
+        self._services: TagServices | None = None
+
+    def play(self, job: LoadedRack) -> int:
+        """Play the session and its branches; return the exit status."""
+        try:
+            self._open_services(job)
+            self._next = self._first(job)
+        except ValueError as error:
+            return complain(str(error), BAD_INPUT)
+        except OSError as error:
+            return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
+        for each in job.warnings:
+            complain(each)
+        return self.go_on(job)
+
+    def _open_services(self, job: LoadedRack) -> None:
+        """Open the ports for clients of tags; ValueError if one can't be used."""
+        wanted = self._wanted
+        self._services = TagServices(job, wanted.servers, complain, writes=not wanted.read_only)
+        self._stack.callback(self._services.end)
+
+    def go_on(self, job: LoadedRack) -> int:
+        """Play the prepared run and its branches; return the exit status."""
+        status = DONE
+        while self._next is not None:
+            prepared, self._next = self._next, None
+            with prepared.ports:
+                status = self._run(prepared, self._session(prepared, job))
+        lived = [each.end() for each in (self._supervisor, self._services) if each is not None]
+        if not all(lived) and status == DONE:
+            return complain("a helper process has never begun: its error stands above", NO_HELPER)
+        return status
+
+    def _first(self, job: LoadedRack) -> PreparedRun:
+        """Prepare the session.
+
+        Raises:
+            ValueError: the job can't be run.
+            OSError: the trace can't be written.
+        """
+        editions = ProgramVersions(self._folder / "programs", self._wanted.asked.rack)
+        editions.keep(0, editions.with_copy(version_of(job)), job)
+        return self._prepared(Start(paused=self._wanted.asked.paused), editions)
+
+    def _prepared(self, start: Start, editions: ProgramVersions) -> PreparedRun:
+        with ExitStack() as ports:
+            if self._wanted.asked.live:
+                for outcome in ports.enter_context(real_time()):  # before there are ports
+                    complain(str(outcome))
+            speed, trace = self._wanted.speed if start.orders is None else None, self._trace(start)
+            pacer = AdjustablePace(speed, spin=self._wanted.asked.spin)
+            run = JobRun(
+                editions.job(0),
+                ports,
+                RunOptions(
+                    trace=trace,
+                    live=self._wanted.asked.live,
+                    pacer=pacer,
+                    warn=complain,
+                    handled=True,
+                    metadata=start.metadata,
+                    keep=self._wanted.keep,
+                    orders=start.orders,
+                    forces=self._wanted.forces,
+                    editions=editions,
+                ),
+            )
+            ports.callback(run.cpu.close)  # if it never begins: the recording is in a folder that is removed
+            prepared = PreparedRun(start, run, pacer, trace, editions, ports.pop_all())
+        self._stack.callback(prepared.ports.close)
+        return prepared
+
+    def prepare_branch(
+        self,
+        scan: int,
+        orders: Iterable[RecordedOrder],
+        editions: ProgramVersions,
+        parent: Path,
+        *,
+        paused: bool = False,
+    ) -> None:
+        """Prepare a branch: a new rack, in which the orders are repeated up to a scan.
+
+        Args:
+            scan: the first one that may differ.
+            paused: the branch begins paused.
+
+        Raises:
+            ValueError: that is impossible; nothing has changed.
+        """
+        given = [each for each in orders if each.scan <= scan]
+        edits = sum(isinstance(each.order, Edit) for each in given)
+        start = Start(scan, given, {"parent": parent.name, "parent_scan": str(scan)}, paused)
+        try:
+            self._next = self._prepared(start, editions.up_to(edits))
+        except OSError as error:
+            raise ValueError(f"the recording of a branch can't be written: {reason(error)}") from error
+
+    def _trace(self, start: Start) -> Path:
+        """Return the path of the recording: the requested one, a name after it, or a temporary file."""
+        kept = self._wanted.asked.record
+        if kept is None:
+            return _free(self._folder / "session.mcap")
+        return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
+
+    def _session(self, prepared: PreparedRun, job: LoadedRack) -> Session:
+        run, start, pacer, wanted = prepared.run, prepared.start, prepared.pacer, self._wanted
+        figures = MachineFigures(run.rack)
+        if self._ring is None:
+            self._ring = Ring(len(run.rack.memory), PER_SLOT * len(figures.slots))
+            self._stack.callback(self._ring.close)
+            self._open(job, self._ring, figures, prepared)
+        assert self._inbox is not None
+        tap = Tap(self._ring, run.rack, run.cpu.period_ns, figures)
+        tap.notes = _notes(run, job, self._ring, tap)
+        hands = run.hands
+        hands.given.extend(start.orders or ())
+        session: Session
+        assert self._supervisor is not None
+        programs = Announcer(run, prepared.editions, start.orders or (), tap.tell, self._supervisor)
+        run.program.on_edit = programs.tell_edit
+
+        def hand_over(takeover: Takeover) -> None:
+            session.takeovers.append(takeover)
+
+        manner = EditManner(wanted.asked.preview, wanted.asked.trust)
+        editor = Editor(job, wanted.asked.rack, run, prepared.editions, hand_over, tap.tell, manner)
+        session = Session(
+            run.cpu,
+            hands,
+            pacer,
+            self._inbox,
+            tap.tell,
+            stops=run.program.debugger or PythonStops(lambda: run.program.logic, job.program),
+            live=wanted.asked.live,
+            reload=editor.load_soon if wanted.editable else None,
+            prepare=lambda scan, paused: self.prepare_branch(
+                scan, hands.given, prepared.editions, prepared.trace, paused=paused or session.state.paused
+            ),
+        )
+        if wanted.editable and not wanted.read_only:
+            session.edit = editor.ask
+            editor.start()
+            prepared.ports.callback(editor.end)
+            tap.lasting = editor.lasting
+        tap.session, session.attend, session.give = session, tap.attend, tap.give
+        if start.orders is not None:
+            record = None if wanted.asked.record is None else str(prepared.trace)
+            programs.tell_branch(self._ring, prepared.trace, record)
+        if wanted.asked.text:
+            view = TextView(job.spec.name, run.rack, session, pacer)
+            run.cpu.add_listener(view)
+            view.begin()
+        run.cpu.add_listener(run.program.following(tap))
+        if self._services is not None:
+            self._serve_tags(self._services, run, session)
+        return session
+
+    @staticmethod
+    def _serve_tags(services: TagServices, run: JobRun, session: Session) -> None:
+        """Serve the tags of a run, also while it pauses."""
+        desks, attend = services.serve(run), session.attend
+
+        def attend_all() -> None:
+            attend()
+            for desk in desks:
+                desk.attend()
+
+        session.attend = attend_all
+
+    def _open(self, job: LoadedRack, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
+        """Print the link, and start the monitor."""
+        wanted = self._wanted
+        key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
+        record = None if wanted.asked.record is None else str(prepared.trace)
+        looking, live = wanted.read_only, wanted.asked.live
+        about = SessionFacts(
+            version("scanrack"), job.spec.name, wanted.asked.rack, "rack", looking, live, record,
+            branches=not looking and not live,
+        )  # fmt: skip
+        machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
+        setup = Setup(ring.shape, about, key, HOST, port, machines, str(prepared.trace), programs)
+        self._supervisor = MonitorSupervisor(setup, ring, self._listening, complain)
+        self._stack.callback(self._supervisor.end)
+        self._inbox = PipeInbox(ring, self._supervisor.pipe)
+        self._supervisor.keep(self._inbox)
+        if self._key is not None:
+            return
+        link = f"http://{HOST}:{port}/#key={key}"
+        say(f"{link} - Ctrl-C ends the session")
+        if wanted.asked.opened:
+            webbrowser.open(link)
+
+    def _rest_desk(self, rests: bool) -> None:
+        """Let clients of tags wait while orders are repeated."""
+        if self._services is not None:
+            self._services.rest(rests)
+
+    def _run(self, prepared: PreparedRun, session: Session) -> int:
+        """Run a session to its end; return the exit status."""
+        wanted, run, start = self._wanted, prepared.run, prepared.start
+        faulted: list[int] = []
+
+        def tell(fault: CpuFault) -> None:
+            faulted.append(complain_of_fault(fault))
+            complain("the page shows it: branch there from an earlier scan, or end the session with Ctrl-C")
+
+        def play() -> None:
+            with frozen_collector(), run.cpu:
+                if start.orders is not None:
+                    self._rest_desk(True)
+                    session.repeat_to(start.scan)
+                    self._rest_desk(False)
+                    session.set_speed(wanted.speed)
+                try:
+                    session.run(wanted.scans, paused=start.paused)
+                except CpuFault:
+                    if not faulted:
+                        raise
+
+        session.on_fault = tell
+        status = run_to_end(run.cpu, play, lambda: session.over and session.branch is None)
+        return faulted[-1] if faulted else status  # of the last session: those before a branch are left out
+
+
+def _free(path: Path) -> Path:
+    """Return a path that does not exist yet, numbered if necessary."""
+    number, tried = 2, path
+    while tried.exists():
+        tried = path.with_name(f"{path.stem}-{number}{path.suffix}")
+        number += 1
+    return tried
+
+
+def _notes(run: JobRun, job: LoadedRack, ring: Ring, tap: Tap) -> Notes:
+    """Return the sender of the program's values to the monitor."""
+    if run.program.debugger is not None:
+        return LadderNotes(run.program.debugger, ring.snapshots)
+    return PythonNotes(lambda: run.program.logic, job.spec.tags, tap.tell)

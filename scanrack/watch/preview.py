@@ -1,0 +1,205 @@
+"""A preview of an edit: its difference, its mistakes at their lines, and what it would do.
+
+    diff       +  12  XIC(Go)OTX(Lamp);
+    mistake       12  no instruction OTX
+    groups     restart: Size; new: Count
+
+Pages show it; nothing changes until one takes the edit over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from difflib import SequenceMatcher
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.site import Site, SiteError, sites_of
+from scanrack.jobs.check import check_rack
+from scanrack.jobs.load.loading import LoadedRack
+from scanrack.jobs.prove.serving.effects import Group
+from scanrack.jobs.run.editing import DescribedEdit
+from scanrack.ladder.model.errors import BuildError
+from scanrack.ladder.python.online.field_plan import EditRefusal
+
+Json = dict[str, Any]
+
+NEAR = 3
+"""Unchanged lines shown before and behind a change."""
+
+MOST_ROWS = 600
+"""Most lines of a difference that a page receives."""
+
+MOST_COMPARED = 4_000_000
+"""Product of the numbers of lines up to which changed parts are compared line by line."""
+
+MOST_NAMES = 200
+"""Most names of a group that a page receives."""
+
+
+def mistake_of(error: Exception, program: Path) -> Json:
+    """Return a mistake for a page: its text, the program's file, and its line if that is known.
+
+    >>> from scanrack.io_images.site import Site, SiteError
+    >>> mistake_of(SiteError.at(Site(file="demo.rung", line=12), "no tag Rum"), Path("demo.rung"))
+    {'text': 'demo.rung:12: no tag Rum', 'file': 'demo.rung', 'line': 12}
+    """
+    lines = (each.line for each in sites_of(error) if Path(each.file).name == program.name)
+    line = next(filter(None, lines), None)
+    restarts = {"restart": list(error.sequences)} if isinstance(error, EditRefusal) else {}
+    return {"text": str(error), "file": program.name, "line": line, **restarts}
+
+
+def mistakes_of(error: Exception, program: Path) -> list[Json]:
+    """Return the mistakes of an edit one by one, as `mistake_of` does, without their places in the texts."""
+    for each in reversed(list(_causes(error))):  # the rack file's own only says which program is unusable
+        if isinstance(each, EditRefusal):
+            return _refusals(each, program)
+        if isinstance(each, BuildError):
+            return [_mistake(f"{one.text}; {one.remedy}", one.site, program) for one in each.problems]
+        if isinstance(each, SiteError) and each.sites:
+            return [_mistake(each.reason, each.site, program)]
+    return [mistake_of(error, program)]
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    while error is not None:
+        yield error
+        error = error.__cause__
+
+
+def _refusals(error: EditRefusal, program: Path) -> list[Json]:
+    """Return why each sequence can't continue: `old` is the line of the running program where it waits."""
+    restart = list(error.sequences)
+    if not error.refusals:
+        return [{**_mistake(error.reason, error.site, program), "restart": restart}]
+    return [
+        {"text": each.reason, "file": program.name, "line": None, "old": each.site.line, "restart": restart}
+        for each in error.refusals
+    ]
+
+
+def _mistake(text: str, site: Site, program: Path) -> Json:
+    own = Path(site.file).name in ("", program.name)
+    return {"text": text, "file": program.name, "line": site.line if own else None}
+
+
+def findings_of(job: LoadedRack) -> list[Json]:
+    """Return what `scanrack check` says of a program's own file: line, rule and sentence."""
+    return [
+        {"line": each.place.line, "rule": each.rule, "text": f"{each.text}; {each.row.remedy}"}
+        for each in check_rack(job).findings
+        if Path(each.place.file).name == job.program.name
+    ]
+
+
+def new_findings(found: Iterable[Json], known: Iterable[Json]) -> list[Json]:
+    """Return the findings that an earlier version did not have, whatever their lines."""
+    left = [(each["rule"], each["text"]) for each in known]
+    new = []
+    for each in found:
+        if (each["rule"], each["text"]) in left:
+            left.remove((each["rule"], each["text"]))
+        else:
+            new.append(each)
+    return new
+
+
+def preview_of(
+    program: Path,
+    texts: tuple[str, str],
+    *,
+    edit: DescribedEdit | None = None,
+    mistakes: Iterable[Json] = (),
+    findings: Iterable[Json] = (),
+    effects: Iterable[Group] = (),
+) -> Json:
+    """Return a preview for a page.
+
+    Args:
+        program: the file.
+        texts: the one that runs, and the edited one.
+        edit: what it would do; None if it can't be taken over.
+        mistakes: why, as `mistakes_of` has them.
+        findings: what `check` says of it and not of the one that runs.
+        effects: what it can change in any run, by kind.
+    """
+    refused, found = list(mistakes), list(findings)
+    marked = {("new", each["line"]) for each in (*refused, *found)} | {
+        ("old", each.get("old")) for each in refused
+    }
+    rows = rows_of(*texts, marked)
+    told = () if edit is None else (*edit.groups, *effects)
+    groups = [(title, list(names)) for title, names in told if names]
+    return {
+        "file": program.name,
+        "rows": rows[:MOST_ROWS],
+        "more": max(0, len(rows) - MOST_ROWS),
+        "mistakes": refused,
+        "findings": found,
+        "keeps": "" if edit is None else edit.keeps,
+        "groups": [{"title": title, "names": names[:MOST_NAMES]} for title, names in groups],
+        "restart": next((each["restart"] for each in refused if each.get("restart")), []),
+    }
+
+
+def rows_of(before: str, after: str, marked: Iterable[tuple[str, int | None]] = ()) -> list[Json]:
+    r"""Return the lines of a difference, and those near marked lines.
+
+    A row has `sign` (" ", "+", "-"), `old` and `new` line numbers, from 1, or None, and its `text`. A row
+    without a text stands for lines that are left out. A marked line is `("new", 12)`, or `("old", 12)` of the
+    first text.
+
+    >>> [(row["sign"], row["new"], row["text"]) for row in rows_of("a\nb", "a\nc")]
+    [(' ', 1, 'a'), ('-', None, 'b'), ('+', 2, 'c')]
+    """
+    rows = list(_rows(before.splitlines(), after.splitlines()))
+    changed = [place for place, row in enumerate(rows) if row["sign"] != " "]
+    lines = set(marked)
+    noted = [
+        place
+        for place, row in enumerate(rows)
+        for side in ("old", "new")
+        if row[side] and (side, row[side]) in lines
+    ]
+    seen = {each for place in changed for each in range(place - NEAR, place + NEAR + 1)}
+    seen |= {each for place in noted for each in range(place - 1, place + 2)}
+    found: list[Json] = []
+    for place, row in enumerate(rows):
+        if place in seen:
+            found.append(row)
+        elif found and found[-1]["text"] is not None:
+            found.append({"sign": " ", "old": None, "new": None, "text": None})
+    return found[:-1] if found and found[-1]["text"] is None else found
+
+
+def _rows(before: list[str], after: list[str]) -> Iterator[Json]:
+    """Yield all lines of both texts in the order of a difference."""
+    for tag, first, last, start, end in _changes(before, after):
+        if tag == "equal":
+            for number in range(last - first):
+                yield _row(" ", first + number + 1, start + number + 1, before[first + number])
+            continue
+        for number in range(first, last):
+            yield _row("-", number + 1, None, before[number])
+        for number in range(start, end):
+            yield _row("+", None, number + 1, after[number])
+
+
+def _row(sign: str, old: int | None, new: int | None, text: str) -> Json:
+    return {"sign": sign, "old": old, "new": new, "text": text}
+
+
+def _changes(before: list[str], after: list[str]) -> Iterator[tuple[str, int, int, int, int]]:
+    """Yield equal and changed parts; the equal ends are found first, so that a small edit costs little."""
+    most = min(len(before), len(after))
+    head = next((n for n in range(most) if before[n] != after[n]), most)
+    tail = next((n for n in range(most - head) if before[-1 - n] != after[-1 - n]), most - head)
+    one, other = before[head : len(before) - tail], after[head : len(after) - tail]
+    yield "equal", 0, head, 0, head
+    if len(one) * len(other) > MOST_COMPARED:
+        yield "replace", head, head + len(one), head, head + len(other)
+    else:
+        for tag, first, last, start, end in SequenceMatcher(None, one, other).get_opcodes():
+            yield tag, head + first, head + last, head + start, head + end
+    yield "equal", len(before) - tail, len(before), len(after) - tail, len(after)

@@ -1,0 +1,228 @@
+"""`scanrack watch TRACE`: a recording in the same page as a running rack."""
+
+from __future__ import annotations
+
+import re
+import secrets
+import tempfile
+import webbrowser
+from collections.abc import Callable
+from contextlib import ExitStack
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+from urllib.parse import parse_qs, quote
+
+from scanrack.jobs.load.loading import LoadedRack
+from scanrack.jobs.record.order_repeater import is_session, lost_edits, orders_of
+from scanrack.jobs.record.program_versions import ProgramVersions, edits_of, version_of, versions_of
+from scanrack.jobs.trust.attachments import job_of, spec_of
+from scanrack.jobs.trust.trust import UntrustedError
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.live.actions import Edit
+from scanrack.runtime.loop.pace import interrupted_by
+from scanrack.runtime.loop.scan import ScanFlag
+from scanrack.terminal.status import BAD_INPUT, INTERRUPTED, complain, reason
+from scanrack.terminal.terminal import say
+from scanrack.traces.format.topics import ORDERS
+from scanrack.traces.read.arrays import extent, read_columns
+from scanrack.traces.read.columns import Selection
+from scanrack.traces.read.reader import Trace, open_trace
+
+from .gate import HOST, KEY_BYTES, Gate, listen
+from .monitors.comparison import OpenedBeside
+from .monitors.monitor import SessionFacts
+from .monitors.trace_monitor import Source, TraceMonitor
+from .options import WatchArguments, WatchOptions
+
+if TYPE_CHECKING:
+    from .play import Play
+
+Prepare = Callable[..., None]
+"""Prepares branches: `Play.prepare_branch`."""
+
+UNTRUSTED = (
+    "The program is not shown: it is Python that came with the trace, and to show its values it has to run. "
+    "Read it with: scanrack show {0} --extract FOLDER. Then: scanrack watch {0} --trust"
+)
+
+
+class TracePlace(NamedTuple):
+    """The place `TRACE#scan=12345&rung=Main.6`."""
+
+    path: Path
+    scan: int | None  # None = the last one
+    rung: str  # "" = none
+
+
+def place_of(text: str) -> TracePlace:
+    """Parse a place in a trace; ValueError if the scan is not a number.
+
+    >>> place_of("run.mcap#scan=12&rung=Main.6")
+    TracePlace(path=PosixPath('run.mcap'), scan=12, rung='Main.6')
+    """
+    path, _, rest = text.partition("#")
+    fields = {key: values[-1] for key, values in parse_qs(rest).items()}
+    scan = fields.get("scan")
+    if scan is not None and not re.fullmatch(r"\d{1,10}", scan):
+        raise ValueError(f"{text}: scan {scan!r} is not the number of a scan")
+    return TracePlace(Path(path), None if scan is None else int(scan), fields.get("rung", ""))
+
+
+def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> int:
+    """Serve a recording until Ctrl-C, or until a branch of it begins; return the exit status.
+
+    Raises:
+        ValueError: the recording or the port can't be used.
+    """
+    from .server import Server  # imported late: no other command needs websockets in its own process
+
+    with ExitStack() as stack:
+        trace = stack.enter_context(open_trace(place.path))
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
+        listening = stack.enter_context(listen(port))
+        key, number = secrets.token_hex(KEY_BYTES), listening.getsockname()[1]
+        begun: list[Play] = []
+
+        def prepare(*words: Any, **more: Any) -> None:
+            from .play import Play  # its imports take longer than the first page
+
+            asked = WatchArguments(rack=str(place.path), port=port, record=place.path)
+            begun[:] = [Play(WatchOptions(asked, editable=False), listening, folder, stack, key)]
+            begun[0].prepare_branch(*words, **more)
+
+        recording = OpenedRecording(trace, place, folder, trust=trust)
+        monitor = recording.monitor(prepare)
+        for note in trace.notes:
+            complain(f"note: {note}")
+        monitor.opener = open_beside
+        link = f"http://{HOST}:{number}/#key={key}{_fragment(place)}"
+        say(f"{link} - Ctrl-C ends it")
+        if opened:
+            webbrowser.open(link)
+        try:
+            Server(monitor, Gate(HOST, number, key)).run(listening.dup())
+        except KeyboardInterrupt:
+            return complain(f"stopped by {interrupted_by()}", INTERRUPTED)
+        assert recording.job is not None
+        return begun[0].go_on(recording.job)
+
+
+def _fragment(place: TracePlace) -> str:
+    scan = "" if place.scan is None else f"&scan={place.scan}"
+    return scan + (f"&rung={quote(place.rung)}" if place.rung else "")
+
+
+def open_beside(path: Path) -> OpenedBeside:
+    """Open a recording to compare with: nothing of Python that came with it runs.
+
+    Raises:
+        ValueError: it can't be used.
+        OSError: it can't be read.
+    """
+    with ExitStack() as stack:
+        monitor = open_to_read(stack, path, trust=False)
+        stack.callback(monitor.elsewhere.close)
+        return OpenedBeside(monitor, stack.pop_all().close)
+
+
+def open_to_read(
+    stack: ExitStack, path: Path, *, trust: bool, told: Callable[[Trace], None] | None = None
+) -> TraceMonitor:
+    """Return the monitor of a recording that has no branches, open as long as the stack lasts.
+
+    Args:
+        told: called with the recording when it is closed, also if it is refused.
+    """
+    trace = stack.enter_context(open_trace(path))
+    folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
+    if told is not None:
+        stack.callback(told, trace)
+    return OpenedRecording(trace, TracePlace(path, None, ""), folder, trust=trust).monitor()
+
+
+class OpenedRecording:
+    """A recording with the usable parts of its rack and programs.
+
+    Args:
+        place: its path, and the first scan of pages.
+
+    Raises:
+        ValueError: the trace does not name its rack, or its files can't be used.
+    """
+
+    def __init__(self, trace: Trace, place: TracePlace, folder: Path, *, trust: bool) -> None:
+        self._trace, self._place = trace, place
+        self._edits = edits_of(trace)
+        self.job: LoadedRack | None = None
+        self._editions: ProgramVersions | None = None
+        try:
+            self.job = job_of(trace, folder / "files", trust=trust)
+            self._editions = versions_of(trace, self._edits, self.job, folder / "programs", trust=trust)
+            self._spec: RackSpec = self.job.spec
+        except UntrustedError as error:
+            complain(f"note: the program is not shown: {error}", BAD_INPUT)
+            self.job, self._spec = None, spec_of(trace, folder / "rack", trust=trust)
+
+    def monitor(self, prepare: Prepare | None = None) -> TraceMonitor:
+        """Return the monitor of the recording; without `prepare` it has no branches."""
+        trace, path = self._trace, str(self._place.path)
+        name = trace.head.metadata.get("name", self._place.path.stem)
+        about = SessionFacts(
+            version("scanrack"), name, path, "trace", True, False, path, branches=self.job is not None
+        )
+        return TraceMonitor(
+            about,
+            trace,
+            self._place.path,
+            self._spec,
+            self._sources(),
+            self._place.scan,
+            lambda scan, paused: self._branch(prepare, scan, paused=paused),
+        )
+
+    def _sources(self) -> list[Source]:
+        """Return its programs, in the order of their scans; unknown ones without their logic."""
+        if self.job is None or self._editions is None:
+            return [Source(0, None, None, UNTRUSTED.format(self._place.path))]
+        found = [Source(0, self.job.logic, self.job.program)]
+        for each in self._edits:
+            if isinstance(each.order, Edit):
+                job = self._editions.job(each.order.number)
+                found.append(Source(each.scan, job.logic, job.program))
+        return sorted(found, key=lambda each: each.first)
+
+    def _branch(self, prepare: Prepare | None, scan: int, *, paused: bool) -> None:
+        """Prepare a session that repeats the recording up to a scan; ValueError if that is impossible."""
+        if prepare is None:
+            raise ValueError("branches begin in the page of the recording itself")
+        if self.job is None or self._editions is None:
+            raise ValueError("the program may not run here: see --trust")
+        ends = extent(self._trace).scan.tolist()
+        if ends[0]:
+            raise ValueError(f"the recording begins with scan {ends[0]}: a branch repeats it from scan 0 on")
+        lost = lost_edits(self._trace.events())
+        if lost and lost[0] <= scan:
+            raise ValueError(f"the recording lacks the program that ran from scan {lost[0]} on")
+        if not is_session(self._trace):
+            self._check_untouched(scan)
+        try:
+            editions = self._editions.of_a_session(version_of(self.job))
+        except OSError as error:
+            raise ValueError(f"the programs of a branch can't be written: {reason(error)}") from error
+        orders = orders_of(self._trace.events(topics={ORDERS.name, "/events"}))
+        prepare(scan, orders, editions, self._place.path, paused=paused)
+
+    def _check_untouched(self, scan: int) -> None:
+        """Refuse a recording of an operated bench, which has no orders.
+
+        Raises:
+            ValueError: a script set tags, or pressed inputs.
+        """
+        flags = read_columns(self._trace, Selection(0, scan)).flags
+        touched = (flags & (ScanFlag.TAGS_FROM_OUTSIDE | ScanFlag.INPUT_FORCES | ScanFlag.OUTPUT_FORCES)) != 0
+        if touched.any() and not self._spec.force:
+            first = int(touched.argmax())
+            raise ValueError(
+                f"tags or images were set in scan {first} by a script, which the recording does not bring"
+            )

@@ -1,0 +1,188 @@
+"""The server of a monitor: files and one socket per page. The only file that imports `websockets`."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import socket
+import traceback
+from contextlib import suppress
+from http import HTTPStatus
+from multiprocessing.connection import Connection
+from typing import Any
+
+from scanrack.runtime.live.actions import parsed
+from scanrack.runtime.live.quiet import CLIENT_LOGS, quiet
+from websockets.asyncio.server import ServerConnection, serve
+from websockets.datastructures import Headers
+from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
+
+from .gate import Gate
+from .monitors.monitor import Monitor
+from .monitors.page import Page
+from .monitors.questions import ask
+
+HZ, IDLE_HZ = 30, 10
+"""Frames per second, with pages and without."""
+
+BUSY_S = 0.025
+"""Longest work of a monitor between two frames."""
+
+MESSAGE_MOST = 1 << 16
+OUTBOX_MOST = 200
+"""Most waiting messages of a page: one that does not read them gets no further answers."""
+
+PAGES_MOST = 8
+STRANGERS_MOST = 16
+"""Most sockets that have not sent the key yet."""
+
+KEY_S = 5
+"""Longest time of a socket to send the key."""
+
+WRONG_KEY, FAILED, TOO_MANY = 1008, 1011, 1013
+"""Reasons to close a socket [RFC 6455, section 7.4.1, and IANA's registry]."""
+
+
+class Server:
+    """Serves a monitor."""
+
+    def __init__(self, monitor: Monitor, gate: Gate, pipe: Connection | None = None) -> None:
+        self._monitor, self._gate, self._pipe = monitor, gate, pipe
+        self._strangers = 0
+
+    def run(self, listening: socket.socket) -> None:
+        """Serve until the scan process has ended, or a recording continues as a session."""
+        quiet(*CLIENT_LOGS)
+        # Windows' usual loop keeps a listening socket to itself: the next monitor could not use it
+        with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
+            runner.run(self._run(listening))
+
+    async def _run(self, listening: socket.socket) -> None:
+        async with serve(
+            self._socket,
+            sock=listening,
+            process_request=self._request,
+            max_size=MESSAGE_MOST,
+            compression=None,
+            server_header=None,
+        ):
+            try:
+                await self._pump()
+                await self._flush()
+            finally:
+                self._monitor.elsewhere.close()
+
+    async def _pump(self) -> None:
+        """Call the monitor's `tick` regularly."""
+        loop = asyncio.get_running_loop()
+        due = loop.time()
+        while not self._ended():
+            due = max(due + 1 / (HZ if self._monitor.pages else IDLE_HZ), loop.time())
+            await asyncio.sleep(due - loop.time())
+            self._monitor.elsewhere.tick()
+            while (self._monitor.tick() | self._monitor.tick_compared()) and loop.time() < due + BUSY_S:
+                await asyncio.sleep(0)
+
+    async def _flush(self) -> None:
+        for _ in range(HZ):
+            if any(page.outbox for page in self._monitor.pages):
+                await asyncio.sleep(1 / HZ)
+
+    def _ended(self) -> bool:
+        if self._monitor.over:
+            return True
+        if self._pipe is None:
+            return False
+        try:
+            return self._pipe.poll(0) and not self._pipe.recv_bytes()
+        except (EOFError, OSError):
+            return True
+
+    def _request(self, _connection: ServerConnection, request: Request) -> Response | None:
+        """Answer a request for a file; let one for the socket through."""
+        headers = request.headers
+        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+        host = hosts[0] if len(hosts) == 1 else None
+        answer = self._gate.answer(request.path, host, ",".join(origins) if origins else None)
+        if answer is None:
+            return None
+        reason = HTTPStatus(answer.status).phrase
+        return Response(answer.status, reason, Headers(answer.headers.items()), answer.body)
+
+    async def _socket(self, connection: ServerConnection) -> None:
+        if self._strangers >= STRANGERS_MOST:
+            await connection.close(TOO_MANY, "too many connections")
+            return
+        self._strangers += 1
+        try:
+            known = await self._gives_key(connection)
+        finally:
+            self._strangers -= 1
+        if not known:
+            await connection.close(WRONG_KEY, "the link has no key, or another one: open the one printed")
+        elif len(self._monitor.pages) >= PAGES_MOST:
+            await connection.close(TOO_MANY, f"{PAGES_MOST} pages are open: close one")
+        else:
+            await self._serve(connection)
+
+    async def _gives_key(self, connection: ServerConnection) -> bool:
+        try:
+            said = parsed(await asyncio.wait_for(connection.recv(), KEY_S))
+        except (ValueError, TimeoutError, ConnectionClosed):
+            return False
+        return isinstance(said, dict) and self._gate.fits(said.get("key"))
+
+    async def _serve(self, connection: ServerConnection) -> None:
+        page = Page()
+        self._monitor.join(page)
+        sending = asyncio.create_task(self._send(connection, page))
+        try:
+            async for text in connection:
+                self._take(page, text)
+        except ConnectionClosed:
+            pass
+        finally:
+            self._monitor.leave(page)
+            sending.cancel()
+            with suppress(asyncio.CancelledError, ConnectionClosed):
+                await sending
+
+    def _take(self, page: Page, text: str | bytes) -> None:
+        if len(page.outbox) >= OUTBOX_MOST:
+            return
+        if not page.may_ask():
+            page.send({"answer": {"id": None, "refused": "more than 100 messages a second"}})
+            return
+        try:
+            said = parsed(text)
+        except ValueError as error:
+            page.send({"answer": {"id": None, "refused": f"this is not JSON: {error}"}})
+            return
+        ask(self._monitor, page, said)
+
+    async def _send(self, connection: ServerConnection, page: Page) -> None:
+        """Send due messages. A slow page delays only itself, and gets fewer frames."""
+        while True:
+            await page.due.wait()
+            page.due.clear()
+            while page.outbox:
+                await connection.send(_json(page.outbox.popleft()))
+            frame = self._frame(page)
+            if frame is None:
+                await connection.close(FAILED, "this picture can't be made; the terminal says why")
+                return
+            if frame:
+                await connection.send(_json({"frame": frame}))
+
+    def _frame(self, page: Page) -> dict[str, Any] | None:
+        """Return the changes for a page; None after our own mistake, which ends this page only."""
+        try:
+            return self._monitor.frame(page)
+        except Exception:  # our own mistake: printed where the session was started
+            traceback.print_exc()
+            return None
+
+
+def _json(message: object) -> str:
+    return json.dumps(message, ensure_ascii=False, separators=(",", ":"), allow_nan=False)

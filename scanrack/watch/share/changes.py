@@ -1,0 +1,160 @@
+"""The values of a recording as lists of changes, collected in one walk over its scans.
+
+    scan       100  101  102  103  104
+    value        7    7    9    9    7      list: scans 100 102 104, values 7 9 7
+
+A browser finds the value of a scan by bisection. In a page the scans are differences, see `packed`.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from scanrack.io_images.memory_layout import MemoryLayout
+from scanrack.runtime.live.ring import Rows
+
+from ..history.catalog import shown_value
+from ..history.timeline import Timeline
+
+ROWS_AT_ONCE = 4096
+"""Scans of recorded values that are read at once."""
+
+
+class Difference(NamedTuple):
+    """The first scan in which two recordings differ."""
+
+    scan: int
+    keys: Sequence[str]  # of the lists that differ in it
+
+
+class ChangeLists:
+    """Lists of changes by key: the part of a frame, and the name, such as `tags 0 Start`."""
+
+    def __init__(self) -> None:
+        self._lists: dict[str, tuple[list[int], list[Any]]] = {}
+
+    def note(self, key: str, scan: int, value: Any) -> None:
+        """Note the value of a scan; scans come in order."""
+        scans, values = self.of(key)
+        if not values or values[-1] != value:
+            scans.append(scan)
+            values.append(value)
+
+    def of(self, key: str) -> tuple[list[int], list[Any]]:
+        """Return a list: the scans of its changes, and the values from them on."""
+        return self._lists.setdefault(key, ([], []))
+
+    def take(self, key: str, scans: list[int], values: list[Any]) -> None:
+        """Take a whole list."""
+        self._lists[key] = scans, values
+
+    def at(self, key: str, scan: int) -> Any:
+        """Return the value of a list in a scan; None before its first one."""
+        scans, values = self._lists[key]
+        place = bisect_right(scans, scan) - 1
+        return None if place < 0 else values[place]
+
+    def first_difference(self, other: ChangeLists, parts: Collection[str], scans: range) -> Difference | None:
+        """Return the first scan in which lists of both differ, and their keys; None if none does.
+
+        Args:
+            parts: whose lists are compared.
+            scans: those that both have.
+        """
+        found: dict[str, int] = {}
+        for key in self._lists.keys() & other._lists.keys():
+            if key.partition("\n")[0] in parts and self._lists[key] != other._lists[key]:
+                changes = {scans.start, *self._lists[key][0], *other._lists[key][0]}
+                for scan in sorted(each for each in changes if each in scans):
+                    if self.at(key, scan) != other.at(key, scan):
+                        found[key] = scan
+                        break
+        if not found:
+            return None
+        first = min(found.values())
+        return Difference(first, sorted(key for key, scan in found.items() if scan == first))
+
+    def packed(self, first: int) -> dict[str, dict[str, Any]]:
+        """Return the lists for a page: scans as differences, the first one from a scan, and their values.
+
+        Whole numbers are differences, too (`columns`: one list per element of an array), so that what counts
+        costs next to nothing.
+        """
+        return {
+            key: {"steps": _steps(scans, first), **_packed(values)}
+            for key, (scans, values) in self._lists.items()
+        }
+
+    def last_changes(self, part: str, scan: int) -> dict[str, int]:
+        """Return the last change of each list of a part up to a scan, by name."""
+        found = {}
+        for key, (scans, _) in self._lists.items():
+            if key.startswith(f"{part}\n"):
+                found[key.split("\n")[-1]] = max((each for each in scans[1:] if each <= scan), default=-1)
+        return found
+
+
+def _steps(scans: Sequence[int], first: int) -> list[int]:
+    steps: list[int] = np.diff(np.asarray(scans, np.int64), prepend=first).tolist()
+    return steps
+
+
+def _packed(values: list[Any]) -> dict[str, Any]:
+    if all(map(_is_small, values)):
+        return {"differences": _differences(values)}
+    if all(isinstance(each, list) and len(each) == len(values[0]) for each in values):
+        columns = [list(each) for each in zip(*values, strict=True)]
+        if columns and all(_is_small(each) for column in columns for each in column):
+            return {"columns": list(map(_differences, columns))}
+    return {"values": values}
+
+
+def _is_small(value: object) -> bool:
+    """Whether a value is a whole number whose differences a browser adds exactly."""
+    return type(value) is int and abs(value) < 1 << 52
+
+
+def _differences(values: Sequence[int]) -> list[int]:
+    return [one - other for one, other in zip(values, [0, *values], strict=False)]
+
+
+def take_words(lists: ChangeLists, rows: Rows, layout: MemoryLayout) -> None:
+    """Collect the words of the images, inputs before outputs as in frames."""
+    words, scans = rows["words"], rows["scan"]
+    for slot, places in layout.places.items():
+        images = [words[:, places.columns(image)] for image in ("I", "O")]
+        for place, values in enumerate(np.concatenate(images, axis=1).T):
+            at = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
+            lists.take(f"words\n{slot}\n{place}", scans[at].tolist(), values[at].tolist())
+
+
+def take_recorded(
+    lists: ChangeLists, number: int, timeline: Timeline, names: Iterable[str], scans: Sequence[int]
+) -> None:
+    """Collect the recorded values of a program in Python."""
+    wanted = list(names)
+    for begin in range(0, len(scans), ROWS_AT_ONCE):
+        piece = scans[begin : begin + ROWS_AT_ONCE]
+        _, values = timeline.recorded(wanted, piece[0], piece[-1])
+        for name in wanted:
+            column = values.get(name) or _whole(name, values)
+            for scan, value in zip(piece, column, strict=False):
+                lists.note(f"tags\n{number}\n{name}", scan, shown_value(value))
+
+
+def _whole(name: str, values: Mapping[str, list[Any]]) -> list[Any]:
+    """Return the values of an array from those of its elements."""
+    return [
+        list(each)
+        for each in zip(*(v for key, v in values.items() if key.startswith(f"{name}[")), strict=True)
+    ]
+
+
+def take_states(lists: ChangeLists, states: Mapping[str, Callable[[int], Any]], scans: Iterable[int]) -> None:
+    """Collect the states of scans: forces, waiting lines, rules, faults."""
+    for scan in scans:
+        for key, read in states.items():
+            lists.note(key, scan, read(scan))

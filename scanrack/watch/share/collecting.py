@@ -1,0 +1,215 @@
+"""The data of a shared page: a stretch of a recording, as its page asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.ladder.debug.causes import Causes
+from scanrack.runtime.live.ring import Rows
+from scanrack.runtime.machine.spec import INPUT_NAMES
+
+from ..history.stretch import Stretch
+from ..monitors.monitor import SPEED_SCANS
+from ..monitors.page import Page
+from ..monitors.picture import mode_of
+from ..monitors.questions import EVENTS_MOST
+from ..monitors.trace_monitor import IMPURE, TraceMonitor
+from ..monitors.why_questions import why
+from .changes import ChangeLists, take_recorded, take_states, take_words
+from .ladder_walk import LadderWalk, take_ladder
+
+WIDTHS = (56, 88, 120)
+"""Columns that rungs are drawn for."""
+
+MOST_ANSWERS = 20
+"""Tags of which the page answers why."""
+
+OTHER_ANSWERS = 2
+"""Tags among them that nobody asked for: those that changed last."""
+
+MOST_EVENTS = 20_000
+"""Events of a page, the latest ones."""
+
+Json = dict[str, Any]
+
+
+class SharedStretch(NamedTuple):
+    """The scans of a shared page."""
+
+    first: int
+    last: int
+    scan: int  # the first one shown
+
+
+def collect(
+    monitor: TraceMonitor,
+    wanted: SharedStretch,
+    tags: Sequence[str] = (),
+    others: int = OTHER_ANSWERS,
+    failed: Callable[[ChangeLists], Json] | None = None,
+) -> Json:
+    """Return the data of a page.
+
+    Args:
+        monitor: of the recording; it is asked until it has read everything.
+        tags: whose why is answered first.
+        others: number of tags whose why is answered then: those that changed last before the scan.
+        failed: returns what the page says of the test that has failed.
+    """
+    subject, (first, last, scan) = monitor.subject, wanted
+    lists, lead, own, events, programs = gathered(monitor, wanted)
+    before = [each for each in events if each["scan"] < first][-EVENTS_MOST:]
+    hello = subject.described(monitor.about, subject.programs.at(scan))
+    if failed is not None:
+        hello |= {"failure": failed(lists)}
+    name = Path(str(monitor.about.path)).name  # folders of this machine are nobody's business
+    return {
+        "range": [first, last],
+        "lead": lead,
+        "scan": scan,
+        "holes": _holes(own["scan"]),
+        "hello": hello | {"branches": False, "incidents": [], "path": name, "record": name, "shared": True},
+        "programs": programs,
+        "modes": {
+            slot: {"in": words.modes.word("in"), "out": words.modes.word("out")}
+            for slot, words in subject.words.items()
+            if words.modes is not None
+        },
+        "formats": monitor.states.formats.changes(),
+        "steppers": [slot for slot, words in subject.words.items() if is_stepper(words)],
+        "machines": list(subject.places.machines),
+        "inputs": {name: bit.value for name, bit in INPUT_NAMES.items()},
+        "lists": lists.packed(lead),
+        "events": before + [each for each in events if each["scan"] >= first],
+        "whys": _answers(monitor, lists, scan, tags, others),
+        "notes": [IMPURE] if any(_is_impure(each) for each in subject.programs.all) else [],
+    }
+
+
+class StretchValues(NamedTuple):
+    """The values and programs of a stretch."""
+
+    lists: ChangeLists
+    lead: int  # the first scan of its words, some before its own, for speeds
+    own: Rows
+    events: Sequence[Json]  # all up to its end
+    programs: Sequence[Json]
+
+
+def gathered(monitor: TraceMonitor, wanted: SharedStretch) -> StretchValues:
+    """Return the values and programs of a stretch; the monitor is asked until it has read everything."""
+    subject, lists = monitor.subject, ChangeLists()
+    start = subject.timeline.extent[0] if subject.timeline.extent else 0
+    if wanted.first == 0:
+        monitor.run_once()
+    while monitor.tick():
+        pass
+    lead = max(start, wanted.first - SPEED_SCANS)
+    rows = subject.timeline.between(lead, wanted.last)
+    take_words(lists, rows, subject.spec.layout)
+    _take_times(lists, rows, subject.spec.scan_ns)
+    own = rows[np.searchsorted(rows["scan"], wanted.first) :]
+    events = monitor.states.up_to(wanted.last, MOST_EVENTS)
+    _take_events(lists, monitor, own, events)
+    programs = [_program(monitor, lists, each, own["scan"].tolist()) for each in _shown(monitor, wanted)]
+    return StretchValues(lists, lead, own, events, programs)
+
+
+def _is_impure(program: Stretch) -> bool:
+    return program.past is not None and program.past.is_impure
+
+
+def _shown(monitor: TraceMonitor, wanted: SharedStretch) -> Iterable[Stretch]:
+    """Return the programs that ran some of the scans."""
+    programs = monitor.subject.programs
+    return [
+        each for each in programs.all if each.first <= wanted.last and programs.end_of(each) >= wanted.first
+    ]
+
+
+def _take_times(lists: ChangeLists, rows: Rows, period_ns: int) -> None:
+    for scan, off in zip(
+        rows["scan"].tolist(),
+        (rows["now_ns"] - rows["scan"].astype(np.int64) * period_ns).tolist(),
+        strict=True,
+    ):
+        lists.note("offset", scan, off)
+
+
+def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: Sequence[Json]) -> None:
+    """Collect the mode of each scan, and the states that events change."""
+    states, scans = monitor.states, rows["scan"]
+    for place in np.flatnonzero(np.diff(rows["flags"], prepend=~rows["flags"][:1])).tolist():
+        lists.note("mode", int(scans[place]), mode_of(int(rows["flags"][place])))
+    first, last = int(scans[0]), int(scans[-1])
+    told = {each["scan"] + after for each in events for after in (0, 1)} | {first}
+    told |= {fault.scan for fault in states.faults_at(last)}
+    readers = {
+        "forced": states.forces_at,
+        "lines": states.lines_at,
+        "rules": states.rules_at,
+        "pressed": states.pressed_at,
+        "faults": monitor.faults,
+    }
+    take_states(lists, readers, sorted(each for each in told if first <= each <= last))
+
+
+def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans: Sequence[int]) -> Json:
+    """Return a program with its drawings and uses; collect its power and values."""
+    subject, number = monitor.subject, program.number
+    described = program.described(subject.values)
+    end = subject.programs.end_of(program)
+    own = [each for each in scans if program.first <= each <= end]
+    panel = monitor.panel.described(subject.bindings(program), "this is a recording")
+    shows, names, known = {}, [each["name"] for each in described["tags"]], own[-1] + 1
+    names += [each["read"] for each in panel["bound"]]
+    if program.catalog is None:
+        if program.source is not None:
+            _, answer = program.source.show(tuple(subject.values))
+            shows[answer["routine"]] = {WIDTHS[0]: answer}
+        take_recorded(lists, number, subject.timeline, subject.values, own)
+    else:
+        drawn = []
+        for each in described["routines"]:
+            widths = WIDTHS if each["kind"] == "ladder" else WIDTHS[:1]
+            answers = {width: program.catalog.show(each["name"], width) for width in widths}
+            shows[each["name"]] = {width: answer for width, (_, answer) in answers.items()}
+            drawn.append(answers[widths[0]][0])
+            names += drawn[-1].names
+        replica = program.past
+        assert replica is not None
+        walk = LadderWalk(lists, number, replica.engine, drawn, dict.fromkeys(names))
+        known = take_ladder(replica, walk, range(own[0], own[-1] + 1))
+    return {
+        "first": program.first,
+        "known": known,
+        "described": described,
+        "shows": shows,
+        "panel": panel,
+    }
+
+
+def _holes(scans: np.ndarray[Any, Any]) -> list[list[int]]:
+    """Return the first and last scan of each gap."""
+    gaps = np.flatnonzero(np.diff(scans) != 1).tolist()
+    return [[int(scans[at]) + 1, int(scans[at + 1]) - 1] for at in gaps]
+
+
+def _answers(monitor: TraceMonitor, lists: ChangeLists, scan: int, first: Sequence[str], others: int) -> Json:
+    """Return why the tags have their values in a scan, and under "" why the CPU has faulted."""
+    program = monitor.subject.programs.at(scan)
+    if program.past is None:
+        return {}
+    changed = lists.last_changes(f"tags\n{program.number}", scan)
+    latest = sorted((each for each in changed if changed[each] >= 0), key=lambda each: -changed[each])
+    page, found, causes = Page(), {}, Causes(program.past)
+    page.program, page.past = program, scan
+    for tag in ["", *dict.fromkeys((*first, *latest[:others]))][: MOST_ANSWERS + 1]:
+        with suppress(ValueError):  # there is no fault; or a value of no tag
+            found[tag] = why(monitor, page, {"tag": tag} if tag else {"fault": True}, causes)
+    return {tag: answer for tag, answer in found.items() if answer}

@@ -1,0 +1,79 @@
+"""What a page says of a failed test: its message, and what differs from the last run that passed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from scanrack.io_images.memory_layout import MemoryLayout
+
+from ..monitors.trace_monitor import TraceMonitor
+from .changes import ChangeLists
+from .collecting import SharedStretch, gathered
+
+COMPARED = ("words", "power", "tags", "mode", "forced")
+"""The parts of a page that are compared with the run that passed."""
+
+MOST_NAMES = 8
+"""Most tags, rungs and images that are named."""
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """A test that has failed.
+
+    Attributes:
+        test: its name, as pytest shows it.
+        message: what it says.
+        tag: the one that it is about; the page opens the causes of its value. None = no tag.
+        passed: the trace of its last run that passed, if it was kept.
+    """
+
+    test: str
+    message: str
+    tag: str | None = None
+    passed: Path | None = None
+
+    def described(self, wanted: SharedStretch, passed: TraceMonitor | None, lists: ChangeLists) -> Json:
+        """Return what the page says of it.
+
+        Args:
+            wanted: the scans of the page.
+            passed: of the run that passed.
+            lists: the values of the run that failed.
+        """
+        told = {"test": self.test, "message": self.message, "tag": self.tag, "scan": wanted.scan}
+        extent = None if passed is None else passed.subject.timeline.extent
+        if passed is None or extent is None or extent[1] < wanted.first:
+            return told
+        last = min(wanted.last, extent[1])
+        others = gathered(passed, SharedStretch(wanted.first, last, last)).lists
+        found = lists.first_difference(others, COMPARED, range(wanted.first, last + 1))
+        if found is None:
+            return told | {"against": {"equal_to": last}}
+        before = found.scan == wanted.first > extent[0]  # earlier scans are not in the page
+        names = _named(found.keys, passed.subject.spec.layout)
+        return told | {"against": {"scan": found.scan, "before": before, **names}}
+
+
+def _named(keys: Iterable[str], layout: MemoryLayout) -> Json:
+    """Return the names of lists, by kind: tags, rungs, and images or states of the rack."""
+    tags, rungs, others = [], [], []
+    for key in keys:
+        part, *rest = key.split("\n")
+        if part == "tags":
+            tags.append(rest[-1])
+        elif part == "power":
+            rungs.append(rest[-1])
+        elif part == "words":
+            inputs = layout.places[int(rest[0])].columns("I")
+            image = "inputs" if int(rest[1]) < inputs.stop - inputs.start else "outputs"
+            others.append(f"slot {rest[0]} {image}")
+        else:
+            others.append({"mode": "mode", "forced": "forces"}[part])
+    lists = {"tags": tags, "rungs": rungs, "others": others}
+    return {kind: [*dict.fromkeys(names)][:MOST_NAMES] for kind, names in lists.items()}

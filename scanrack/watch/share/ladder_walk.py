@@ -1,0 +1,179 @@
+"""Power and tags of a ladder program as lists of changes, from one walk over its scans.
+
+A scan changes few of the program's variables. Only the tags in those are read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from itertools import chain, compress
+from operator import ne
+from types import CellType
+from typing import Any
+
+from scanrack.ladder.debug.journal import EVERY
+from scanrack.ladder.debug.replay import Truths
+from scanrack.ladder.debug.watching import WatchedEngine
+from scanrack.ladder.model.operands import Constant, Group, Place, can_fault, leaves_in
+from scanrack.ladder.model.types import BOOL, Elementary, count_of
+from scanrack.ladder.state.memory import Memory, column_in
+from scanrack.ladder.state.tag_bytes import TagBytes
+
+from ..history.catalog import PageRoutine, shown_value, value_of
+from ..history.program_replica import ProgramReplica
+from .changes import ChangeLists
+
+
+def take_ladder(replica: ProgramReplica, walk: LadderWalk, ends: range) -> int:
+    """Collect power and tags of a ladder program; return the scan after the last one that is known."""
+    scan = ends.start
+    for _ in replica.walk(ends.start, ends.stop - 1, noted=True):
+        walk.note(scan)
+        scan += 1
+        if scan % EVERY == 0:
+            replica.keep(scan)
+    return scan
+
+
+@dataclass(eq=False, slots=True)
+class _Tag:
+    """A tag with the scans and values of its changes."""
+
+    read: Callable[[], Any]
+    scans: list[int]
+    values: list[Any]
+
+
+@dataclass(slots=True)
+class _Variable:
+    """A variable of the program with its tags: by element, and those that any change may concern."""
+
+    cell: CellType
+    parts: list[list[_Tag]]  # by element; empty where changes of elements are not told apart
+    whole: list[_Tag] = field(default_factory=list)
+    before: Any = ()
+
+    def changed(self) -> Iterable[_Tag]:
+        """Return the tags that may have changed since the last call."""
+        now, before = self.cell.cell_contents, self.before
+        if now == before:
+            return ()
+        if isinstance(now, TagBytes):
+            now = now.saved()
+        elif isinstance(now, memoryview):
+            now = now.tolist()
+        if now == before:
+            return ()
+        self.before = now[:] if isinstance(now, list) else now
+        return chain(self.whole, *compress(self.parts, map(ne, now, before))) if self.parts else self.whole
+
+
+class LadderWalk:
+    """Notes what one scan after the other changes; only tags whose places have changed are read.
+
+    Args:
+        lists: get the changes.
+        number: of the program.
+        names: of the tags; unknown ones have no list.
+    """
+
+    def __init__(
+        self,
+        lists: ChangeLists,
+        number: int,
+        engine: WatchedEngine,
+        shown: Sequence[PageRoutine],
+        names: Iterable[str],
+    ) -> None:
+        self._lists, self._number, self._engine, self._shown = lists, number, engine, shown
+        self._names = [name for name in names if name in engine.tags]
+        self._notes: Sequence[object] = ()
+        self._power_of: dict[str, list[tuple[bool, ...] | None]] = {}
+        self._forces: object = None
+        self._tags: list[_Tag] = []
+        self._always: list[_Tag] = []
+        self._variables: dict[str, _Variable] = {}
+
+    def note(self, scan: int) -> None:
+        """Note the changes of the latest scan, which has this number."""
+        engine = self._engine
+        if self._notes != engine.notes:
+            self._notes = list(engine.notes)
+            self._note_power(scan, engine.truths)
+        if not self._tags:
+            self._tags = [self._tag(name) for name in self._names]
+        due: Iterable[_Tag] = chain(self._always, *[each.changed() for each in self._variables.values()])
+        if engine.memory.forces is not self._forces:
+            self._forces, due = engine.memory.forces, self._tags
+        for each in dict.fromkeys(due):
+            value = each.read()
+            if not each.values or each.values[-1] != value:
+                each.scans.append(scan)
+                each.values.append(value)
+
+    def _note_power(self, scan: int, truths: Truths) -> None:
+        for each in self._shown:
+            routine = each.name.upper()
+            now = [truths.get((routine, number)) for number in (*each.rungs, *each.lines)]
+            if self._power_of.get(routine) != now:
+                self._power_of[routine] = now
+                for key, value in each.power(truths).items():
+                    self._lists.note(f"power\n{self._number}\n{key}", scan, value)
+
+    def _tag(self, name: str) -> _Tag:
+        """Return a tag that is read when its variables change; always if only reading it can tell."""
+        tags, memory = self._engine.tags, self._engine.memory
+        where = tags.where(name)
+        scans, values = self._lists.of(f"tags\n{self._number}\n{name}")
+        tag = _Tag(_reader(where, memory) or (lambda: shown_value(value_of(tags, name))), scans, values)
+        for ident, elements in _places(where, memory):
+            cell = memory.cells.get(ident)
+            if cell is None:
+                self._always.append(tag)
+                continue
+            count = len(cell.cell_contents) if _has_elements(cell) else 0
+            variable = self._variables.setdefault(ident, _Variable(cell, [[] for _ in range(count)]))
+            for part in [variable.parts[at] for at in elements] if count else [variable.whole]:
+                part.append(tag)
+        return tag
+
+
+def _places(where: Place | Group, memory: Memory) -> Iterator[tuple[str, Sequence[int]]]:
+    """Yield the variables of a tag with its elements in them; "" if a subscript is computed."""
+    if can_fault(where):
+        yield "", ()
+        return
+    fixed = [int(each.value) for each in where.indices if isinstance(each, Constant)]
+    for leaf in leaves_in(where):
+        dims, begin = leaf.dims, 0
+        for index, length in zip(fixed, dims, strict=False):
+            begin = begin * length + index
+        count = count_of(dims[len(fixed) :])
+        elements, spot = range(begin * count, (begin + 1) * count), memory.layout.spot(leaf)
+        if leaf.ident in memory.cells:
+            yield leaf.ident, elements
+        else:
+            yield (spot.ident, [*map(spot.at, elements)]) if spot else ("", ())
+
+
+def _has_elements(cell: CellType) -> bool:
+    """Whether changes of a variable's elements are told apart."""
+    return isinstance(cell.cell_contents, list | memoryview)
+
+
+def _reader(where: Place | Group, memory: Memory) -> Callable[[], Any] | None:
+    """Return what reads whole numbers and bits from a list directly; None for any other tag."""
+    (ident, elements), *more = _places(where, memory)
+    cell, kind = memory.cells.get(ident), where.type
+    is_whole = isinstance(kind, Elementary) and (kind is BOOL or kind.is_integer)
+    is_bit = isinstance(where, Place) and where.bit is not None
+    if cell is None or not isinstance(cell.cell_contents, list) or more or is_bit or not is_whole:
+        return None
+    if isinstance(where, Group):
+        column = column_in(cell.cell_contents, elements.__getitem__, 0, 1, len(elements))
+        return None if column is None or len(where.dims) != 1 else lambda: cell.cell_contents[column[1]]
+    at = elements[0]
+    if kind is BOOL:
+        return lambda: bool(cell.cell_contents[at])
+    return lambda: cell.cell_contents[at]

@@ -1,0 +1,137 @@
+"""A shared page as one file: modules, style, data, and perhaps the recording. It loads nothing else.
+
+<meta> content policy      hashed scripts, modules and pictures of `data:`; no connection
+<style>                    watch.css
+#data                      JSON, deflated, in base64
+#recording                 the trace in base64, if wanted
+<script> import map        the modules as `data:` addresses, each under its name
+<script> start             imports main.js
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import zlib
+from hashlib import sha256
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from scanrack.traces.files.guard import TRACE, FileKind
+from scanrack.traces.files.newfile import new_file
+
+MOST_BYTES = 10_000_000
+"""Most bytes of a page."""
+
+GENERATOR = '<meta name="generator" content="scanrack share">'
+SHARED_PAGE = FileKind("a shared page", lambda content: GENERATOR.encode() in content)
+"""Pages that a new page may replace."""
+
+_RECORDING = re.compile(rb'<script type="application/octet-stream" id="recording">([A-Za-z0-9+/=]+)</script>')
+_PREFIX = "scanrack/"
+_START = f'import "{_PREFIX}main.js";'
+_ABSENT = {"socket.js"}  # a shared page has no server
+
+
+def page_of(data: Any, trace: bytes | None = None) -> bytes:
+    """Return a page.
+
+    Args:
+        data: see `collecting.collect`.
+        trace: the recording inside; None = without it.
+
+    Raises:
+        ValueError: it would be larger than `MOST_BYTES`.
+    """
+    web = files("scanrack.watch") / "web"
+    text = (web / "index.html").read_text(encoding="utf-8")
+    modules = {
+        each.name: each.read_text(encoding="utf-8") for each in web.iterdir() if each.name.endswith(".js")
+    }
+    imports = {f"{_PREFIX}{name}": _module(modules[name]) for name in sorted(set(modules) - _ABSENT)}
+    mapped = json.dumps({"imports": imports})
+    style = (web / "watch.css").read_text(encoding="utf-8")
+    packed = zlib.compress(json.dumps(data, separators=(",", ":")).encode(), 9)
+    inside = f'<script type="application/octet-stream" id="data">{_base64(packed)}</script>\n'
+    if trace is not None:
+        inside += f'<script type="application/octet-stream" id="recording">{_base64(trace)}</script>\n'
+    inside += f'<script type="importmap">{mapped}</script>\n<script type="module">{_START}</script>'
+    policy = f'{GENERATOR}\n<meta http-equiv="Content-Security-Policy" content="{_policy(mapped)}">'
+    for old, new in {
+        '<link rel="icon" href="icon.svg">': policy,
+        '<link rel="stylesheet" href="watch.css">': f"<style>{style}</style>",
+        '<script type="module" src="main.js"></script>': inside,
+    }.items():
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    page = text.encode()
+    if len(page) > MOST_BYTES:
+        raise ValueError(
+            f"the page would have {len(page):,} bytes; must be at most {MOST_BYTES:,}: share fewer scans, "
+            "see --before and --after"
+        )
+    return page
+
+
+def _base64(content: bytes) -> str:
+    return base64.b64encode(content).decode()
+
+
+def _module(text: str) -> str:
+    named = re.sub(r'((?:from|import)\s*\(?\s*)"\./([a-z]+\.js)"', rf'\1"{_PREFIX}\2"', text)
+    return f"data:text/javascript;base64,{_base64(named.encode())}"
+
+
+def _policy(mapped: str) -> str:
+    hashes = " ".join(f"'sha256-{_base64(sha256(each.encode()).digest())}'" for each in (mapped, _START))
+    return (
+        f"default-src 'none'; script-src {hashes} data:; style-src 'unsafe-inline'; img-src data:; "
+        "base-uri 'none'; form-action 'none'"
+    )
+
+
+def is_page(path: Path) -> bool:
+    """Whether a file is named like a page."""
+    return path.suffix.lower() in (".html", ".htm")
+
+
+def recording_in(path: Path) -> bytes:
+    """Return the recording in a page, which may be anybody's: nothing else of it is read.
+
+    Raises:
+        ValueError: it is larger than a page, or has no recording.
+        OSError: it can't be read.
+    """
+    with path.open("rb") as file:
+        content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        raise ValueError(f"{path} is larger than a shared page, {MOST_BYTES:,} bytes")
+    found = _RECORDING.search(content)
+    if found is None:
+        raise ValueError(f"{path} has no recording in it: scanrack share --with-recording puts it there")
+    try:
+        trace = base64.b64decode(found[1], validate=True)
+    except ValueError as error:
+        raise ValueError(f"{path}: its recording is damaged: {error}") from error
+    if not TRACE.fits(trace):
+        raise ValueError(f"{path}: its recording is damaged: it is not {TRACE.name}")
+    return trace
+
+
+def recording_beside(page: Path) -> Path:
+    """Write the recording in a page beside it, under the page's name; return its path.
+
+    Raises:
+        ValueError: see `recording_in`; or there is another file of that name already, which is kept.
+        OSError: it can't be read or written.
+    """
+    content, trace = recording_in(page), page.with_suffix(".mcap")
+    if trace.is_symlink() or trace.exists():
+        if not trace.is_file() or trace.read_bytes() != content:
+            raise ValueError(f"{trace} is another file than the recording in {page}: move it away")
+        return trace
+    with new_file(trace, TRACE, "wb") as file:
+        file.write(content)
+    return trace

@@ -1,0 +1,22 @@
+"""A page to share, made in a process of its own: it takes seconds, which scans and frames have not."""
+
+from __future__ import annotations
+
+import base64
+from pathlib import Path
+from typing import Any
+
+from scanrack.jobs.trust.trust import UntrustedError
+from scanrack.traces.format.records import TraceError
+
+from .command import ShareOptions, shared
+
+
+def answer(trace: str, scan: int, trust: bool, rack: str) -> dict[str, Any]:
+    """Return the page of a recording in base64, or a refusal; of one that grows the latest written scan."""
+    path = Path(trace)
+    try:
+        data, page = shared(path, ShareOptions(scan, latest=True, trust=trust, rack=rack))
+    except (OSError, ValueError, TraceError, UntrustedError) as error:
+        return {"refused": str(error)}
+    return {"name": f"{path.stem}.html", "scan": data["scan"], "page": base64.b64encode(page).decode()}

@@ -1,0 +1,92 @@
+"""The text of a program's file in a page: what may be edited, and what an edit of it would do."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from functools import partial
+
+from scanrack.jobs.load.loading import LoadedRack
+from scanrack.jobs.prove.serving.effects import Group, effects_of
+from scanrack.jobs.run.running import JobRun
+from scanrack.ladder import LadderLogic
+from scanrack.runtime.live.actions import DRAFT_MOST, Draft, names_in
+
+from .edited_programs import EditedPrograms
+from .history.program_file import digest
+from .preview import Json, findings_of, mistakes_of, new_findings, preview_of
+
+TYPED_SUFFIXES = (".rung", ".st", ".py")
+"""Suffixes of programs that a page edits."""
+
+Answer = Callable[[], Json]
+"""Makes an answer between two scans; ValueError if it is refused."""
+
+
+class TypedText:
+    """Previews edits of the text.
+
+    Args:
+        trust: Python that is typed in a page may run.
+    """
+
+    def __init__(self, programs: EditedPrograms, run: JobRun, *, trust: bool) -> None:
+        self._programs, self._run, self._trust = programs, run, trust
+
+    def source(self) -> Json:
+        """Return the text of the file, and why a page may not edit it; OSError if it can't be read."""
+        text, program, why = self._programs.saved_text(), self._programs.file, ""
+        if len(json.dumps(text, ensure_ascii=False).encode()) > DRAFT_MOST:
+            why = f"{program.name} is too long: a page edits up to {DRAFT_MOST:,} bytes"
+        elif self._programs.rungs is None and not self._trust:
+            why = "a page edits Python only with --trust, since it runs here"
+        elif program.suffix not in TYPED_SUFFIXES:
+            why = f"a page does not edit {program.suffix} files"
+        base = digest(text.encode())
+        return {"file": program.name, "text": "" if why else text, "base": base, "lacks": why}
+
+    def check(self, draft: Draft) -> None:
+        """Raise a ValueError if a page may not edit the program, or has not seen what is on the disk."""
+        source = self.source()
+        if source["lacks"]:
+            raise ValueError(source["lacks"])
+        if source["base"] != draft.base:
+            raise ValueError(f"{source['file']} was changed by another program: reload it, then edit")
+
+    def preview(self, draft: Draft) -> Answer:
+        """Return what previews an edited text, loaded from a copy of the running files."""
+        data = draft.text.encode()
+        load = lambda: self._programs.with_file(data)[1]  # noqa: E731
+        return self._previewed(draft.text, draft.restart, load, effects=draft.effects)
+
+    def preview_saved(self) -> Answer:
+        """Return what previews the text that another program has saved."""
+        return self._previewed(self._programs.saved_text(), "", self._programs.from_disk, effects=True)
+
+    def _previewed(self, text: str, restart: str, load: Callable[[], LoadedRack], *, effects: bool) -> Answer:
+        program = self._programs.file
+        shown = partial(preview_of, program, (self._programs.running_text, text))
+        try:
+            job = self._programs.usable(load(), restart)
+            running, known = self._programs.known()
+            findings = new_findings(findings_of(job), known)
+            changes = effects_between(running, job) if effects else ()
+        except (ValueError, OSError) as error:
+            refused = mistakes_of(error, program)
+            return lambda: {"preview": shown(mistakes=refused)}
+
+        def answer() -> Json:
+            try:
+                edit = self._run.program.planned(self._run.cpu, job, names_in(restart))
+            except ValueError as error:
+                return {"preview": shown(mistakes=mistakes_of(error, program))}
+            return {"preview": shown(edit=edit, findings=findings, effects=changes)}
+
+        return answer
+
+
+def effects_between(running: LoadedRack, edited: LoadedRack) -> tuple[Group, ...]:
+    """Return what an edit of rungs can change; nothing for other programs."""
+    if not isinstance(running.logic, LadderLogic) or not isinstance(edited.logic, LadderLogic):
+        return ()
+    return effects_of(running.logic, edited.logic)
