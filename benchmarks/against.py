@@ -28,7 +28,6 @@ import subprocess
 import sys
 import tarfile
 import tempfile
-import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -89,10 +88,22 @@ class Worker:
 
 def laid_out(source: Path, site: Path) -> Side:
     """Copy the packages of a checkout to where an installation has them."""
-    setup = tomllib.loads((source / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
-    for name, folder in sorted(setup["package-dir"].items()):
-        target = site.joinpath(*name.split("."))
-        shutil.copytree(source / folder, target, ignore=shutil.ignore_patterns("__pycache__"))
+    front = "scanrack" if (source / "scanrack").is_dir() else "front"
+    rooms = (
+        "examples",
+        "io_images",
+        "ladder",
+        "rockwell",
+        "runtime",
+        "traces",
+    )  # `scanrack` has links to them
+
+    def left_out(folder: str, names: list[str]) -> set[str]:
+        return {"__pycache__", *(rooms if Path(folder) == source / front else ())}
+
+    shutil.copytree(source / front, site / "scanrack", ignore=left_out)
+    for name in rooms:
+        shutil.copytree(source / name, site / "scanrack" / name, ignore=left_out)
     return Side(site, source / "benchmarks")
 
 

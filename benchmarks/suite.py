@@ -134,7 +134,7 @@ def working_tree(folder: Path) -> Path:
     words = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     names = subprocess.run(words, cwd=ROOT, check=True, stdout=subprocess.PIPE, encoding="utf-8").stdout
     for name in filter(None, names.split("\0")):
-        if (ROOT / name).exists():  # one may have been deleted since
+        if (ROOT / name).is_file():  # a link to a folder is none; one may have been deleted since
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / name, folder / name)
     return folder

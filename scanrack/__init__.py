@@ -135,6 +135,13 @@ if TYPE_CHECKING:  # the names of the front door: type checkers import these lin
     __loader__: Any
 
 
+try:  # in a checkout the other rooms are beside this folder
+    __loader__.path_stats(__path__[0] + "/../pyproject.toml")
+    __path__.append(__path__[0][: -len("/scanrack")])
+except (AttributeError, OSError):  # installed, or in an archive
+    pass
+
+
 def __getattr__(name: str) -> object:
     if name == "__all__":
         return list(_homes())

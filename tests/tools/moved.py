@@ -85,7 +85,7 @@ class Move:
                         raise SystemExit(f"{path}:{node.lineno}: give {name.name} an import of its own")
                     as_old = "" if name.asname or leaf == name.name else f" as {name.asname or name.name}"
                     yield Edit(name.lineno, name.col_offset, name.col_offset + len(name.name), leaf + as_old)
-            relative = relative_to(wanted, package_there)
+            relative = wanted if leaves_room(wanted, package_there) else relative_to(wanted, package_there)
             if relative != "." * node.level + (node.module or ""):
                 yield Edit(node.lineno, begin, end, relative)
 
@@ -129,6 +129,15 @@ class Move:
         (ROOT / paths[1]).parent.mkdir(parents=True, exist_ok=True)
         subprocess.run(["git", "mv", *paths], cwd=ROOT, check=True)
         return changed
+
+
+def leaves_room(module: str, package: str) -> bool:
+    """Return whether a package imports a module from another room, which the import then names.
+
+    >>> leaves_room("scanrack.ladder.run", "scanrack.jobs.why")
+    True
+    """
+    return module.split(".")[1:2] != package.split(".")[1:2]
 
 
 def relative_to(module: str, package: str) -> str:

@@ -124,7 +124,9 @@ EQUIVALENT = (
         "1",
         "word and bits are put in afterwards, and bit 0 of an unknown value is not looked at",
     ),
-    Equivalent("scanrack/jobs/trust/trust.py", "fingerprints", "0", "1", "without files no line has the width"),
+    Equivalent(
+        "scanrack/jobs/trust/trust.py", "fingerprints", "0", "1", "without files no line has the width"
+    ),
     Equivalent(f"{LAYER}/operation.py", "limit_of", "direction > 0", "direction >= 0", A_DIRECTION),
 )
 

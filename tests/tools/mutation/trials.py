@@ -30,7 +30,7 @@ from .plugin import NOT_THE_COPY, TASK
 FRONT = "scanrack"
 """What is the package itself."""
 ROOMS = ("io_images", "ladder", "rockwell", "runtime", "traces")
-BESIDE = ("tests", "docs", "examples", "pyproject.toml")
+BESIDE = ("tests", "docs", "examples", "conftest.py", "pyproject.toml")
 RULE_ID = re.compile(r"\b[A-Z]{2,4}-[A-Z]?\d\d\b")
 NO_TESTS = 5
 """Exit status of pytest: it has found none."""
@@ -52,8 +52,9 @@ class ProjectCopy:
         self.place = place.resolve()
         self.package = self.place / "scanrack"
         leave_out = shutil.ignore_patterns("__pycache__", "*.mcap")
-        shutil.copytree(root / FRONT, self.package, ignore=leave_out)
+        shutil.copytree(root / FRONT, self.package, ignore=leave_out, symlinks=True)
         for room in ROOMS:
+            (self.package / room).unlink(missing_ok=True)  # a link, where the system has them
             shutil.copytree(root / room, self.package / room, ignore=leave_out)
         for name in BESIDE:
             if (root / name).is_dir():
@@ -64,7 +65,7 @@ class ProjectCopy:
         compileall.compile_dir(self.package, quiet=2, invalidation_mode=checked)
 
     def file(self, path: str) -> Path:
-        """Return the copy of a file of the project; `front` is the package itself."""
+        """Return the copy of a file of the project; `scanrack` is the package itself."""
         return self.package / path.removeprefix(f"{FRONT}/")
 
     def run(self, task: dict[str, Any], files: Sequence[str], *, limit_s: float, first_only: bool) -> Run:

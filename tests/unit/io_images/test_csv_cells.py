@@ -8,12 +8,12 @@ import re
 from pathlib import Path
 
 import pytest
+from house import ROOMS
 from scanrack.commands import build
 from scanrack.io_images.csv_cells import FORMULA
 from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]
-ROOMS = ("front", "io_images", "ladder", "rockwell", "runtime", "traces")
 
 PROGRAM = """PROGRAM p
 TAG Note : STRING := "{}"

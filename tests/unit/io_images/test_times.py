@@ -37,7 +37,7 @@ from scanrack.traces.query.language import parse
 from scanrack.traces.signals.catalog import Catalog
 
 CONTROLLER = "CONTROLLER C\nTASK T : PERIODIC {} RUNS P\nPROGRAM P\nROUTINE Main\nEND\nEND PROGRAM\n"
-HOUSE = Path(__file__).parents[3]
+WEB = Path(__file__).parents[3] / "scanrack/watch/web"
 TIMES = st.integers(0, LONGEST_NS)
 
 
@@ -147,7 +147,7 @@ def test_the_page_writes_the_same():
     times = [0, 1, 400, 1_500, 999_999, 20_000_000, 1_502_250_000, 90_000_000_000, 2**53 - 1]
     script = (
         "let text = ''; for await (const part of process.stdin) text += part;"
-        f"const {{ timeText }} = await import({json.dumps((HOUSE / 'scanrack/watch/web/format.js').as_uri())});"
+        f"const {{ timeText }} = await import({json.dumps((WEB / 'format.js').as_uri())});"
         "console.log(JSON.stringify(JSON.parse(text).map(timeText)));"
     )
     command = [node, "--no-warnings", "--input-type=module", "--eval", script]

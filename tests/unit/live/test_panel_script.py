@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-WEB = Path(__file__).parents[3] / "front" / "watch" / "web"
+WEB = Path(__file__).parents[3] / "scanrack" / "watch" / "web"
 
 STAGE = """
 globalThis.addEventListener = () => {};

@@ -72,10 +72,6 @@ def test_its_schema_is_that_of_this_version() -> None:
     assert written == rack_schema(draft4=True), "python -m tests.tools.generate schema"
 
 
-def test_it_is_not_in_the_wheel() -> None:
-    assert not [each for each in PROJECT["tool"]["setuptools"]["package-dir"].values() if "editors" in each]
-
-
 @pytest.mark.slow
 def test_npm_packs_it() -> None:
     npm = shutil.which("npm")

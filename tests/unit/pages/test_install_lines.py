@@ -7,13 +7,13 @@ from importlib.metadata import metadata
 from pathlib import Path
 
 import pytest
+from house import ROOMS
 from install_lines import MENTION, ROOT, installed_as_today, pages
 from scanrack.io_images import installing
 
 OTHER_FORM = re.compile(
     r"""scanrack\[|pypi\.org/project/scanrack|\b(?:pipx?|tool) install (?:-\S+ )*["']?scanrack\b"""
 )
-ROOMS = ("front", "io_images", "ladder", "rockwell", "runtime", "traces")
 
 
 def mentions() -> list[str]:

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import pytest
 import typer
 from commands_page import commands
+from house import ROOMS
 from scanrack.commands import build
 
 ROOT = Path(__file__).parents[3]
-ROOMS = ("front", "io_images", "ladder", "rockwell", "runtime", "traces")
 CODE = re.compile(r"```.*?```|^ {4}.*?$|`[^`\n]*`|\]\([^)]*\)", re.DOTALL | re.MULTILINE)
 
 

@@ -26,7 +26,9 @@ def test_the_names_are_those_that_a_type_checker_imports_and_no_private_one():
     read = {
         alias.asname
         for node in ast.walk(tree)
-        if isinstance(node, ast.ImportFrom) and node.level == 1 and node.names[0].asname
+        if isinstance(node, ast.ImportFrom)
+        and str(node.module).startswith("scanrack.")
+        and node.names[0].asname
         for alias in node.names
     }
     assert {*read, "__version__"} == set(dir(scanrack))

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from house import ROOMS
 
 ROOT = Path(__file__).parents[3]
-ROOMS = ("scanrack", "io_images", "ladder", "rockwell", "runtime", "traces")
 MOST_LINES = 80
 """Options of a command are fields of a dataclass, see `scanrack/terminal/grouped.py`."""
 

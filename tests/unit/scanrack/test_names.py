@@ -1,6 +1,6 @@
 """Names of classes: nouns of the trade, each once in a room.
 
-A room is a folder at the top of the house; within `front`, a folder below it.
+A room is a folder at the top of the house; within `scanrack`, a folder below it.
 """
 
 import ast
@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+from house import ROOMS as TOP
 
 HOUSE = Path(__file__).parents[3]
-TOP = ("scanrack", "io_images", "ladder", "rockwell", "runtime", "traces")
 FILES = sorted(path.relative_to(HOUSE) for top in TOP for path in (HOUSE / top).rglob("*.py"))
 
 IRREGULAR = re.compile(
@@ -75,7 +75,9 @@ def names() -> Names:
         for node in ast.walk(ast.parse((HOUSE / path).read_text("utf-8"))):
             if isinstance(node, ast.ClassDef):
                 found.classes.append(NamedClass(path, node.lineno, node.name))
-            elif isinstance(node, ast.ImportFrom) and node.level:
+            elif isinstance(node, ast.ImportFrom) and (
+                node.level or (node.module or "").startswith("scanrack.")
+            ):
                 pairs = ((each.name, each.asname) for each in node.names)
                 found.renamed.extend((path, old, new) for old, new in pairs if new not in (None, old))
     return found

@@ -8,6 +8,7 @@ from pathlib import Path, PureWindowsPath
 from types import SimpleNamespace
 
 import pytest
+from house import ROOMS
 from scanrack.commands import build
 from scanrack.jobs import State
 from scanrack.jobs.fuzz.run import BrokenInvariant
@@ -108,6 +109,5 @@ def test_the_folder_of_a_test_is_no_device() -> None:
 def test_no_path_is_compared_with_a_slash_at_its_end() -> None:
     """On Windows code is in folders whose names end in a backslash: scanrack's own would be the user's."""
     ends = re.compile(r"""(parents?(\[\d\])?( / \w+)?|__path__\[0\]|get_path\(\w+\))\}/["']""")
-    rooms = ("scanrack", "io_images", "ladder", "rockwell", "runtime", "traces")
-    sources = [path for room in rooms for path in (ROOT / room).rglob("*.py")]
+    sources = [path for room in ROOMS for path in (ROOT / room).rglob("*.py")]
     assert {path.name for path in sources if ends.search(path.read_text(encoding="utf-8"))} == set()

@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from house import ROOMS
 
 ROOT = Path(__file__).parents[3]
-ROOMS = ("scanrack", "io_images", "ladder", "rockwell", "runtime", "traces")
 SOURCES = [path for room in ROOMS for path in sorted((ROOT / room).rglob("*.py"))]
 OTHERS = [
     path for each in ("tests", "examples", "benchmarks") for path in sorted((ROOT / each).rglob("*.py"))

@@ -13,9 +13,9 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from house import ROOMS
 
 ROOT = Path(__file__).parents[3]
-ROOMS = ("scanrack", "io_images", "ladder", "rockwell", "runtime", "traces")
 
 DOORS = {
     "tomllib.load": set(),
@@ -105,7 +105,7 @@ def uses(tree: ast.Module, package: str) -> Iterator[str]:
 
 def package_of(file: str) -> str:
     """Return the full name of a module; that of a package ends with `__init__`."""
-    return "scanrack." + file.removesuffix(".py").removeprefix("front/").replace("/", ".")
+    return "scanrack." + file.removesuffix(".py").removeprefix("scanrack/").replace("/", ".")
 
 
 def strays(file: str, used: set[str]) -> set[str]:

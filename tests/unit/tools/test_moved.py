@@ -36,8 +36,8 @@ BUILD = Move("scanrack.ladder.files", "scanrack.ladder.texts.forms")
         ("ladder/files/rungfile.py", "from .steps import Steps\n", "from .steps import Steps\n"),
         (
             "scanrack/jobs/run/a.py",
-            "from ...ladder.files.a import b\n",
-            "from ...ladder.texts.forms.a import b\n",
+            "from scanrack.ladder.files.a import b\n",
+            "from scanrack.ladder.texts.forms.a import b\n",
         ),
         ("ladder/a.py", "from . import files\n", "from .texts import forms as files\n"),
         (

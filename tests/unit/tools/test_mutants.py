@@ -4,15 +4,13 @@ from __future__ import annotations
 
 import ast
 import sys
-import tomllib
 from pathlib import Path
 
+import house
 import pytest
 from scanrack.io_images.amci3601 import RULES
 
 ROOT = Path(__file__).parents[3]
-SETTINGS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]
-FOLDERS = SETTINGS["package-dir"]
 
 
 @pytest.fixture(autouse=True, scope="module")
@@ -28,7 +26,7 @@ def _benchmarks_can_be_imported():
 
 @pytest.mark.slow
 def test_the_copy_has_a_file_of_each_room_where_it_is_looked_for(tmp_path):
-    """A mutant of a room in `front` was never reached: it was put where nothing is imported from."""
+    """A mutant of a room in `scanrack` was never reached: it was put where nothing is imported from."""
     from mutation.rooms import ROOMS
     from mutation.trials import ProjectCopy
 
@@ -205,12 +203,6 @@ def test_effects_of_rules_follow_from_how_they_are_fired():
     ]
 
 
-def folder_of(package):
-    """Return the folder of a package, from the project's root."""
-    own = max((each for each in FOLDERS if f"{package}.".startswith(f"{each}.")), key=len)
-    return "/".join([FOLDERS[own], *package.removeprefix(own).split(".")[1:]])
-
-
 def test_every_package_with_code_belongs_to_a_room():
     import mutants
 
@@ -218,18 +210,16 @@ def test_every_package_with_code_belongs_to_a_room():
     tried |= {
         ROOT / mutant.path for mutant in mutants.all_mutants(mutants.ROOMS["amci3601"], [mutants.TABLE])
     }
-    left = []
-    for folder in map(folder_of, SETTINGS["packages"]):
-        code = {path for path in (ROOT / folder).glob("*.py") if path.name != "__init__.py"}
-        if code and not code & tried:
-            left.append(folder)
-    assert left == [], "give them a room in tests/tools/mutation/rooms.py"
+    code = {path for room in house.ROOMS for path in (ROOT / room).rglob("*.py")}
+    folders = {path.parent for path in code if path.name != "__init__.py" and "templates" not in path.parts}
+    left = folders - {path.parent for path in tried}
+    assert left == set(), "give them a room in tests/tools/mutation/rooms.py"
 
 
 def test_the_copy_in_which_mutants_are_made_has_every_folder_of_packages():
     from mutation.trials import BESIDE, FRONT, ROOMS
 
-    assert set(FOLDERS.values()) <= {FRONT, *ROOMS, *BESIDE}
+    assert {"scanrack", *house.BESIDE} <= {FRONT, *ROOMS, *BESIDE}
 
 
 def test_every_room_has_files_and_each_of_its_patterns_finds_tests():

@@ -19,9 +19,9 @@ from typing import Any
 
 import pytest
 import scanrack
+from house import ROOMS
 
 ROOT = Path(__file__).parents[3]
-ROOMS = ("scanrack", "io_images", "ladder", "rockwell", "runtime", "traces")
 OF_ONE_CHARACTER = {kinds.LITERAL, kinds.NOT_LITERAL, kinds.ANY, kinds.IN}
 BOUNDED = 5_000
 """A repeat of at most so many times is bounded: the matched names and numbers are short."""

@@ -9,7 +9,14 @@ ROOT = Path(__file__).parents[3]
 FILES = {
     *("CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "MANIFEST.in", "README.md", "SECURITY.md"),
     *("Dockerfile", ".dockerignore", "action.yml"),
-    *("pyproject.toml", "setup.py", ".gitignore", ".pre-commit-config.yaml"),
+    *(
+        "pyproject.toml",
+        "setup.py",
+        "conftest.py",
+        ".git-blame-ignore-revs",
+        ".gitignore",
+        ".pre-commit-config.yaml",
+    ),
 }
 
 
