@@ -94,7 +94,7 @@ def test_a_press_is_one_event_and_events_stand_by_time(page, paused):
     page.step(10)
     page.until_scan(2009, "paused")
     until(lambda: any("estop" in text for text in page.run(EVENTS)))
-    assert not [text for text in page.run(EVENTS) if "emergency stop input is energised" in text]
+    assert not [text for text in page.run(EVENTS) if "emergency stop input is energized" in text]
     times = page.run("return [...document.querySelectorAll('.events time')].map(each => each.textContent)")
     assert times == sorted(times, reverse=True)
 
