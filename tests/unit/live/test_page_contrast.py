@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from contrast import contrast
 
-CSS = (Path(__file__).parents[3] / "front" / "watch" / "web" / "watch.css").read_text("utf-8")
+CSS = (Path(__file__).parents[3] / "scanrack" / "watch" / "web" / "watch.css").read_text("utf-8")
 LIGHT, DARK = (
     dict(re.findall(r"--([\w-]+): (#[0-9a-f]{6})", block))
     for block in re.findall(r":root \{(.*?)\}", CSS, re.DOTALL)

@@ -7,7 +7,7 @@ import re
 from graphlib import TopologicalSorter
 from pathlib import Path
 
-WEB = Path(__file__).parents[3] / "front" / "watch" / "web"
+WEB = Path(__file__).parents[3] / "scanrack" / "watch" / "web"
 IMPORT = re.compile(r'(?:from|import\()\s*"\./([a-z]+)\.js"')
 
 
