@@ -129,14 +129,23 @@ def events(monitor: Monitor, _page: Page, said: Said) -> Json:
 
 
 def since(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Say since when a tag has its value in the scan of the page, and what it was before."""
-    tag, row = text_in(said, "tag"), monitor.row_of(page)
-    found = None if row is None else last_change(monitor, tag, int(row["scan"]))
+    """Say since when a tag has its value in the scan of the page, and what it was before.
+
+    One question looks at a stretch of scans; `from` is the scan from which the next question goes on back,
+    null where nothing is left.
+    """
+    tag, row, end = text_in(said, "tag"), monitor.row_of(page), said.get("from")
+    if end is not None and type(end) is not int:
+        raise ValueError("from must be a scan number")
+    if row is None:
+        return {"since": None, "from": None}
+    found, left = last_change(monitor, tag, int(row["scan"]) if end is None else end)
     if found is None:
-        return {"since": None}
+        extent = monitor.subject.timeline.extent
+        return {"since": None, "from": None if left <= (extent[0] if extent else 0) else left}
     changed = monitor.subject.timeline.row(found.scan)
     now_ns = None if changed is None else int(changed["now_ns"])
-    return {"since": {"scan": found.scan, "t": now_ns, "before": found.before}}
+    return {"since": {"scan": found.scan, "t": now_ns, "before": found.before}, "from": left}
 
 
 def share(monitor: Monitor, page: Page, said: Said) -> None:

@@ -1,6 +1,7 @@
 // What has happened up to the scan that is shown, the latest at the top; a click looks at that scan.
 
 import { at, el, heading } from "./dom.js";
+import { rowsOf } from "./eventrows.js";
 import { clock } from "./format.js";
 import { stopBox } from "./causeband.js";
 import { lookAt } from "./scrub.js";
@@ -40,7 +41,7 @@ async function lookBack() {
 
 // Shows events; rows that stay are not touched, since one may have the focus.
 function show(events) {
-  const wanted = events.filter((event, place) => event.name !== "step" || events[place + 1]?.name !== "step").reverse(); // one row for many steps
+  const wanted = rowsOf(events).reverse();
   const known = new Set(wanted.map(keyOf));
   for (const row of [...list.children]) if (!known.has(row.key)) row.remove();
   let next = list.firstChild;
