@@ -87,6 +87,7 @@ def bits_of(slot: int, words: ModuleWords) -> list[Json]:
                     "word": at.word,
                     "bit": at.bit,
                     "output": at.image == "O",
+                    **({"error": True} if at.image == "I" and name in words.errors else {}),
                 }
             )
     return found

@@ -2,7 +2,7 @@
 
 import { declared, lacksBreak, lacksForce, lacksWrite } from "./actions.js";
 import { chainOf, clearChain } from "./chain.js";
-import { toNext, toPrevious } from "./changes.js";
+import { sinceWhen, toNext, toPrevious } from "./changes.js";
 import { at, button, el, heading, setFlag, setText } from "./dom.js";
 import { clock, count, parsed, plain, shown } from "./format.js";
 import { tell } from "./notice.js";
@@ -81,21 +81,23 @@ function show({ tag, names }) {
   at("tag").scrollIntoView({ block: "nearest" });
 }
 
+const wished = () => `${selected.tag} ${plain(valueOf(selected.tag))} ${run.state === "past" ? run.scan : run.state}`;
+
 // Since when the tag has its value: asked again when that changes, or another scan of the past is shown.
 async function askSince() {
-  const { tag } = selected, wish = `${tag} ${plain(valueOf(tag))} ${run.state === "past" ? run.scan : run.state}`;
+  const { tag } = selected, wish = wished();
   if (!tag || wish === sinceOf || asking) return;
   sinceOf = wish;
   asking = true;
   try {
-    const said = await ask("since", { tag });
-    if (tag === selected.tag) showSince(said.since);
+    await sinceWhen(tag, told => { if (tag === selected.tag) showSince(told); return tag === selected.tag && wish === wished(); });
   } catch { if (tag === selected.tag) setText(since, ""); }
   setTimeout(() => { asking = false; askSince(); }, SINCE_MS);
 }
 
 function showSince(told) {
-  if (!told) return setText(since, "It has not changed in the scans that are known.");
+  if (typeof told === "number") return setText(since, `Not since scan ${count(told)}; looking further back …`);
+  if (!told) return setText(since, orders.recorded() ? "It does not change before." : "It has not changed in the scans that are known.");
   const simple = told.before === null || typeof told.before === "object" ? "" : `, before that ${shown(told.before)}`;
   since.replaceChildren("Since ", el("button", { type: "button", class: "plain", title: `Look at scan ${told.scan}`, click: () => lookAt(told.scan) }, told.t === null ? `scan ${count(told.scan)}` : clock(told.t)), simple);
 }
