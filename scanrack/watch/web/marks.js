@@ -5,14 +5,14 @@ import { button, el, setFlag } from "./dom.js";
 import { clock, count } from "./format.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
-import { colours, pen } from "./pen.js";
+import { colors, pen } from "./pen.js";
 import { lookAt } from "./scrub.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 
 const AGAIN_MS = 150; // between two questions while the recording is looked through
 const THUMB = 16, HIGH = 10; // CSS pixels: of the slider's thumb, of the axis of marks
-const COLOURS = { fault: "fault", error: "fault", rule: "mark", mode: "curve", restart: "curve" };
+const COLORS = { fault: "fault", error: "fault", rule: "mark", mode: "curve", restart: "curve" };
 const FAILURES = ["fault", "error"];
 
 const canvas = el("canvas", { class: "marks", "aria-hidden": "true" });
@@ -25,7 +25,7 @@ export const marksAxis = canvas, marksButtons = [earlier, later];
 let marks = [], whole = false, asking = false, generation = 0;
 
 export const marksIn = (from, to) => marks.filter(([scan]) => scan >= from && scan <= to);
-export const colourOf = kind => colours[COLOURS[kind]];
+export const colorOf = kind => colors[COLORS[kind]];
 
 onHello(() => {
   marks = [];
@@ -80,7 +80,7 @@ function draw() {
   const grave = ([, one], [, other]) => Number(FAILURES.includes(one)) - Number(FAILURES.includes(other)); // on top
   for (const [scan, kind] of [...marks].sort(grave)) {
     const failure = FAILURES.includes(kind), place = Math.round(x(scan));
-    to.rect(place - 1, failure ? 0 : 3, 2, failure ? HIGH : HIGH - 3, colourOf(kind));
+    to.rect(place - 1, failure ? 0 : 3, 2, failure ? HIGH : HIGH - 3, colorOf(kind));
   }
 }
 
@@ -90,4 +90,4 @@ onPaint(({ range }) => {
   if (whole && orders.recorded()) askMarks(generation); // it grows
 });
 new ResizeObserver(() => { if (run.hello) draw(); }).observe(canvas);
-colours.onChange(() => { if (run.hello) draw(); });
+colors.onChange(() => { if (run.hello) draw(); });
