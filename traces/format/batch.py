@@ -68,6 +68,23 @@ class ScanBatch:
         self._images.append(self._copy())
         return len(self._images) >= self.room
 
+    @property
+    def look(self) -> Callable[[], bool] | None:
+        """What is called after the logic of each scan by rows; true if messages are to follow it."""
+        return None
+
+    def begin_rows(self) -> int:
+        """Return the room for rows, from now on."""
+        return max(1, self.room - len(self._images))
+
+    def add_rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> bool:
+        """Add successive scans with these images; return whether the batch is full."""
+        self._numbers += scans
+        self._times += times
+        self._flags += [flags] * len(scans)
+        self._images += images
+        return len(self._images) >= self.room
+
     def take(self) -> tuple[array[int], bytearray]:
         """Return the times of the scans and their successive message records, and start again."""
         records = bytearray(self._head).join([b"", *self._images])
@@ -98,6 +115,7 @@ class TagBatch(ScanBatch):
     def __init__(self, channel: int, memory: bytearray, room: int, tags: TagSource) -> None:
         self._start(channel, room, len(memory) + tags.plan.size, tags.take)
         self._pending = tags.pending
+        self._rows: list[bytes] = []
 
     def add(self, scan: int, now_ns: int, flags: int) -> bool:
         """Add a scan; return whether the batch is full, or messages are to follow the scan."""
@@ -108,3 +126,21 @@ class TagBatch(ScanBatch):
         if self._pending:
             return True
         return len(self._images) >= self.room
+
+    @property
+    def look(self) -> Callable[[], bool] | None:
+        """Copy a row's tags; true if messages are to follow its scan."""
+        return self._look
+
+    def _look(self) -> bool:
+        self._rows.append(self._copy())
+        return bool(self._pending)
+
+    def begin_rows(self) -> int:
+        """Return the room for rows, from now on."""
+        self._rows.clear()
+        return super().begin_rows()
+
+    def add_rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> bool:
+        """Add successive scans, with the tags that `look` has copied; return whether the batch is full."""
+        return super().add_rows(scans, times, flags, self._rows[: len(scans)])
