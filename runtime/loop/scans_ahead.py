@@ -175,7 +175,7 @@ class ScansAhead:
         self._pending = numbers, times, rows
         self.present, whole = phases.call_logic, False
         try:
-            whole = self._play(numbers, times, rows, block.updates(start), self._program_in_rows())
+            whole = self._play(numbers, times, rows, self._program_in_rows(block, start))
             self.present = phases.record
         finally:
             self._pass_on(view.number + whole)
@@ -197,30 +197,27 @@ class ScansAhead:
             self._pending = numbers[done:], times[done:], rows[done:]
             self._phases.listeners.rows(numbers[:done], times[:done], self._phases.flags, rows[:done])
 
-    def _program_in_rows(self) -> ScanLogic:
+    def _program_in_rows(self, block: Block, start: int) -> ScanLogic:
+        """Return the program, with the looks of listeners, and updates of the inputs in some scans only."""
         program, looks = self._phases.program, self._phases.listeners.looks
-        if not looks:
+        self._phases.view.updated = True
+        if not looks and block.updated is None:
             return program
+        updates = block.updates(start)
 
-        def program_and_looks(scan: LogicScan) -> None:
+        def program_with_more(scan: LogicScan) -> None:
+            scan.updated = next(updates)
             program(scan)
             for look in looks:
                 if look():
                     self._ends = True
 
-        return program_and_looks
+        return program_with_more
 
-    def _play(
-        self,
-        numbers: list[int],
-        times: list[int],
-        rows: list[bytes],
-        updated: Iterable[bool],
-        program: ScanLogic,
-    ) -> bool:
+    def _play(self, numbers: list[int], times: list[int], rows: list[bytes], program: ScanLogic) -> bool:
         """Run the logic of scans; return False if one ends its block: the present scan, not passed on yet."""
         memory, latch, view = self._memory, self._latch, self._phases.view
-        for view.number, view.now_ns, row, view.updated in zip(numbers, times, rows, updated, strict=False):
+        for view.number, view.now_ns, row in zip(numbers, times, rows, strict=True):
             latch[_WHOLE] = row
             program(view)
             if memory != row or self._ends:

@@ -58,7 +58,7 @@ class ScanBatch:
         self._flags: list[int] = []
         self._images: list[bytes] = []
         length = self.stride - _PREAMBLE_BYTES
-        self._head = _HEAD.pack(Opcode.MESSAGE, length, channel, 0, 0, 0, CDR_PREFIX, 0, 0)
+        self._head = Opcode.MESSAGE, length, channel, 0, 0, 0, CDR_PREFIX, 0
 
     def add(self, scan: int, now_ns: int, flags: int) -> bool:
         """Add a scan with the present memory block; return whether the batch is full."""
@@ -87,11 +87,14 @@ class ScanBatch:
 
     def take(self) -> tuple[array[int], bytearray]:
         """Return the times of the scans and their successive message records, and start again."""
-        records = bytearray(self._head).join([b"", *self._images])
+        flags = self._flags[0]  # mostly of all scans
+        head = bytearray(_HEAD.pack(*self._head, flags))
+        records = head.join([b"", *self._images])
         times = array("Q", self._times)
         self._fill(records, times, _TIME_PLACES, _TIME_BYTES)
         self._fill(records, array("Q", self._numbers), _NUMBER_PLACES, _NUMBER_BYTES)
-        self._fill(records, array("Q", self._flags), _FLAG_PLACES, _FLAG_BYTES)
+        if self._flags.count(flags) < len(self._flags):
+            self._fill(records, array("Q", self._flags), _FLAG_PLACES, _FLAG_BYTES)
         for column in (self._numbers, self._times, self._flags, self._images):
             column.clear()
         return times, records

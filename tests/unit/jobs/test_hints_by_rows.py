@@ -6,7 +6,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from scanrack.io_images.amci3601 import WORDS_3601, Configuration, Direction, Idle, InputBit, Manual
+from scanrack.io_images.amci3601 import WORDS_3601, CommandMsw, Configuration, Idle, InputBit
 from scanrack.io_images.image import Image
 from scanrack.jobs.run.hints import Hints
 from scanrack.runtime import Amci3601, Card, Cpu, Rack
@@ -22,8 +22,8 @@ USED = Configuration(
 REFUSED = Image((USED[0], 0, 0, 0, 0, 0, 0, 0))
 """A starting speed of 0: the module stays in configuration mode with its error."""
 
-MOVE = Manual(Direction.CW, 5000, 20, 10).to_image()
-FASTER = Manual(Direction.CW, 6000, 20, 10).to_image()
+MOVE = Image((CommandMsw.RELATIVE_MOVE, 0, 900, 0, 5, 0, 20, 10))
+FASTER = Image((CommandMsw.RELATIVE_MOVE, 0, 900, 0, 6, 0, 20, 10))
 SCRIPT = {0: REFUSED, 400: USED, 402: Idle().to_image(), 404: MOVE, 900: FASTER}
 
 
