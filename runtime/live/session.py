@@ -149,7 +149,7 @@ class Session:
         """
         if scan > self._cpu.scan:
             self._repeats = True
-            with stopping_on_interrupt(self.end, inside=LOGIC_CALLERS):
+            with stopping_on_interrupt(self.end, *LOGIC_CALLERS):
                 self._run_or_fault(scan, shown=True)
             self._repeats = False
 
@@ -171,7 +171,7 @@ class Session:
         """
         end = None if scans is None else self._cpu.scan + scans
         self.state.paused = paused or self._fault is not None
-        with stopping_on_interrupt(self.end, inside=LOGIC_CALLERS):
+        with stopping_on_interrupt(self.end, *LOGIC_CALLERS):
             self._show()
             while not self.over and (end is None or self._cpu.scan < end):
                 if self.state.paused:

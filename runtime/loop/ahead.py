@@ -67,9 +67,9 @@ class Block(NamedTuple):
 
     def scans(self, start: int) -> Iterator[tuple[bytes, bool]]:
         """Yield rows and updates from a scan on."""
-        still = isinstance(self.rows, bytes)
-        rows = repeat(self.rows, self.length - start) if still else islice(self.rows, start, None)
-        return zip(rows, self.updates(start), strict=False)
+        rows = self.rows
+        left = repeat(rows, self.length - start) if isinstance(rows, bytes) else islice(rows, start, None)
+        return zip(left, self.updates(start), strict=False)
 
 
 class RackPrediction:

@@ -177,7 +177,7 @@ class Cpu:
         self._ahead.stop_requested = False
         self.pacer.begin(self.period_ns)
         self._prepare()
-        with self._watchdog.armed(lambda: self._view.number, inside=LOGIC_CALLERS):
+        with self._watchdog.armed(lambda: self._view.number, *LOGIC_CALLERS):
             try:
                 self._scanning = True
                 self._loop(ENDLESS if scans is None else scans)
@@ -217,7 +217,7 @@ class Cpu:
 
         A second Ctrl-C breaks off endless logic, see `pace.stopping_on_interrupt`.
         """
-        return stopping_on_interrupt(self.stop, inside=LOGIC_CALLERS)
+        return stopping_on_interrupt(self.stop, *LOGIC_CALLERS)
 
     def close(self) -> None:
         """Close the logic, if it can be closed, and all listeners, in order; further scans are refused.

@@ -20,7 +20,7 @@ import sys
 import threading
 import time
 from bisect import bisect_right
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import CodeType, FrameType
 from typing import Any, Protocol
@@ -284,7 +284,7 @@ class Watchdog:
         return self.limit_ns > 0 and not _in_main_thread()
 
     @contextmanager
-    def armed(self, scan: Callable[[], int], inside: Collection[CodeType]) -> Iterator[None]:
+    def armed(self, scan: Callable[[], int], *inside: CodeType) -> Iterator[None]:
         """Watch over a run.
 
         Args:
@@ -350,7 +350,7 @@ def _stack(frame: FrameType | None) -> Iterator[FrameType]:
         frame = frame.f_back
 
 
-def _on_stack(codes: Collection[CodeType], frame: FrameType | None) -> bool:
+def _on_stack(codes: tuple[CodeType, ...], frame: FrameType | None) -> bool:
     return any(each.f_code in codes for each in _stack(frame))
 
 
@@ -453,7 +453,7 @@ _ticker = _Ticker()
 
 
 @contextmanager
-def stopping_on_interrupt(stop: Callable[[], None], inside: Collection[CodeType]) -> Iterator[None]:
+def stopping_on_interrupt(stop: Callable[[], None], *inside: CodeType) -> Iterator[None]:
     """Let Ctrl-C call `stop`; further ones break off a run that does not stop.
 
     The first Ctrl-C only requests a stop. The second raises KeyboardInterrupt if it finds the logic running,

@@ -17,10 +17,10 @@ import pytest
 from ahead3601 import Rig, played
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scanrack.jobs.load.loading import load_job
+from scanrack import load_rack, run
+from scanrack.jobs.run.result import RunCounters
 from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.runtime.loop import ahead, listeners, scans_ahead
-from scanrack.runtime.loop.listeners import RowListener
 from scanrack.traces import ScanRecorder, SlotInfo
 from scanrack.traces.format.tagplan import Tag, TagPlan, plan_of
 from scanrack.traces.write import snapshots
@@ -149,20 +149,18 @@ def test_rows_are_what_single_scans_are(tmp_path, theme, tags):
 
 @pytest.mark.parametrize("rack", RACKS, ids=lambda path: path.stem)
 def test_examples_record_the_same_bytes(tmp_path, monkeypatch, rack):
-    """The listeners of `scanrack run`: hints, sequences, tags, snapshots, the recorder."""
-    for name in ("slow", "fast"):
-        with monkeypatch.context() as patch:
-            if name == "slow":
-                patch.setattr(listeners.Listeners, "begin_rows", lambda self, scan: 0)
-            with ExitStack() as ports:
-                JobRun(load_job(str(rack)), ports, RunOptions(trace=tmp_path / f"{name}.mcap")).run(2_500)
+    """The listeners of `scanrack run`: hints, counters, sequences, tags, snapshots, the recorder."""
+    run(rack, scans=1_500, trace=tmp_path / "fast.mcap")
+    monkeypatch.setattr(listeners.Listeners, "begin_rows", lambda self, scan: 0)
+    run(rack, scans=1_500, trace=tmp_path / "slow.mcap")
     assert (tmp_path / "fast.mcap").read_bytes() == (tmp_path / "slow.mcap").read_bytes()
 
 
-def test_listeners_of_a_run_take_rows(tmp_path):
+@pytest.mark.parametrize("name", ["feeder/feeder", "sequences/stations", "three_stations/line"])
+def test_listeners_of_a_run_take_rows(tmp_path, name):
     """Otherwise the test above compares nothing."""
     with ExitStack() as ports:
-        run = JobRun(load_job(str(RACKS[0])), ports, RunOptions(trace=tmp_path / "one.mcap"))
-        assert all(isinstance(each, RowListener) for each in run.cpu._listeners.listeners)
-        assert run.cpu._listeners.begin_rows(0)
-        run.cpu.close()
+        job = load_rack(EXAMPLES / f"{name}.toml")
+        job_run = JobRun(job, ports, RunOptions(trace=tmp_path / "one.mcap", listeners=[RunCounters()]))
+        assert job_run.cpu._listeners.begin_rows(0)
+        job_run.cpu.close()
