@@ -27,11 +27,11 @@ import json
 import re
 import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from keyword import kwlist
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.tag_names import element_of, without_ranges
 
 from .named_words import SEPARATOR

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 from typing import BinaryIO, NamedTuple
 
@@ -19,6 +19,7 @@ import numpy as np
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import seconds_column
 
 from ..format.message_layout import message_layout

@@ -16,10 +16,11 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Never
+
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.versions import version_of
 
 from ..files.keeping import RecordingKeeper
 from ..format.batch import HEAD_BYTES, ScanBatch, TagBatch
@@ -343,7 +344,7 @@ class ScanRecorder:
             facts[f"slot.{slot.number}.module"] = slot.module
             facts[f"slot.{slot.number}.firmware"] = slot.firmware
             facts |= facts_of(slot.number, slot.words)
-        return facts | {name: _version(name) for name in ("scanrack", "mcap")}
+        return facts | {name: version_of(name) for name in ("scanrack", "mcap")}
 
 
 _STATES = frozenset(topic.name for topic in TOPICS if topic.state)
@@ -355,11 +356,3 @@ def _hashes(**files: Attachment | None) -> dict[str, str]:
         for name, file in files.items()
         if file is not None
     }
-
-
-def _version(distribution: str) -> str:
-    """Return the version of a distribution; "unknown" for an uninstalled one."""
-    try:
-        return version(distribution)
-    except PackageNotFoundError:
-        return "unknown"
