@@ -17,10 +17,9 @@ from scanrack.io_images.amci3601 import WORDS_3601, InputBit
 from scanrack.io_images.cards import DISCRETE16
 from scanrack.io_images.image import Image
 from scanrack.ladder.python.sequences import Sequence, sequences_of
-from scanrack.runtime import Amci3601, Card, Cpu, Rack
+from scanrack.runtime import Amci3601, Card, Cpu, Rack, Watchdog
 from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
-from scanrack.runtime.loop.pace import Watchdog
 from scanrack.runtime.loop.scan import CpuMode
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 from scanrack.runtime.modules.cards.options import CardOptions

@@ -61,7 +61,7 @@ RETIRED = {
     r"what must hold": Retired("property, invariant", 2, 0, 0),
     r"broken scenarios?": Retired("counterexample", 0, 0, 0),
     r"Most (?:rows|records|that)": Retired("maximum", 0, 0, 2),
-    r"energi[s]\w*|behaviours?|colou\w*|licence|neighbo[u]r\w*|(?:sett|mod|lab)elled|towards": Retired(
+    r"(?:de-)?energi[s]\w*|behaviours?|colou\w*|licence|neighbo[u]r\w*|\w+[bdt]elled|towards": Retired(
         "American spelling", 1, 0, 6
     ),
 }
