@@ -23,7 +23,7 @@ from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.rungreader import load_library
 from scanrack.ladder.lowering.addon import ParameterMode
 from scanrack.ladder.model.stubs import NO_STUBS, Stubs
-from scanrack.runtime import Amci3601, Card, Cpu, Rack, Watchdog
+from scanrack.runtime import Amci3601, Card, Cpu, Rack
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 from scanrack.runtime.modules.registry import MODULES
