@@ -422,7 +422,7 @@ def questions(smoke: bool) -> None:
             assert set(there[2]) <= set(here[0][2]), set(there[2]) - set(here[0][2])
             ratios, firsts = (sorted(each[place] / there[0] for each in here) for place in (0, 1))
             text = (
-                f"{name}: there {there[0]:.1f} s; {ratios[2]:.3f} of it, {ratios[0]:.3f} to {ratios[-1]:.3f}, "
+                f"{name}: {there[0]:.1f} s there; {ratios[2]:.3f}, {ratios[0]:.3f} to {ratios[-1]:.3f}, "
                 f"bar {QUESTIONS_AT_MOST}; first answers {firsts[2]:.3f}, bar {FIRST_AT_MOST}; "
                 f"open {there[3]}, now {here[0][3]}; {len(here[0][2])} findings"
             )

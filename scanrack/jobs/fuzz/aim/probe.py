@@ -213,7 +213,7 @@ class _Lines:
         self._lines: Values = []
 
     def __call__(self) -> Values:
-        """Return a line for each sequence, None behind its end."""
+        """Return a line for each sequence, None after its end."""
         resumed = [each.resumed for each in self._sequences]
         if resumed != self._resumed:
             self._resumed = resumed
