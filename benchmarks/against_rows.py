@@ -170,18 +170,18 @@ def questions(_its: Any, folder: Path) -> Iterator[tuple[str, Callable[[], list[
     """
     proving = import_module("scanrack.jobs.prove.proving")
     subject_of = import_module("scanrack.jobs.prove.subject").subject_of
-    hears = hasattr(proving, "Hearer")
+    listens = hasattr(proving, "AnswerListener")
 
     def ask_about(rack: Path) -> list[Any]:
         subject = subject_of(str(rack))
         first: list[float] = []
-        hearer = proving.Hearer() if hears else None
-        if hearer is not None:
-            hearer.found = lambda _answer: first.append(process_time())
-            hearer.left = lambda _count, _most_s: first.append(process_time())
+        listener = proving.AnswerListener() if listens else None
+        if listener is not None:
+            listener.found = lambda _answer: first.append(process_time())
+            listener.left = lambda _count, _most_s: first.append(process_time())
         start = process_time()
         with proving.ScenarioFolder(folder / rack.stem) as scenarios:
-            found = proving.ask_questions(subject, scenarios, (), *([hearer] if hears else []))
+            found = proving.ask_questions(subject, scenarios, (), *([listener] if listens else []))
         took = process_time() - start
         texts = sorted(f"{each.finding.rule} {each.finding.site} {each.finding.text}" for each in found.found)
         return [took, first[0] - start if first else None, texts, sum(found.open.values())]

@@ -161,7 +161,7 @@ def machines(smoke: bool) -> None:
         said("median property", statistics.median(times), f"worst {max(times):.2f} s", scan)
         seconds, answers = spent(lambda: ask(problem, ["dead-rung"]))  # noqa: B023
         assert isinstance(answers, Answers)
-        text = f"{answers.asked['dead-rung']} asked, {len(answers.findings)} dead"
+        text = f"{answers.counts['dead-rung']} asked, {len(answers.findings)} dead"
         said("dead rungs", seconds, text, scan)
         assert answers.open["dead-rung"] <= count // 50, answers
 
