@@ -450,8 +450,10 @@ class _Run:
     def _pass_over_repeats(self, cpu: Cpu) -> None:
         """Let the CPU pass over scans that repeat the one before them, if the program is one of rungs."""
         engine, spec = unwrapped(self._timed), self._spec
-        clocks = clocks_of(engine.lowered) if isinstance(engine, Engine) else None
-        if clocks is None or spec.scan_ns % NS_PER_MS:
+        if not isinstance(engine, Engine) or spec.scan_ns % NS_PER_MS:
+            return
+        clocks = clocks_of(engine.lowered)
+        if clocks is None:
             return
         stops = stops_of(self._instants_ns(), spec.scan_ns)
         until_ns = self._watcher.same_until_ns
