@@ -36,7 +36,7 @@ class ErrorWatch:
     """
 
     def __init__(self, words: Mapping[int, ModuleWords]) -> None:
-        self._bits = list(_bits(words))
+        self._bits = list(error_bits(words))
         self._last: Rows | None = None
 
     def clear(self) -> None:
@@ -57,7 +57,7 @@ class ErrorWatch:
         return place - skipped, bit
 
 
-def _bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, ModuleWords], ErrorBit]]:
+def error_bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, ModuleWords], ErrorBit]]:
     """Yield the error bits, each with the place of its image in a row, and the words of its module."""
     places = memory_layout(words.items()).places
     for slot, names in words.items():
