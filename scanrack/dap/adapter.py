@@ -102,12 +102,11 @@ class Adapter:
     def answer(self, message: Json | NonsenseError) -> None:
         """Answer one message; whatever it is, the session goes on."""
         if isinstance(message, NonsenseError):
-            self._respond(0, "", error=str(message))
+            self.output(f"{message}\n", "stderr")
             return
         number, command = message.get("seq"), message.get("command")
-        number = number if type(number) is int else 0
-        if message.get("type") != "request" or not isinstance(command, str):
-            self._respond(number, "", error="a message must be a request with a command")
+        if message.get("type") != "request" or not isinstance(command, str) or type(number) is not int:
+            self.output("a message must be a request with seq and command\n", "stderr")
             return
         try:
             body = self._carry_out(command, message.get("arguments"))

@@ -59,13 +59,14 @@ def _serve_port(port: int) -> int:
         stream = connection.makefile("rb")
         if hmac.compare_digest(stream.readline(200).strip(), f"key {key}".encode()):
             break
+        stream.close()
         connection.close()
     with connection, stream, connection.makefile("wb") as answers, redirect_stdout(sys.stderr):
         Adapter(Wire(stream, answers), REQUESTS).run()
     return 0
 
 
-_HELP = """Debug a rack, a test or a trace in an editor, forwards and backwards.
+_HELP = """Debug a rack or a trace in an editor, forwards and backwards.
 
 The debug adapter speaks the Debug Adapter Protocol on standard input and output. An editor starts it: see
 docs/editor.md. It steps through rungs, structured text and charts, scan by scan. With --port a client

@@ -352,7 +352,7 @@ def _why_command(adapter: Adapter, rest: str) -> str:
 
 def _branch_command(adapter: Adapter, _rest: str) -> str:
     scan = adapter.place().scan + 1
-    adapter.after_response(lambda: adapter.the_driver().branch(scan))
+    adapter.the_driver().branch(scan)
     return f"a new session goes on from scan {scan:,}"
 
 

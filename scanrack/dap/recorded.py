@@ -21,6 +21,9 @@ from .places import Places
 from .protocol import DebugError
 from .subject import Past, Subject
 
+WINDOW = 512
+"""Scans whose images are read at once."""
+
 TOPICS = frozenset({"/events", "/faults"})
 
 
@@ -57,6 +60,7 @@ class TraceSubject(Subject):
         self.words = monitor.subject.words
         self._places: dict[int, Places] = {}
         self._events: dict[int, list[Event]] | None = None
+        self._memories: dict[int, bytes] = {}
 
     @property
     def extent(self) -> tuple[int, int]:
@@ -88,8 +92,10 @@ class TraceSubject(Subject):
 
     def memory(self, scan: int) -> bytes:
         """Return the images after a scan."""
-        row = self._monitor.subject.timeline.row(scan)
-        return b"" if row is None else row["words"].tobytes()
+        if scan not in self._memories:  # those of the scans after it are next
+            rows = self._monitor.subject.timeline.between(scan, scan + WINDOW)
+            self._memories = {int(each["scan"]): each["words"].tobytes() for each in rows}
+        return self._memories.get(scan, b"")
 
     def events(self, scan: int) -> Sequence[Event]:
         """Return the events of a scan."""

@@ -308,9 +308,7 @@ class Play:
 
         session.on_fault = tell
         by_signal = wanted.door is None  # else the editor has ended it
-        status = run_to_end(
-            run.cpu, play, lambda: by_signal and session.over and session.branch is None
-        )
+        status = run_to_end(run.cpu, play, lambda: by_signal and session.over and session.branch is None)
         return faulted[-1] if faulted else status  # of the last session: those before a branch are left out
 
 
