@@ -130,7 +130,7 @@ if TYPE_CHECKING:  # the names of the front door: type checkers import these lin
     from scanrack.traces.read.reader import Trace as Trace
     from scanrack.traces.read.reader import open_trace as open_trace
 
-    Job, Moment, maximise = LoadedRack, Snapshot, maximize  # old names, see `io_images.renamed`
+    Job, Moment, maximize = LoadedRack, Snapshot, maximize  # old names, see `io_images.renamed`
     __version__: str
     __loader__: Any
 

@@ -4,7 +4,7 @@
         feeder = rack("feeder.toml")          # beside the test's file
         feeder.run_until("Out.Done", within="3 s")
 
-    pytest --scanrack-keep failed|all|never --scanrack-artefacts FOLDER --rung-coverage
+    pytest --scanrack-keep failed|all|never --scanrack-artifacts FOLDER --rung-coverage
 
 A failed test leaves the recording of each of its benches; its report says why the tags that it was about are
 as they are, and the command that opens the recording at the last scan. Nothing of scanrack is imported before
@@ -23,14 +23,14 @@ import pytest
 
 if TYPE_CHECKING:
     from scanrack.jobs.bench import Bench
-    from scanrack.testing.artefacts import TestArtefacts
+    from scanrack.testing.artifacts import TestArtifacts
 
 OpenRack = Callable[[str | Path], "Bench"]
 """The fixture `rack`: opens a rack file, whose path begins at the folder of the test's file."""
 
 _Report = Generator[None, pytest.TestReport, pytest.TestReport]
 
-ARTEFACTS = pytest.StashKey["TestArtefacts"]()
+ARTIFACTS = pytest.StashKey["TestArtifacts"]()
 RUNNING = pytest.StashKey[bool]()
 """Whether the function of a test runs: a report that comes meanwhile is one of a subtest."""
 
@@ -50,9 +50,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="Which tests leave recordings of their racks: failed (default), all, never.",
     )
     group.addoption(
-        "--scanrack-artefacts",
+        "--scanrack-artifacts",
         metavar="FOLDER",
-        help="Where they leave them, in a folder for each test (default: scanrack-artefacts).",
+        help="Where they leave them, in a folder for each test (default: scanrack-artifacts).",
     )
     group.addoption(
         "--rung-coverage",
@@ -79,9 +79,9 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture
 def rack(request: pytest.FixtureRequest) -> Iterator[OpenRack]:
     """Open rack files on a bench, recorded if the test's recordings may be kept; closed at the test's end."""
-    artefacts = _artefacts_of(request.node)
-    yield lambda path: artefacts.open(request.path.parent / path)
-    artefacts.close()
+    artifacts = _artifacts_of(request.node)
+    yield lambda path: artifacts.open(request.path.parent / path)
+    artifacts.close()
 
 
 @pytest.fixture
@@ -102,23 +102,23 @@ def bench(request: pytest.FixtureRequest, rack: OpenRack) -> Bench:
 
 
 @pytest.fixture
-def artefacts(request: pytest.FixtureRequest) -> Path:
+def artifacts(request: pytest.FixtureRequest) -> Path:
     """The folder of the test: what is written there is kept as its recordings are."""
-    return _artefacts_of(request.node).folder.path
+    return _artifacts_of(request.node).folder.path
 
 
-def _artefacts_of(item: pytest.Item) -> TestArtefacts:
-    found = item.stash.get(ARTEFACTS, None)
+def _artifacts_of(item: pytest.Item) -> TestArtifacts:
+    found = item.stash.get(ARTIFACTS, None)
     if found is None:
-        from scanrack.testing.artefacts import TestArtefacts
+        from scanrack.testing.artifacts import TestArtifacts
 
-        found = item.stash[ARTEFACTS] = TestArtefacts(item, _base_of(item.config))
+        found = item.stash[ARTIFACTS] = TestArtifacts(item, _base_of(item.config))
     return found
 
 
 def _base_of(config: pytest.Config) -> Path:
-    given = config.getoption("--scanrack-artefacts")
-    return config.rootpath / "scanrack-artefacts" if given is None else config.invocation_params.dir / given
+    given = config.getoption("--scanrack-artifacts")
+    return config.rootpath / "scanrack-artifacts" if given is None else config.invocation_params.dir / given
 
 
 # --- test routines
@@ -130,7 +130,7 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
         return None
     from scanrack.testing.routines import RoutineFile
 
-    collector: pytest.Collector = RoutineFile.from_parent(parent, path=file_path, artefacts_of=_artefacts_of)
+    collector: pytest.Collector = RoutineFile.from_parent(parent, path=file_path, artifacts_of=_artifacts_of)
     return collector
 
 
@@ -151,11 +151,11 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> _Report:
     """Add the section of scanrack to the report of a failed test; a rerun of the test begins anew."""
     report = yield
-    found = item.stash.get(ARTEFACTS, None)
+    found = item.stash.get(ARTIFACTS, None)
     if found is not None:
         found.reported(report, call, of_subtest=item.stash.get(RUNNING, False))
         if report.when == "teardown":
-            del item.stash[ARTEFACTS]
+            del item.stash[ARTIFACTS]
     return report
 
 

@@ -143,9 +143,9 @@ class Configuration:
         """Whether input words 4 and 5 count: the encoder or the module's own pulses (reading A-89)."""
         return self.quadrature_encoder or self.diagnostic_feedback
 
-    def active_inputs(self, energised: int) -> int:
-        """Return the mask of used inputs that are active when the inputs `energised` are."""
-        return ~(energised ^ self.active_high) & self.inputs_used
+    def active_inputs(self, energized: int) -> int:
+        """Return the mask of used inputs that are active when the inputs `energized` are."""
+        return ~(energized ^ self.active_high) & self.inputs_used
 
 
 def check(words: Sequence[int], firmware: Firmware, limits: Limits = LIMITS_3601) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ MOST_NAMES = 3
 
 _WAYS: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (
-        r"(?P<what>.*), not modelled",
+        r"(?P<what>.*), not modeled",
         lambda found, _: (
             f'{found["what"]} may leave anything: say with assume = ["..."] what it gives, '
             "or state no property of it"

@@ -60,7 +60,7 @@ class Part(Table):
         return self
 
 
-def _energised_of(value: object) -> bool | Literal["wired"]:
+def _energized_of(value: object) -> bool | Literal["wired"]:
     if isinstance(value, bool):
         return value
     if value == "wired":
@@ -74,16 +74,16 @@ class TimelineTable(Part):
     Attributes:
         at_ms: time since power-up, ms; or `at_s`.
         input: the module's input.
-        energised: its level from then on; "wired" gives it back to its switch or station.
+        energized: its level from then on; "wired" gives it back to its switch or station.
         for_ms: how long a button is pressed, ms; or `for_s`.
     """
 
     at_ms: Milliseconds | None = None
     at_s: Seconds | None = None
     input: InputName
-    energised: Annotated[
+    energized: Annotated[
         bool | Literal["wired"],
-        PlainValidator(_energised_of),
+        PlainValidator(_energized_of),
         WithJsonSchema({"enum": [True, False, "wired"]}),
     ] = True
     for_ms: Milliseconds | None = None
@@ -92,11 +92,11 @@ class TimelineTable(Part):
     def parts(self) -> tuple[TimelineEntry, ...]:
         """Return the entries."""
         if self.for_ms is None and self.for_s is None:
-            level = None if self.energised == "wired" else self.energised
+            level = None if self.energized == "wired" else self.energized
             return (TimelineEntry(self.ns("at"), self.input, level),)
-        if self.energised == "wired":
-            raise SettingError("energised", 'energised = "wired" has no end: leave for_ms and for_s out')
-        return press(self.ns("at"), self.input, self.ns("for"), normally_closed=not self.energised)
+        if self.energized == "wired":
+            raise SettingError("energized", 'energized = "wired" has no end: leave for_ms and for_s out')
+        return press(self.ns("at"), self.input, self.ns("for"), normally_closed=not self.energized)
 
 
 class StationTable(Part):

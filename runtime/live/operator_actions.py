@@ -215,7 +215,7 @@ def _whole(tag: str, value: Value) -> int:
     return int(value)
 
 
-_LEVELS = {True: "energised", False: "de-energised", None: "left to the machine"}
+_LEVELS = {True: "energized", False: "de-energized", None: "left to the machine"}
 
 _SENTENCES: Mapping[type[Action], Callable[[Any], str]] = {
     actions.Mode: lambda order: f"The key is turned to {order.mode}.",
@@ -246,7 +246,7 @@ def sentence(order: Action) -> str:
 
     >>> from scanrack.runtime.live.actions import Press
     >>> sentence(Press(1, "home", True))
-    'Slot 1: the home input is energised.'
+    'Slot 1: the home input is energized.'
     """
     return _SENTENCES[type(order)](order)
 

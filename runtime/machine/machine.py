@@ -174,7 +174,7 @@ class Machine:
             self._forget_levels()
         return self._stimuli.next_ns if self._stimuli.next_ns < FAR else None
 
-    def set_input(self, bit: InputBit, energised: bool) -> None:
+    def set_input(self, bit: InputBit, energized: bool) -> None:
         """Set an input from the bench, from now on.
 
         Raises:
@@ -185,17 +185,17 @@ class Machine:
                 f"set_input: {bit.name} is wired to the machine; allowed: inputs that it leaves free"
             )
         self.before_change()
-        self._stimuli.hold(bit, energised)
+        self._stimuli.hold(bit, energized)
         self._forget_levels()
 
-    def operate(self, bit: InputBit, energised: bool | None, now_ns: int) -> None:
+    def operate(self, bit: InputBit, energized: bool | None, now_ns: int) -> None:
         """Act on an input from now on as an entry of the timeline does, and record it as an event.
 
         Args:
-            energised: its level, which overrides switches and stations; None = released.
+            energized: its level, which overrides switches and stations; None = released.
         """
         self.before_change()
-        self._stimuli.operate(bit, energised, now_ns)
+        self._stimuli.operate(bit, energized, now_ns)
         self._forget_levels()
 
     # --- encoder

@@ -182,12 +182,12 @@ class TimelineEntry:
 
     at_ns: int  # ns since power-up
     input: InputBit
-    energised: bool | None  # the level from then on; None = controlled by the machine's switch or station
+    energized: bool | None  # the level from then on; None = controlled by the machine's switch or station
 
     def __post_init__(self) -> None:
         _check_whole(self, "at_ns", 0)
         _check_input(self, self.input)
-        _check_choice(self, "energised", (True, False, None))
+        _check_choice(self, "energized", (True, False, None))
 
 
 def press(
@@ -195,7 +195,7 @@ def press(
 ) -> tuple[TimelineEntry, TimelineEntry]:
     """Return the two timeline entries of a button that is pressed and released.
 
-    >>> [(entry.at_ns, entry.energised) for entry in press(3_200, InputBit.EXTERNAL, 50)]
+    >>> [(entry.at_ns, entry.energized) for entry in press(3_200, InputBit.EXTERNAL, 50)]
     [(3200, True), (3250, False)]
 
     Args:
@@ -325,7 +325,7 @@ class Station:
     """A station that works on the part at it and signals the end of its work.
 
     When a motion ends with the shaft exactly at `position`, the station works for `work_ns`
-    (0 or more) and then energises its input for `pulse_ns` (1 or more). A motion that begins
+    (0 or more) and then energizes its input for `pulse_ns` (1 or more). A motion that begins
     before the pulse cancels it; a pulse that has begun is completed. Stations may share an input.
     """
 
@@ -387,9 +387,9 @@ class MachineSpec:
             if station.input in opening | closing:
                 raise refusal(self, "stations", station, "an input that no switch feeds")
         for entry in self.timeline:
-            if entry.energised is None and not self.fed_inputs & entry.input.value:
+            if entry.energized is None and not self.fed_inputs & entry.input.value:
                 raise refusal(
-                    self, "timeline", entry, "energised None on inputs with a switch or station only"
+                    self, "timeline", entry, "energized None on inputs with a switch or station only"
                 )
 
     @property

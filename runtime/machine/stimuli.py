@@ -16,7 +16,7 @@ from ..loop.events import Event
 from .shaft import FAR
 from .spec import MachineSpec, Station, TimelineEntry
 
-_LEVEL = {True: "energised", False: "de-energised"}
+_LEVEL = {True: "energized", False: "de-energized"}
 
 _SPOKEN = {
     InputBit.CAPTURE: "capture",
@@ -80,31 +80,31 @@ class Stimuli:
                 self.pulses |= work.station.input.value
 
     def _act(self, entry: TimelineEntry) -> None:
-        self.hold(entry.input, entry.energised)
-        self._tell(entry.at_ns, entry.input, self._sentence(entry), entry.energised)
+        self.hold(entry.input, entry.energized)
+        self._tell(entry.at_ns, entry.input, self._sentence(entry), entry.energized)
 
-    def operate(self, bit: InputBit, energised: bool | None, now_ns: int) -> None:
+    def operate(self, bit: InputBit, energized: bool | None, now_ns: int) -> None:
         """Act on an input as an entry of the timeline does.
 
         A released input without a switch or a station is de-energized.
         """
         self.advance(now_ns)
         fed = bool(self._fed & bit.value)
-        self._act(TimelineEntry(now_ns, bit, energised if energised is not None or fed else False))
+        self._act(TimelineEntry(now_ns, bit, energized if energized is not None or fed else False))
 
     def _sentence(self, entry: TimelineEntry) -> str:
         name = _SPOKEN[entry.input]
-        if entry.energised is None:
+        if entry.energized is None:
             return f"The {name} input follows the machine again."
         if self._fed & entry.input.value:
-            return f"The {name} input stays {_LEVEL[entry.energised]}, whatever the machine does."
-        return f"The {name} input is {_LEVEL[entry.energised]}."
+            return f"The {name} input stays {_LEVEL[entry.energized]}, whatever the machine does."
+        return f"The {name} input is {_LEVEL[entry.energized]}."
 
-    def hold(self, bit: InputBit, energised: bool | None) -> None:
+    def hold(self, bit: InputBit, energized: bool | None) -> None:
         """Hold an input at a level, or release it (None)."""
         mask = bit.value
-        self.held_mask = self.held_mask & ~mask if energised is None else self.held_mask | mask
-        self.held = self.held | mask if energised else self.held & ~mask
+        self.held_mask = self.held_mask & ~mask if energized is None else self.held_mask | mask
+        self.held = self.held | mask if energized else self.held & ~mask
 
     def _begin_pulse(self, work: _Work) -> None:
         at_ns, station = work.due_ns, work.station
@@ -116,8 +116,8 @@ class Stimuli:
         work.until_ns = FAR
         self._tell(at_ns, station.input, f"The station at {station.position} ends its signal.", False)
 
-    def _tell(self, at_ns: int, bit: InputBit, text: str, energised: bool | None) -> None:
-        self.events.append(Event(at_ns, "stimulus", str(bit.name).lower(), text, {"energised": energised}))
+    def _tell(self, at_ns: int, bit: InputBit, text: str, energized: bool | None) -> None:
+        self.events.append(Event(at_ns, "stimulus", str(bit.name).lower(), text, {"energized": energized}))
 
     def rest(self, now_ns: int, shaft: int) -> None:
         """Begin the work of the stations at this shaft position: the motion has ended."""

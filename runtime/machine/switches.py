@@ -28,9 +28,9 @@ class SwitchTable:
 
     def __init__(self, switches: Sequence[Switch]) -> None:
         self._bounds: list[int] = []
-        self._masks = [energised(switches, -FAR)]
+        self._masks = [energized(switches, -FAR)]
         for bound in sorted(set(_edges(switches))):
-            mask = energised(switches, bound)
+            mask = energized(switches, bound)
             if mask != self._masks[-1]:
                 self._bounds.append(bound)
                 self._masks.append(mask)
@@ -51,14 +51,14 @@ def _edges(switches: Iterable[Switch]) -> Iterable[int]:
             yield switch.last + 1
 
 
-def energised(switches: Iterable[Switch], shaft: int) -> int:
+def energized(switches: Iterable[Switch], shaft: int) -> int:
     """Return the mask of inputs that these switches energize at a shaft position.
 
     Normally open switches on one input are in parallel, normally closed ones in series.
 
     >>> from ...io_images.amci3601.bits import InputBit
     >>> limits = [Switch(InputBit.CW_LIMIT, 90, None, True), Switch(InputBit.CW_LIMIT, None, -90, True)]
-    >>> energised(limits, -95), energised(limits, 0), energised(limits, 95)
+    >>> energized(limits, -95), energized(limits, 0), energized(limits, 95)
     (0, 16, 0)
     """
     on = off = 0

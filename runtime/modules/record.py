@@ -36,7 +36,7 @@ class LiveModule(Module, Protocol):
 class NamedInputs(Protocol):
     """A module whose inputs have names."""
 
-    def set_input(self, name: str, energised: bool) -> None:
+    def set_input(self, name: str, energized: bool) -> None:
         """Set an input from now on; ValueError for an unknown input."""
 
 
@@ -52,7 +52,7 @@ class AnalogInputs(Protocol):
 class ModuleWithInputs(Protocol):
     """A module whose machine has inputs that a person may operate."""
 
-    def operate(self, bit: InputBit, energised: bool | None) -> None:
+    def operate(self, bit: InputBit, energized: bool | None) -> None:
         """Set an input from the last `update` on; None returns it to the machine."""
 
 

@@ -148,7 +148,7 @@ class DataFiles:
         """Return the reply to a command."""
         if not data or not 1 <= data[0] <= 16 or len(data) < data[0] + 4:
             raise CipRefusedError(TOO_SHORT)
-        requestor, rest = data[: data[0]], data[data[0] :]
+        requester, rest = data[: data[0]], data[data[0] :]
         command, _, number = struct.unpack_from("<BBH", rest)
         status, body = 0, b""
         try:
@@ -158,7 +158,7 @@ class DataFiles:
             body = b"" if refusal.extended is None else bytes([refusal.extended])
         except (struct.error, IndexError):
             status = ILLEGAL
-        return requestor + struct.pack("<BBH", command | _REPLY, status, number) + body
+        return requester + struct.pack("<BBH", command | _REPLY, status, number) + body
 
     def _command(self, command: int, rest: bytes, snapshot: TagSnapshot) -> bytes:
         if command == _DIAGNOSTIC and rest[:1] == b"\x03":

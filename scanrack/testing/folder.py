@@ -1,6 +1,6 @@
 """The folder of a test: what it leaves behind.
 
-scanrack-artefacts/                     with a .gitignore, which says that scanrack made it
+scanrack-artifacts/                     with a .gitignore, which says that scanrack made it
 test_feeder.py--test_strokes/         of test_feeder.py::test_strokes
 .scanrack-test                      its test; only folders with this file are ever emptied
 feeder.mcap, feeder.html
@@ -56,7 +56,7 @@ def file_name(text: str) -> str:
     return no_device(re.sub(r"-{3,}", "-", clean)[:LONGEST].strip(".-"))
 
 
-class ArtefactFolder:
+class ArtifactFolder:
     """The folder of a test, made when it is first asked for.
 
     Args:
@@ -89,7 +89,7 @@ class ArtefactFolder:
                 (path / MARK).write_text(self._test, "utf-8", "backslashreplace", newline="\n")
                 return path
         raise OwnedError(
-            f"{path} was not made by scanrack for {self._test}: move it away, or give --scanrack-artefacts "
+            f"{path} was not made by scanrack for {self._test}: move it away, or give --scanrack-artifacts "
             "another folder"
         )
 
@@ -105,7 +105,7 @@ class ArtefactFolder:
             if is_being_recorded(trace):
                 raise OwnedError(
                     f"{trace} is being recorded by another run of the test: "
-                    "give --scanrack-artefacts another folder"
+                    "give --scanrack-artifacts another folder"
                 )
         _empty(path)
         return True

@@ -16,19 +16,19 @@ from scanrack.ladder.state.lowered import LoweredProgram, steps_of
 from scanrack.runtime.loop.faults import CpuFault
 
 if TYPE_CHECKING:
-    from .artefacts import TestArtefacts
+    from .artifacts import TestArtifacts
 
 
 class RoutineFile(pytest.File):
     """A file of test routines.
 
     Args:
-        artefacts_of: returns what a test leaves behind.
+        artifacts_of: returns what a test leaves behind.
     """
 
-    def __init__(self, artefacts_of: Callable[[pytest.Item], TestArtefacts], **others: Any) -> None:
+    def __init__(self, artifacts_of: Callable[[pytest.Item], TestArtifacts], **others: Any) -> None:
         super().__init__(**others)
-        self._artefacts_of = artefacts_of
+        self._artifacts_of = artifacts_of
 
     def collect(self) -> Iterator[pytest.Item]:
         """Yield a test for each test routine."""
@@ -37,7 +37,7 @@ class RoutineFile(pytest.File):
         except (LadderError, OSError) as error:
             raise self.CollectError(str(error)) from None
         for name in file.routines if file else ():
-            yield RoutineTest.from_parent(self, name=name, file=file, artefacts_of=self._artefacts_of)
+            yield RoutineTest.from_parent(self, name=name, file=file, artifacts_of=self._artifacts_of)
 
 
 class RoutineTest(pytest.Item):
@@ -47,16 +47,16 @@ class RoutineTest(pytest.Item):
     """
 
     def __init__(
-        self, file: TestFile, artefacts_of: Callable[[pytest.Item], TestArtefacts], **others: Any
+        self, file: TestFile, artifacts_of: Callable[[pytest.Item], TestArtifacts], **others: Any
     ) -> None:
         super().__init__(**others)
-        self._file, self._artefacts_of = file, artefacts_of
+        self._file, self._artifacts_of = file, artifacts_of
         self._picture = ""
 
     def runtest(self) -> None:
         """Run it; AssertionError, or the fault of the CPU."""
         job, name = load_test(self._file, self.name)
-        bench = self._artefacts_of(self).add(self._file.rack.stem, lambda trace: bench_of(job, trace))
+        bench = self._artifacts_of(self).add(self._file.rack.stem, lambda trace: bench_of(job, trace))
         try:
             bench.run_for(self._file.time)
         except CpuFault as fault:
@@ -72,7 +72,7 @@ class RoutineTest(pytest.Item):
 
     def teardown(self) -> None:
         """Close the bench."""
-        self._artefacts_of(self).close()
+        self._artifacts_of(self).close()
 
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
         """Return what went wrong in the words of the program, without Python's traceback."""

@@ -22,7 +22,7 @@ const { left, right } = document.querySelector(".hits").getBoundingClientRect();
 return [left, right];
 """
 STYLE = "return getComputedStyle(document.querySelector(arguments[0])).getPropertyValue(arguments[1])"
-COLOURS = """
+COLORS = """
 const style = getComputedStyle(document.documentElement);
 return arguments[0].map(name => style.getPropertyValue(`--${name}`));
 """
@@ -130,7 +130,7 @@ def test_the_focus_stays_when_the_rungs_are_drawn_for_another_width(opened):
     opened.look(1600, 1000)
 
 
-def test_no_state_is_shown_by_colour_alone(opened):
+def test_no_state_is_shown_by_color_alone(opened):
     widths = {}
     for power in "01":
         wire = f"[data-power='{power}'] > .wire"
@@ -149,11 +149,11 @@ def test_no_state_is_shown_by_colour_alone(opened):
 def test_texts_can_be_read_in_either_scheme(opened, scheme):
     opened.look(1600, 1000, scheme=scheme)
     names = ("ink", "soft", "accent", "power", "warn", "fault", "mark")
-    panel, *colours = opened.run(COLOURS, ["panel", *names])
-    for name, colour in zip(names, colours, strict=True):
-        assert contrast(colour, panel) >= 4.5, name  # WCAG 2, 1.4.3
+    panel, *colors = opened.run(COLORS, ["panel", *names])
+    for name, color in zip(names, colors, strict=True):
+        assert contrast(color, panel) >= 4.5, name  # WCAG 2, 1.4.3
     for name in ("power", "warn", "fault"):
-        ink, paper = opened.run(COLOURS, [name, f"{name}-soft"])
+        ink, paper = opened.run(COLORS, [name, f"{name}-soft"])
         assert contrast(ink, paper) >= 4.5, name
 
 

@@ -145,5 +145,5 @@ def test_what_it_would_take_runs_as_a_branch_beside_the_past(page, tmp_path):
         until(lambda: page.run(other) == "run.mcap")
         page.press("Step")  # the press of the branch is in its past, and not in that of its parent
         events = "return document.querySelector('#events').textContent"
-        until(lambda: "start input is energised" in page.run(events))
+        until(lambda: "start input is energized" in page.run(events))
     assert (tmp_path / "run-200.mcap").exists()

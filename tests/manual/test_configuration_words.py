@@ -149,22 +149,22 @@ def test_revision_0_1_capture_without_encoder():
 
 
 @pytest.mark.parametrize(
-    ("level", "energised", "active"),
+    ("level", "energized", "active"),
     [
-        pytest.param(1, 1, True, id="active high, energised"),
-        pytest.param(1, 0, False, id="active high, not energised"),
-        pytest.param(0, 1, False, id="active low, energised"),
-        pytest.param(0, 0, True, id="active low, not energised"),
+        pytest.param(1, 1, True, id="active high, energized"),
+        pytest.param(1, 0, False, id="active high, not energized"),
+        pytest.param(0, 1, False, id="active low, energized"),
+        pytest.param(0, 0, True, id="active low, not energized"),
     ],
 )
-def test_input_active_level(level, energised, active):
+def test_input_active_level(level, energized, active):
     """Chapter 3, Input Active Level: 1 for a normally open, 0 for a normally closed contact."""
     used = (InputBit.HOME | InputBit.CW_LIMIT).value
     home = InputBit.HOME.value
     configuration = Configuration(
         inputs_used=used, active_high=InputBit.CW_LIMIT.value | level * home, starting_speed=1
     )
-    assert configuration.active_inputs(energised * home) == active * home
+    assert configuration.active_inputs(energized * home) == active * home
 
 
 def test_level_counts_only_for_used_inputs():

@@ -184,7 +184,7 @@ class TestBench:
         ("request_", "says"),
         [
             ({"new": {"axes": 2}}, "new.axes: 2 is not allowed: 1 to 1"),
-            ({"new": {"options": {"colour": 1}}}, "option colour: the simulated drive has no such option"),
+            ({"new": {"options": {"color": 1}}}, "option color: the simulated drive has no such option"),
             ({"new": {"options": {"stored": [1]}}}, "option stored"),
             ({"axis": 2}, "axis: 2 is not allowed: 1 to 1"),
             ({"env": {"home": "on"}}, "env.home: the SMD23E2 has in1, in2"),

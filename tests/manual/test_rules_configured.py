@@ -31,16 +31,16 @@ INPUTS = ("capture", "external", "home", "estop", "cw_limit", "ccw_limit")
 
 
 @pytest.mark.rules("CFG-19")
-@pytest.mark.parametrize("energised", [0, 1])
+@pytest.mark.parametrize("energized", [0, 1])
 @pytest.mark.parametrize("level", [0, 1])
 @pytest.mark.parametrize("at", range(6), ids=INPUTS)
-def test_the_level_bit_decides_when_an_input_is_active(at, level, energised):
+def test_the_level_bit_decides_when_an_input_is_active(at, level, energized):
     """Active high (1): a normally open contact; active low (0): a normally closed one."""
     levels = 0x3F & ~(1 << at) | level << at
     bench = Bench.configured(config=configuration(add=CAPTURE, levels=levels))
-    bench.inputs(**{INPUTS[at]: energised}).run(1)
-    assert ("IN_" + INPUTS[at].upper() in bench.bits) == (level == energised)
-    assert len(bench.bits - {"MODULE_OK", "POSITION_INVALID", "INPUT_ERROR"}) == (level == energised)
+    bench.inputs(**{INPUTS[at]: energized}).run(1)
+    assert ("IN_" + INPUTS[at].upper() in bench.bits) == (level == energized)
+    assert len(bench.bits - {"MODULE_OK", "POSITION_INVALID", "INPUT_ERROR"}) == (level == energized)
 
 
 @pytest.mark.rules("CFG-20")
@@ -51,8 +51,8 @@ def test_the_level_of_an_unused_input_does_not_count(at, level):
     extra = MARKER | ENCODER | BACKPLANE_PROXIMITY if INPUTS[at] == "home" else 0
     levels = 0x3F & ~(1 << at) | level << at
     bench = Bench.ready(config=configuration(add=CAPTURE | extra, drop=1 << at, levels=levels))
-    for energised in (0, 1):
-        bench.inputs(**{INPUTS[at]: energised}).run(1)
+    for energized in (0, 1):
+        bench.inputs(**{INPUTS[at]: energized}).run(1)
         assert bench.bits <= {"MODULE_OK", "MOVE_COMPLETE"}
         goes(bench)
     assert bench.captured == 0

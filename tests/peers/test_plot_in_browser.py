@@ -144,7 +144,7 @@ LABELS = """(() => {
 def test_a_curve_has_two_labels_at_least(page: Path, browser: Chromium, least: int, most: int) -> None:
     browser.open(page.as_uri())
     pad = max(1, (most - least) * 0.08)
-    values = browser.evaluate(f"labelled({least - pad}, {most + pad}, SPEED / 28)")
+    values = browser.evaluate(f"labeled({least - pad}, {most + pad}, SPEED / 28)")
     assert len(values) >= 2
     assert all(least - pad <= value <= most + pad for value in values)
     assert len(values) <= 8  # and they do not run into each other
@@ -187,13 +187,13 @@ def test_a_dark_scheme_is_dark_and_readable(page: Path, sized: Chromium) -> None
     sized.look(1300, 800, "dark")
     sized.open(page.as_uri())
     assert sized.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(22, 24, 27)"
-    names = "[ink(), soft(), ...Object.values(data.colours.lanes).map(shade), shade(data.colours.curve)]"
-    for colour in sized.evaluate(names):
-        assert contrast(colour, "#16181b") >= 4.5, colour  # WCAG 2, 1.4.3
+    names = "[ink(), soft(), ...Object.values(data.colors.lanes).map(shade), shade(data.colors.curve)]"
+    for color in sized.evaluate(names):
+        assert contrast(color, "#16181b") >= 4.5, color  # WCAG 2, 1.4.3
     sized.look(1300, 800)
     sized.open(page.as_uri())
-    for colour in sized.evaluate(names):
-        assert contrast(colour, "#ffffff") >= 4.5, colour
+    for color in sized.evaluate(names):
+        assert contrast(color, "#ffffff") >= 4.5, color
 
 
 def test_the_line_beside_the_chart_is_as_high_as_the_chart(page: Path, sized: Chromium) -> None:

@@ -107,5 +107,5 @@ def test_letters_on_a_band_are_readable(page: Path, browser: Chromium, scheme: s
     browser.open(page.as_uri())
     ink = browser.evaluate("ink()")
     for place in range(6):
-        assert contrast(ink, browser.evaluate(f"bandColour({place})")) >= 4.5  # WCAG 2, 1.4.3
+        assert contrast(ink, browser.evaluate(f"bandColor({place})")) >= 4.5  # WCAG 2, 1.4.3
     browser.look(1300, 800)

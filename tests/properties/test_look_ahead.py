@@ -78,7 +78,7 @@ def stories(draw, theme):
         slips=draw(st.lists(st.builds(Slip, positions, st.integers(1, 9), times=st.none()), max_size=2)),
         jams=draw(st.lists(st.builds(Jam, positions, st.sampled_from([1, -1])), max_size=1)),
         incidents=draw(incidents()),
-        neighbours=draw(st.booleans()),
+        neighbors=draw(st.booleans()),
     )
     return world, steps
 

@@ -60,7 +60,7 @@ class PlainInputs:
     def at(self, now_ns: int, motions: list[Motion]) -> int:
         for entry in self.spec.timeline:
             if entry.at_ns == now_ns:
-                self.held[entry.input] = entry.energised
+                self.held[entry.input] = entry.energized
         self.signal(now_ns)
         for departs, rests, direction in motions:
             self.shaft += direction if departs < now_ns <= rests else 0
@@ -72,14 +72,14 @@ class PlainInputs:
                 self.signal(now_ns)
             if now_ns == departs:
                 self.due = [None for _ in self.due]
-        return sum(bit.value for bit in InputBit if self.energised(bit, now_ns))
+        return sum(bit.value for bit in InputBit if self.energized(bit, now_ns))
 
     def signal(self, now_ns: int) -> None:
         for index, station in enumerate(self.spec.stations):
             if self.due[index] == now_ns:
                 self.until[index] = now_ns + station.pulse_ns
 
-    def energised(self, bit: InputBit, now_ns: int) -> bool:
+    def energized(self, bit: InputBit, now_ns: int) -> bool:
         held = self.held.get(bit)
         if held is not None:
             return held

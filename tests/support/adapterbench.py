@@ -87,9 +87,9 @@ class AdapterBench:
         assert self.bits == {"MODULE_OK"}
         return self
 
-    def level(self, bit: InputBit, energised: bool) -> None:
-        """Energise an input."""
-        self.module.machine.set_input(bit, energised)
+    def level(self, bit: InputBit, energized: bool) -> None:
+        """Energize an input."""
+        self.module.machine.set_input(bit, energized)
         self.module.look_again()
 
     @property

@@ -57,7 +57,7 @@ class World:
         slips: of the machine of slot 1.
         jams: likewise.
         incidents: of slot 1, and turns of the key (slot 0).
-        neighbours: whether there are a card with cams and a second 3601.
+        neighbors: whether there are a card with cams and a second 3601.
     """
 
     setting: Any
@@ -66,7 +66,7 @@ class World:
     slips: Sequence[Slip] = ()
     jams: Sequence[Jam] = ()
     incidents: Sequence[InjectedFault] = ()
-    neighbours: bool = False
+    neighbors: bool = False
 
     def rack(self) -> Rack:
         """Return the rack, powered up."""
@@ -74,7 +74,7 @@ class World:
         stepper = self.stepper()
         module = ExposedModule(stepper, own) if own else stepper
         cards = [Card(1, module, "amci3601", self.setting.firmware)]
-        if self.neighbours:
+        if self.neighbors:
             panel = GenericCard(CARD)
             panel.join({1: stepper})
             cards += [Card(2, panel, "discrete16"), Card(4, Amci3601(), "amci3601", "4.1")]
@@ -177,13 +177,13 @@ class Rig:
         self.words = words
         self.lamp ^= 1
 
-    def input(self, bit, energised) -> None:
+    def input(self, bit, energized) -> None:
         if bit not in {wired for wired, _, _ in self.setting.switches}:
-            self.held = self.held & ~bit | (bit if energised else 0)
-            self.act(lambda rig: rig.press(bit, energised))
+            self.held = self.held & ~bit | (bit if energized else 0)
+            self.act(lambda rig: rig.press(bit, energized))
 
-    def press(self, bit, energised) -> None:
-        self.stepper.machine.set_input(InputBit(bit), energised)
+    def press(self, bit, energized) -> None:
+        self.stepper.machine.set_input(InputBit(bit), energized)
         self.stepper.look_again()
 
     def turn(self, counts, ticks) -> None:
@@ -204,9 +204,9 @@ class Rig:
     def power_cycle(self) -> None:
         self.act(lambda rig: rig.rack.slots[1].module.power_cycle())
 
-    def operate(self, bit, energised) -> None:
+    def operate(self, bit, energized) -> None:
         """Act on an input; None gives it back to the machine."""
-        self.act(lambda rig: rig.stepper.operate(bit, energised))
+        self.act(lambda rig: rig.stepper.operate(bit, energized))
 
     def look(self) -> None:
         """Note shaft, encoder counts and inputs at the present."""

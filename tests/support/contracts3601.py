@@ -74,11 +74,11 @@ class Watched:
         self.words = list(words)
         self.outputs = Image(words)
 
-    def input(self, bit, energised):
+    def input(self, bit, energized):
         if bit not in self.wired:
-            self.machine.set_input(InputBit(bit), energised)
+            self.machine.set_input(InputBit(bit), energized)
             self.module.look_again()
-            self.world.hand_levels = self.world.hand_levels & ~bit | (bit if energised else 0)
+            self.world.hand_levels = self.world.hand_levels & ~bit | (bit if energized else 0)
 
     def turn(self, counts, ticks):
         if self.now_ns >= self.turned_until:

@@ -80,13 +80,13 @@ class Lockstep:
         self.outputs = Image(words)
         self.note(self.words)
 
-    def input(self, bit, energised):
+    def input(self, bit, energized):
         if bit in self.wired:
             return
-        self.machine.set_input(InputBit(bit), energised)
+        self.machine.set_input(InputBit(bit), energized)
         self.module.look_again()
-        self.world.hand_levels = self.world.hand_levels & ~bit | (bit if energised else 0)
-        self.note(f"input {InputBit(bit).name} {'on' if energised else 'off'}")
+        self.world.hand_levels = self.world.hand_levels & ~bit | (bit if energized else 0)
+        self.note(f"input {InputBit(bit).name} {'on' if energized else 'off'}")
 
     def turn(self, counts, ticks):
         if self.now_ns < self.turned_until:

@@ -125,16 +125,16 @@ class AdapterLockstep(AloneForAWhile):
         self.foresee(after)
         self.calm_ns = 0
 
-    def input(self, bit, energised):
+    def input(self, bit, energized):
         if bit & self.wired or not bit & self.oracle.used:
             return
         self.meet()
-        if energised and bit & (ANY_LIMIT | ESTOP) and self.controller == "PCL601":
+        if energized and bit & (ANY_LIMIT | ESTOP) and self.controller == "PCL601":
             self.side_unknown |= not self.oracle.in_motion() or bool(self.world.levels() & ANY_LIMIT)
-        self.module.machine.set_input(InputBit(bit), energised)
+        self.module.machine.set_input(InputBit(bit), energized)
         self.module.look_again()
-        self.world.hand_levels = self.world.hand_levels & ~bit | (bit if energised else 0)
-        self.note(f"input {InputBit(bit).name} {'on' if energised else 'off'}")
+        self.world.hand_levels = self.world.hand_levels & ~bit | (bit if energized else 0)
+        self.note(f"input {InputBit(bit).name} {'on' if energized else 'off'}")
         self.laws.something_happens()
         self.calm_ns = 0
 

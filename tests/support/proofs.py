@@ -124,7 +124,7 @@ class Proofs:
             verdict = prove(problem, watched.bit, LIMITS)
             self.count[verdict.kind] += 1
             self.count["proved with k > 0"] += verdict.kind is VerdictKind.PROVED and verdict.k > 0
-            self.count["by havoc"] += any("not modelled" in each for each in verdict.blame)
+            self.count["by havoc"] += any("not modeled" in each for each in verdict.blame)
             self.broken += [f"{seed}: {each}" for each in verdict.blame if "differ" in each]
             if verdict.kind is VerdictKind.PROVED:
                 proved.append(watched)

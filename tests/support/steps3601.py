@@ -67,14 +67,14 @@ class Input:
     """An input on or off; with `ticks`, the other way again after them."""
 
     bit: int
-    energised: bool
+    energized: bool
     ticks: int
 
     def play(self, bench):
-        bench.input(self.bit, self.energised)
+        bench.input(self.bit, self.energized)
         if self.ticks:
             bench.run(self.ticks)
-            bench.input(self.bit, not self.energised)
+            bench.input(self.bit, not self.energized)
 
 
 @dataclass(frozen=True)

@@ -41,9 +41,9 @@ def test_lamp(bench):
 """A test that passes, and two that fail in scans 54 and 14."""
 
 WITHOUT_PAGES = """
-from scanrack.testing import artefacts
+from scanrack.testing import artifacts
 
-artefacts.page_line = lambda *given: "(the page)"
+artifacts.page_line = lambda *given: "(the page)"
 """
 """A conftest: a page costs a second."""
 
@@ -55,6 +55,6 @@ def write_rack(folder: Path) -> None:
 
 def left(folder: Path) -> list[str]:
     """Return the files that the tests of a folder have left."""
-    base = folder / "scanrack-artefacts"
+    base = folder / "scanrack-artifacts"
     names = (each.relative_to(base).as_posix() for each in base.rglob("*") if each.is_file())
     return sorted(name for name in names if not name.rpartition("/")[2].startswith("."))

@@ -125,8 +125,8 @@ class Teller:
             self._check_position(step.position, where)
 
     def _do(self, step: Step) -> None:
-        for bit, energised in step.inputs.items():
-            self.module.machine.set_input(bit, energised)
+        for bit, energized in step.inputs.items():
+            self.module.machine.set_input(bit, energized)
             self.module.look_again()
         if step.running is not None:
             self.module.plc_run(step.running)

@@ -190,7 +190,7 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
             {"/": numbers.div, "MOD": lambda a, b: sub(a, mul(_rounded_down(a, b), b))},
         ),
     ),
-    "bits above 25 are their neighbours": (
+    "bits above 25 are their neighbors": (
         (places, "bit", lambda a, k: REAL["bit"](a, k - 1 if k > 25 else k)),
     ),
     "setting a bit clears bit 0": (

@@ -25,7 +25,7 @@ from watched_page import Look, open_browser, until, watching, why_not
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "docs" / "images"
 EXAMPLES = ROOT / "examples"
-COLOURS, FILM_COLOURS = 128, 128
+COLORS, FILM_COLORS = 128, 128
 """Of a picture and of the film: few enough for a small file, enough for smooth letters."""
 
 LAST_MS = 1500
@@ -66,7 +66,7 @@ def saved(look: Look, name: str) -> None:
     """Save what the window shows."""
     from PIL import Image
 
-    small = picture(look).quantize(COLOURS, Image.Quantize.MAXCOVERAGE)
+    small = picture(look).quantize(COLORS, Image.Quantize.MAXCOVERAGE)
     small.save(IMAGES / name, optimize=True)
 
 
@@ -151,7 +151,7 @@ def film(look: Look) -> None:
                 taken.append((now_s, picture(look)))
     size = FILM_WIDTH, FILM_WIDTH * FILM_SIZE[1] // FILM_SIZE[0]
     small = [image.resize(size, Image.Resampling.LANCZOS) for _, image in taken]
-    palette = small[len(small) // 2].quantize(FILM_COLOURS, Image.Quantize.MAXCOVERAGE)
+    palette = small[len(small) // 2].quantize(FILM_COLORS, Image.Quantize.MAXCOVERAGE)
     drawn = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in small]
     times = [time_s for time_s, _ in taken]
     lasts = [round(100 * (after - each)) * 10 for each, after in pairwise(times)] + [LAST_MS]

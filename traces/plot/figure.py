@@ -19,7 +19,7 @@ from typing import Any
 from ..extras import need
 from ..files.guard import PNG, SVG
 from ..files.newfile import new_file
-from . import colours, time_axis
+from . import colors, time_axis
 from .chart import Chart, Panel, groups_of
 from .envelope import Curve
 from .figure_lanes import draw_lanes, rows_of
@@ -129,11 +129,11 @@ class _Canvas:
         edge = max(1, self.chart.end_ns - self.chart.start_ns) * EDGE
         axes.set_xlim(self.chart.start_ns - edge, self.chart.end_ns + edge)
         axes.set_xticks(time_axis.ticks(self.chart.start_ns, self.chart.end_ns, TICKS_MAX), labels=[])
-        axes.grid(axis="x", color=colours.GRID, linewidth=0.6)
+        axes.grid(axis="x", color=colors.GRID, linewidth=0.6)
         axes.set_axisbelow(True)
-        axes.tick_params(length=0, labelsize=NAME_SIZE, colors=colours.INK)
+        axes.tick_params(length=0, labelsize=NAME_SIZE, colors=colors.INK)
         for spine in axes.spines.values():
-            spine.set_color(colours.GRID)
+            spine.set_color(colors.GRID)
         return axes
 
 
@@ -143,13 +143,13 @@ def _title(figure: Any, chart: Chart[Curve], height: float) -> None:
     figure.text(1 - RIGHT / WIDTH, 1 - 0.24 / height, about, size=NAME_SIZE, va="center", ha="right")
     at = LEFT / WIDTH
     for group in groups_of(chart):
-        colour = colours.LANES[group]
+        color = colors.LANES[group]
         text = f"■ {_GROUP_TITLES[group]}"
-        figure.text(at, 1 - 0.48 / height, text, size=NAME_SIZE, color=colour, va="center")
+        figure.text(at, 1 - 0.48 / height, text, size=NAME_SIZE, color=color, va="center")
         at += (0.2 + 0.07 * len(text)) / WIDTH
-    ramps = zip(RAMP_STATES, colours.RAMP, strict=True)
-    for state, colour in list(ramps)[1:] if any(panel.ramp for panel in chart.panels) else ():
-        figure.text(at, 1 - 0.48 / height, "■", size=NAME_SIZE + 2, color=colour, va="center")
+    ramps = zip(RAMP_STATES, colors.RAMP, strict=True)
+    for state, color in list(ramps)[1:] if any(panel.ramp for panel in chart.panels) else ():
+        figure.text(at, 1 - 0.48 / height, "■", size=NAME_SIZE + 2, color=color, va="center")
         figure.text(at + 0.16 / WIDTH, 1 - 0.48 / height, state, size=NAME_SIZE, va="center")
         at += (0.36 + 0.07 * len(state)) / WIDTH
 
@@ -175,7 +175,7 @@ def _draw_panel(canvas: _Canvas, panel: Panel[Curve], top: float) -> float:
         else:
             _draw_curve(axes, curve, name)
         if place == 1 and panel.ramp is not None:  # the speed
-            axes.axhline(0, color=colours.INK, linewidth=0.4)
+            axes.axhline(0, color=colors.INK, linewidth=0.4)
         _draw_instants(axes, panel)
         top -= _curve_height(panel, place) + GAP
     height = LANE * rows_of(panel)
@@ -186,11 +186,11 @@ def _draw_panel(canvas: _Canvas, panel: Panel[Curve], top: float) -> float:
 
 
 def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
-    axes.plot(*curve.line(), color=colours.CURVE, linewidth=1.2, solid_joinstyle="round")
+    axes.plot(*curve.line(), color=colors.CURVE, linewidth=1.2, solid_joinstyle="round")
     axes.set_ylabel(name, size=NAME_SIZE)
     axes.yaxis.set_major_formatter("{x:,.0f}")
     axes.locator_params(axis="y", nbins=5, integer=True)
-    axes.grid(axis="y", color=colours.GRID, linewidth=0.6)
+    axes.grid(axis="y", color=colors.GRID, linewidth=0.6)
     axes.margins(y=0.08)
     low, high = axes.get_ylim()
     if high - low < 1:  # it never changes: an axis of whole numbers needs room for some
@@ -199,12 +199,12 @@ def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
 
 def _draw_number(axes: Any, curve: Curve, name: str, *, fractional: bool) -> None:
     """Draw a tag in stairs: a value holds until the next scan."""
-    axes.plot(*curve.line(), color=colours.CURVE, linewidth=1.2, drawstyle="steps-post")
+    axes.plot(*curve.line(), color=colors.CURVE, linewidth=1.2, drawstyle="steps-post")
     axes.yaxis.set_major_formatter(lambda value, place: _short(value))
     axes.locator_params(axis="y", nbins=3, integer=not fractional)
-    axes.grid(axis="y", color=colours.GRID, linewidth=0.6)
+    axes.grid(axis="y", color=colors.GRID, linewidth=0.6)
     axes.margins(y=0.1)
-    style = {"size": NAME_SIZE - 0.5, "color": colours.LANES["tag"], "family": "monospace", "va": "center"}
+    style = {"size": NAME_SIZE - 0.5, "color": colors.LANES["tag"], "family": "monospace", "va": "center"}
     left_of_values = -0.06
     says = shortened(name, NAME_LETTERS - 8)
     axes.text(left_of_values, 0.5, says, transform=axes.transAxes, ha="right", **style)
@@ -222,7 +222,7 @@ def _draw_instants(axes: Any, panel: Panel[Curve]) -> None:
         if len(times) > INSTANTS_MAX:
             continue
         upright = axes.get_xaxis_transform()
-        axes.vlines(times, 0, 1, transform=upright, color=colours.MARKS[kind], linewidth=0.5, alpha=0.45)
+        axes.vlines(times, 0, 1, transform=upright, color=colors.MARKS[kind], linewidth=0.5, alpha=0.45)
 
 
 def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
@@ -230,9 +230,9 @@ def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
     axes = canvas.axes(top, _head_height(panel))
     axes.axis("off")
     axes.set_ylim(0, 1)
-    for kind, colour in colours.MARKS.items():
+    for kind, color in colors.MARKS.items():
         times = [mark.time_ns for mark in panel.marks if mark.kind == kind]
-        axes.vlines(times, 0, 0.12, color=colour, linewidth=1.0)
+        axes.vlines(times, 0, 0.12, color=color, linewidth=1.0)
     letter = LETTER / (WIDTH - LEFT - RIGHT)  # as a part of the axis
     labels = placed(panel.marks, canvas.chart.start_ns, canvas.chart.end_ns, letter, LABEL_ROWS)
     for label in labels:
@@ -247,8 +247,8 @@ def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
 
 def _draw_label(axes: Any, label: Label, height: float) -> None:
     mark = label.mark
-    colour = colours.MARKS[mark.kind]
-    axes.vlines(mark.time_ns, 0, height + 0.2, color=colour, linewidth=0.5, zorder=1)
+    color = colors.MARKS[mark.kind]
+    axes.vlines(mark.time_ns, 0, height + 0.2, color=color, linewidth=0.5, zorder=1)
     axes.annotate(
         mark.label,
         (mark.time_ns, height),
@@ -256,7 +256,7 @@ def _draw_label(axes: Any, label: Label, height: float) -> None:
         textcoords="offset points",
         ha="right" if label.before else "left",
         size=LABEL_SIZE,
-        color=colour,
+        color=color,
         bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.3},
         zorder=2,
     )

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from . import colours
+from . import colors
 from .chart import Chart, Panel
 from .envelope import Curve
 from .labels import listed, shortened
@@ -33,25 +33,25 @@ def draw_lanes(axes: Any, panel: Panel[Curve], chart: Chart[Curve]) -> None:
     axes.set_ylim(rows_of(panel), 0)
     for row, lane in enumerate(rows):
         _DRAW[lane.group](axes, lane, chart, row)
-    names = [(shortened(lane.name, NAME_LETTERS), _name_colour(lane)) for lane in rows]
+    names = [(shortened(lane.name, NAME_LETTERS), _name_color(lane)) for lane in rows]
     if panel.unchanged:
         letters = round((WIDTH - LEFT - RIGHT) / LETTER)
         _write(axes, listed(panel.unchanged, letters), chart.start_ns, len(rows))
-        names.append(("unchanged", colours.INK))
+        names.append(("unchanged", colors.INK))
     axes.set_yticks(np.arange(len(names)) + 0.5, labels=[name for name, _ in names])
-    for label, (_, colour) in zip(axes.get_yticklabels(), names, strict=True):
-        label.set_color(colour)
+    for label, (_, color) in zip(axes.get_yticklabels(), names, strict=True):
+        label.set_color(color)
         label.set_fontfamily("monospace")
         label.set_fontsize(NAME_SIZE - 0.5)
 
 
-def _name_colour(lane: Lane) -> str:
-    return colours.LANES.get("tag" if isinstance(lane, Band) else lane.group, colours.INK)
+def _name_color(lane: Lane) -> str:
+    return colors.LANES.get("tag" if isinstance(lane, Band) else lane.group, colors.INK)
 
 
 def _write(axes: Any, text: str, time_ns: int, row: int) -> None:
     at = (time_ns, row + 0.5)
-    style = {"size": LABEL_SIZE, "color": colours.INK, "va": "center_baseline"}
+    style = {"size": LABEL_SIZE, "color": colors.INK, "va": "center_baseline"}
     axes.annotate(text, at, xytext=(3, 0), textcoords="offset points", **style)
 
 
@@ -60,10 +60,10 @@ def _draw_bit(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
     times, values = at_pixels(lane, chart.start_ns, chart.end_ns, PIXELS)
     times, values = np.append(times, chart.end_ns), np.append(values, values[-1])
     levels = row + np.where(values, 0.18, 0.85)
-    colour = colours.LANES[lane.group]
-    axes.fill_between(times, row + 0.85, levels, step="post", color=colour, alpha=0.3, linewidth=0)
+    color = colors.LANES[lane.group]
+    axes.fill_between(times, row + 0.85, levels, step="post", color=color, alpha=0.3, linewidth=0)
     thick = 0.9 if len(times) < CROWDED else 0.3
-    axes.plot(times, levels, drawstyle="steps-post", color=colour, linewidth=thick, solid_joinstyle="miter")
+    axes.plot(times, levels, drawstyle="steps-post", color=color, linewidth=thick, solid_joinstyle="miter")
 
 
 def _draw_ramp(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
@@ -71,7 +71,7 @@ def _draw_ramp(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
     ends = np.append(times[1:], chart.end_ns)
     for state in range(REST + 1, len(RAMP_STATES)):
         here = values == state
-        _paint(axes, times[here], ends[here], row, colours.RAMP[state])
+        _paint(axes, times[here], ends[here], row, colors.RAMP[state])
 
 
 def _draw_band(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
@@ -81,16 +81,16 @@ def _draw_band(axes: Any, lane: Lane, chart: Chart[Curve], row: int) -> None:
     letter_ns = LETTER / (WIDTH - LEFT - RIGHT) * max(1, chart.end_ns - chart.start_ns)
     for place, value in enumerate(dict.fromkeys(values.tolist())):
         here = values == value
-        _paint(axes, times[here], ends[here], row, colours.BAND[place % len(colours.BAND)])
+        _paint(axes, times[here], ends[here], row, colors.BAND[place % len(colors.BAND)])
     for start, end, value in zip(times.tolist(), ends.tolist(), values.tolist(), strict=True):
         text, room = lane.text(value), int((end - start) / letter_ns) - 1
         if min(len(text), LABEL_LETTERS) <= room:
             _write(axes, text if len(text) <= room else f"{text[: room - 1]}…", start, row)
 
 
-def _paint(axes: Any, starts: Any, ends: Any, row: int, colour: str) -> None:
+def _paint(axes: Any, starts: Any, ends: Any, row: int, color: str) -> None:
     spans = list(zip(starts, ends - starts, strict=True))
-    axes.broken_barh(spans, (row + 0.15, 0.7), facecolors=colour, edgecolors=colour, linewidth=0.4)
+    axes.broken_barh(spans, (row + 0.15, 0.7), facecolors=color, edgecolors=color, linewidth=0.4)
 
 
 _DRAW: Mapping[str, Callable[[Any, Lane, Chart[Curve], int], None]] = {

@@ -82,7 +82,7 @@ def _stimulus(name: str, fields: Mapping[str, object]) -> str:
     """Return the label of a stimulus, or of the begin or end of an incident."""
     if fields.get("begins") is False:
         return _OVER.get(name, f"{name} over")
-    return " ".join(filter(None, (name, _SWITCHED.get(fields.get("energised")))))
+    return " ".join(filter(None, (name, _SWITCHED.get(fields.get("energized")))))
 
 
 _OVER: Mapping[str, str] = {

@@ -21,7 +21,7 @@ from ..files.guard import PAGE
 from ..files.newfile import new_file
 from ..read.reader import Trace
 from ..signals import ALL, Block, Selection
-from . import colours, time_axis
+from . import colors, time_axis
 from .chart import Chart, Panel, groups_of, read_chart
 from .lanes import RAMP_STATES, Band, Lane
 from .marks import Mark
@@ -171,14 +171,14 @@ def _data(chart: Chart[PackedValues]) -> dict[str, object]:
         "steps": time_axis.STEPS_NS,
         "groups": groups_of(chart),
         "ramp": RAMP_STATES,
-        "colours": {
-            "lanes": colours.LANES,
-            "ramp": colours.RAMP,
-            "band": colours.BAND,
-            "bandDark": colours.BAND_DARK,
-            "marks": colours.MARKS,
-            "curve": colours.CURVE,
-            "grid": colours.GRID,
+        "colors": {
+            "lanes": colors.LANES,
+            "ramp": colors.RAMP,
+            "band": colors.BAND,
+            "bandDark": colors.BAND_DARK,
+            "marks": colors.MARKS,
+            "curve": colors.CURVE,
+            "grid": colors.GRID,
         },
         "panels": [_panel(panel) for panel in chart.panels],
     }

@@ -14,7 +14,7 @@ from ..algebra.meaning import INT
 from ..algebra.numbers import lt
 from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
 from .steps import Answer, TermSteps
-from .symbols import UnmodelledError, term_of
+from .symbols import UnmodeledError, term_of
 
 MOST_PASSES = 64
 """Maximum passes of a loop whose end is not known."""
@@ -39,9 +39,9 @@ class TermCalls(TermSteps):
         """Run a routine; return its results, each with the condition of its return."""
         routine = self.lowered.routines.get(name)
         if routine is None:
-            raise UnmodelledError("a routine in Python")
+            raise UnmodeledError("a routine in Python")
         if self._depth >= MOST_CALLS:
-            raise UnmodelledError(f"calls more than {MOST_CALLS} deep")
+            raise UnmodeledError(f"calls more than {MOST_CALLS} deep")
         kept = {each: getattr(self, each) for each in _OF_ROUTINE}
         self._pending, self._labels, self._answers = {}, routine.labels, []
         self._depth += 1
@@ -69,7 +69,7 @@ class TermCalls(TermSteps):
     def jump_to(self, power: T, label: str) -> T:
         """Continue at a label further down where power holds."""
         if self._labels[label] <= self._number:
-            raise UnmodelledError("a jump backwards")
+            raise UnmodeledError("a jump backwards")
         before = self._pending.get(label, FALSE)
         self.log.put(self._pending, label, or_(before, and_(self.active, power)))
         return self._left(power)
@@ -193,7 +193,7 @@ class TermCalls(TermSteps):
 
         self.on_paths(look)
         if len(frames) != 1:
-            raise UnmodelledError("arguments that depend on the path")
+            raise UnmodeledError("arguments that depend on the path")
         outer, self.frame = self.frame, frames[0]
         yield
         self.frame = outer

@@ -16,7 +16,7 @@ from ..algebra.numbers import lt
 from ..algebra.terms import T, const, ite, mk
 from .patterns import Pattern, Unknowns, constant_bytes, pack, unpack
 from .places import kind_of
-from .symbols import TermSymbol, UnmodelledError, term_of
+from .symbols import TermSymbol, UnmodeledError, term_of
 
 MOST_COPIED = 4096
 """Maximum values of a copy."""
@@ -141,11 +141,11 @@ def _most(count: Any, region: ArrayRegion) -> int:
     """Return the most elements that a count may be."""
     most: int = count.t.hi if isinstance(count, TermSymbol) else count
     if most * len(region.parts) > MOST_COPIED:
-        raise UnmodelledError(f"a copy of {most} elements of {len(region.parts)} values")
+        raise UnmodeledError(f"a copy of {most} elements of {len(region.parts)} values")
     return max(0, most)
 
 
 def _known(count: Any, region: ArrayRegion) -> int:
     if isinstance(count, TermSymbol):
-        raise UnmodelledError("a copy of a computed length between types")
+        raise UnmodeledError("a copy of a computed length between types")
     return _most(count, region)

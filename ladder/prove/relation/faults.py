@@ -7,7 +7,7 @@ from typing import Any, NoReturn
 from ..algebra.numbers import add, b2i
 from ..algebra.terms import FALSE, TRUE, T, and_, or_
 from .paths import PathFault
-from .symbols import TermScan, UnmodelledError
+from .symbols import TermScan, UnmodeledError
 
 
 class TermFaults:
@@ -75,4 +75,4 @@ class TermFaults:
         """No-op: passes are limited separately."""
 
     def __getattr__(self, name: str) -> Any:
-        raise UnmodelledError(f"the fault log is used by its {name}")
+        raise UnmodeledError(f"the fault log is used by its {name}")

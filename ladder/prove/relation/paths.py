@@ -10,7 +10,7 @@ from ...model.errors import LadderFault
 from ..algebra.meaning import BOOL
 from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
 from .places import Key
-from .symbols import UnmodelledError, term_of
+from .symbols import UnmodeledError, term_of
 
 MOST_PATHS = 256
 """Maximum paths of one instruction."""
@@ -67,16 +67,16 @@ class Paths:
         if t.op == "const":
             return bool(t.val)
         if self.path is None:
-            raise UnmodelledError("a truth is needed outside of an instruction")
+            raise UnmodeledError("a truth is needed outside of an instruction")
         for known, truth in self._trail[: self._at]:
             if known is t or known is not_(t):
                 return truth is (known is t)
         if self._at == len(self._trail):
             if self._at == MOST_DECISIONS:
-                raise UnmodelledError(f"more than {MOST_DECISIONS} decisions")
+                raise UnmodeledError(f"more than {MOST_DECISIONS} decisions")
             self._trail.append((t, True))
         if self._trail[self._at][0] is not t:
-            raise UnmodelledError("it decides something else when it is repeated")
+            raise UnmodeledError("it decides something else when it is repeated")
         self._at += 1
         return self._trail[self._at - 1][1]
 
@@ -87,7 +87,7 @@ class Paths:
     def walk(self, run: Callable[[], Any]) -> list[Path]:
         """Run on every path; return them in the order of a tree, true first."""
         if self.path is not None:
-            raise UnmodelledError("an instruction within an instruction")
+            raise UnmodeledError("an instruction within an instruction")
         self._trail, self._unknowns, paths = [], {}, []
         try:
             while True:
@@ -97,7 +97,7 @@ class Paths:
                 if not self._trail:
                     return paths
                 if len(paths) == MOST_PATHS:
-                    raise UnmodelledError(f"more than {MOST_PATHS} paths")
+                    raise UnmodeledError(f"more than {MOST_PATHS} paths")
                 self._trail[-1] = self._trail[-1][0], False
         finally:
             self.path, self._at = None, 0

@@ -10,7 +10,7 @@ from ...state.memory import InterpretedAddOnStore
 from ..algebra.meaning import BOOL, F32, F64, INT
 from ..algebra.numbers import bit, eq, setbit, sub
 from ..algebra.terms import T, const, interval_of, ite
-from .symbols import TermScan, TermSymbol, UnmodelledError, term_of
+from .symbols import TermScan, TermSymbol, UnmodeledError, term_of
 
 Key = tuple[str, int]
 """A place: path of the leaf in capitals, flat index."""
@@ -82,7 +82,7 @@ class TermMemory:
         return self._values.symbol(changed)
 
     def __getattr__(self, name: str) -> Any:
-        raise UnmodelledError(f"memory is used by its {name}")
+        raise UnmodeledError(f"memory is used by its {name}")
 
 
 def _choices(leaf: Leaf, index: T) -> tuple[T, range]:
@@ -95,7 +95,7 @@ def _choices(leaf: Leaf, index: T) -> tuple[T, range]:
     first = max(number.lo, -(begin // step))
     last = min(number.hi, (leaf.size - 1 - begin) // step)
     if last - first >= MOST_ELEMENTS:
-        raise UnmodelledError(f"a computed subscript among {last - first + 1} elements")
+        raise UnmodeledError(f"a computed subscript among {last - first + 1} elements")
     if last < first:
         return const(0), range(begin % step, begin % step + 1)
     return sub(number, const(first)), range(begin + first * step, begin + last * step + 1, step)

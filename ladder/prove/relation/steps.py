@@ -26,7 +26,7 @@ from ..algebra.terms import FALSE, TRUE, T, and_, not_, or_
 from .places import Key
 from .shapes import world_of
 from .stored import MOST_OPEN
-from .symbols import UnmodelledError, term_of
+from .symbols import UnmodeledError, term_of
 from .term_values import TermValues
 from .unknowns import ONLY, UnknownOrigin, named, system_leaves
 
@@ -58,7 +58,7 @@ _FLOW = ("_ended", "_exits", "_pending", "_answers")
 """Those of them that lead the scan elsewhere."""
 
 REFUSED = (
-    *(UnmodelledError, TypeError, AttributeError, KeyError, ValueError, IndexError, ArithmeticError),
+    *(UnmodeledError, TypeError, AttributeError, KeyError, ValueError, IndexError, ArithmeticError),
     RecursionError,
 )
 """What a row on terms raises if it does something that has none."""
@@ -101,7 +101,7 @@ class TermSteps(TermValues):
     def execute(self, step: LoweredStep, power: Any) -> Any:
         """Run an instruction; return the power after it."""
         if self.paths.path is not None:
-            raise UnmodelledError("an instruction that runs others")
+            raise UnmodeledError("an instruction that runs others")
         self.site = step.site
         if power is FALSE and not _acts_without_power(step):
             return FALSE
@@ -141,7 +141,7 @@ class TermSteps(TermValues):
         """Run the row of the interpreter on terms."""
         spec = step.spec
         if spec.leaves:
-            raise UnmodelledError("it leaves the rung")
+            raise UnmodeledError("it leaves the rung")
         if spec.kind is InstructionKind.BOTH or spec.decides:
             after = self.on_paths(lambda: spec.run(self, self.symbol(power), *step.operands))
             return after if spec.decides else power

@@ -25,7 +25,7 @@ from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_, var
 from .faults import TermFaults
 from .paths import Path, PathFault, Paths, faults_of, merged, result_of, written_by
 from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
-from .symbols import TermSymbol, UnmodelledError, term_of, truth_of, whole_of
+from .symbols import TermSymbol, UnmodeledError, term_of, truth_of, whole_of
 from .undo import UndoLog
 from .unknowns import ONLY, UnknownOrigin
 
@@ -86,8 +86,8 @@ class TermPlaces(Interpreter):
 
     @property
     def now_ns(self) -> int:
-        """Raise UnmodelledError: proofs have no absolute time, only `start_clock` and `elapsed`."""
-        raise UnmodelledError("the clock is read")
+        """Raise UnmodeledError: proofs have no absolute time, only `start_clock` and `elapsed`."""
+        raise UnmodeledError("the clock is read")
 
     @now_ns.setter
     def now_ns(self, _value: int) -> None:
@@ -240,7 +240,7 @@ class TermPlaces(Interpreter):
             self.put(since, 0)
             return self.symbol(age)
         if unit_ns % self.tick_ns:
-            raise UnmodelledError("a time that is not counted in parts of it")
+            raise UnmodeledError("a time that is not counted in parts of it")
         unit = const(unit_ns // self.tick_ns)
         far = self.computed(("rest", unit_ns), (INT, 0, unit.val - 1), age, strict=True)
         rest = ite(eq(age, const(self.most_age)), far, rem(age, unit))
@@ -320,7 +320,7 @@ class TermPlaces(Interpreter):
 
 
 def _no_python(name: str, _inputs: object) -> Any:
-    raise UnmodelledError(f"routine {name} in Python")
+    raise UnmodeledError(f"routine {name} in Python")
 
 
 def _below(t: T, most: int) -> T:

@@ -25,7 +25,7 @@ Decide = Callable[[T], bool]
 """Decides a truth on the current path."""
 
 
-class UnmodelledError(Exception):
+class UnmodeledError(Exception):
     """An instruction does something that has no terms; what it may write becomes unknown."""
 
 
@@ -60,7 +60,7 @@ def truth_of(t: T) -> T:
 def whole_of(t: T) -> T:
     """Return a truth as 0 or 1; a whole number unchanged."""
     if t.kind in FLOATS:
-        raise UnmodelledError("a floating-point number where a whole one is needed")
+        raise UnmodeledError("a floating-point number where a whole one is needed")
     return b2i(t) if t.kind == BOOL else t
 
 
@@ -109,7 +109,7 @@ class TermSymbol:
         return self.decide(truth_of(self.t))
 
     def _refuse(self, *_others: object) -> NoReturn:
-        raise UnmodelledError("a Python number is needed")
+        raise UnmodeledError("a Python number is needed")
 
     __int__ = __index__ = __float__ = __format__ = __str__ = __iter__ = __round__ = __trunc__ = _refuse
     __floor__ = __ceil__ = __len__ = _refuse

@@ -30,7 +30,7 @@ from .operations import DIVISIONS, FACTORS, FAR_AWAY, REAL, TRUTH, UNKNOWN, WHOL
 from .patterns import Byte, constant_bytes, unpack
 from .places import kind_of
 from .stored import TermPlaces
-from .symbols import FLOATS, TermSymbol, UnmodelledError, alike, term_of, truth_of, whole_of
+from .symbols import FLOATS, TermSymbol, UnmodeledError, alike, term_of, truth_of, whole_of
 from .texts import TermText, digits, number_in
 
 _LARGEST = {F32: 1 << 128, F64: 1 << 1024}
@@ -147,7 +147,7 @@ class TermValues(TermPlaces):
 
     def _exact(self, name: str, terms: Sequence[T]) -> T:
         if name not in WHOLE:
-            raise UnmodelledError(f"{name} of integers")
+            raise UnmodeledError(f"{name} of integers")
         return WHOLE[name](*terms)
 
     def _wrapped(self, exact: T, width: int, guard: T = TRUE) -> T:
@@ -178,7 +178,7 @@ class TermValues(TermPlaces):
             return to_float(product, kind)
         if name in UNKNOWN:
             return self.computed(name, (kind, 0, 0), *terms)
-        raise UnmodelledError(f"{name} of floating-point numbers")
+        raise UnmodeledError(f"{name} of floating-point numbers")
 
     def overflow_if(self, t: T) -> None:
         """Note an overflow where a truth holds."""
@@ -298,7 +298,7 @@ class TermValues(TermPlaces):
 
     def _nearest(self, value: Any) -> Any:
         if self.is_float(value):
-            raise UnmodelledError("the text of a floating-point number")
+            raise UnmodeledError("the text of a floating-point number")
         return value
 
     def condition(self, condition: Resolved) -> Any:

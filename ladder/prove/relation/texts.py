@@ -11,7 +11,7 @@ from typing import Any
 from ..algebra.meaning import INT
 from ..algebra.numbers import add, bit, clip, div, eq, le, least, lt, mul, rem, sub
 from ..algebra.terms import FALSE, T, and_, bits_of, const, ite, not_, or_
-from .symbols import UnmodelledError, term_of
+from .symbols import UnmodeledError, term_of
 
 MOST_CHARACTERS = 512
 """Maximum characters of a text."""
@@ -32,7 +32,7 @@ class TermText:
 
     def __init__(self, make: Make, length: T, codes: Sequence[T]) -> None:
         if len(codes) > MOST_CHARACTERS:
-            raise UnmodelledError(f"a text of {len(codes)} characters")
+            raise UnmodeledError(f"a text of {len(codes)} characters")
         self.make, self.length, self.codes = make, length, list(codes)
 
     @classmethod
@@ -125,7 +125,7 @@ class TermText:
         """Return the first place of another text from a start on, -1 if it is not in it."""
         text = TermText.of(self.make, wanted)
         if len(self.codes) * len(text.codes) > MOST_COMPARED:
-            raise UnmodelledError(f"a search for {len(text.codes)} characters in {len(self.codes)}")
+            raise UnmodeledError(f"a search for {len(text.codes)} characters in {len(self.codes)}")
         begin, found = term_of(start, INT), const(-1)
         for at in reversed(range(len(self.codes) + 1)):
             found = ite(and_(le(begin, const(at)), self._has(text, at)), const(at), found)

@@ -19,7 +19,7 @@ from .paths import Path
 from .places import Key
 from .steps import REFUSED
 from .stored import Lost
-from .symbols import UnmodelledError
+from .symbols import UnmodeledError
 
 Begun = Callable[[Key, T], T]
 """Gives a value that prescan finds, of a place and the value that the scan left there."""
@@ -133,7 +133,7 @@ class TurningMachine(ScanMachine):
         skips = self._skips
         super()._copies(copies)
         if self._turns and self._skips != skips and any(len(series) > 1 for series in copies):
-            raise UnmodelledError("a parameter with a computed subscript, in prescan")
+            raise UnmodeledError("a parameter with a computed subscript, in prescan")
 
     def start_clock(self, since: Place) -> None:
         """Begin to measure the time in a hidden place; in prescan nothing does."""
@@ -147,7 +147,7 @@ class TurningMachine(ScanMachine):
 
     def _refuse_clock(self) -> None:
         if self._turns:
-            raise UnmodelledError("a timer that runs in prescan")
+            raise UnmodeledError("a timer that runs in prescan")
 
     def _prescan_step(self, step: LoweredStep) -> None:
         prescan = step.spec.prescan
@@ -178,7 +178,7 @@ class TurningMachine(ScanMachine):
         self._put_power(call, FALSE)
         with self._within(call):
             if self._skips != skips:
-                raise UnmodelledError("an instance with a computed subscript, in prescan")
+                raise UnmodeledError("an instance with a computed subscript, in prescan")
             self.prescan(call.logic)
             if call.prescan is not None:
                 self.call_routine(call.prescan, ())

@@ -286,7 +286,7 @@ class ProgramSystem(System):
         machine = self.machine
         self.deep = machine.deep
         for name, site in machine.havocs.items():
-            self.havocs.setdefault(name, f"{site.routine} {site.place}: {site.instruction}, not modelled")
+            self.havocs.setdefault(name, f"{site.routine} {site.place}: {site.instruction}, not modeled")
         for key, v in list(machine.vars.items()):
             if v.val not in self.key_of:
                 self.key_of[v.val] = key

@@ -206,9 +206,9 @@ class Adapter(Generic[Drive]):
         machine = self.machine
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
 
-    def operate(self, bit: InputBit, energised: bool | None) -> None:
+    def operate(self, bit: InputBit, energized: bool | None) -> None:
         """Operate an input of the machine from the last `update` on, see `Machine.operate`."""
-        self.machine.operate(bit, energised, self._now_ns)
+        self.machine.operate(bit, energized, self._now_ns)
         self.look_again()
 
     def look_again(self) -> None:

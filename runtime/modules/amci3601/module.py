@@ -208,10 +208,10 @@ class Amci3601(SteppedModule):
         self.axis.cut(self._now_ns)
         self.layer.operation = None
 
-    def operate(self, bit: InputBit, energised: bool | None) -> None:
+    def operate(self, bit: InputBit, energized: bool | None) -> None:
         """Operate an input of the machine from the last `update` on, see `Machine.operate`."""
         self.before_change()
-        self.machine.operate(bit, energised, self._now_ns)
+        self.machine.operate(bit, energized, self._now_ns)
         self.look_again()
 
     def look_again(self) -> None:

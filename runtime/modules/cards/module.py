@@ -94,7 +94,7 @@ class GenericCard(Module):
             self._act(self._changes[self._next])
             self._next += 1
         for name, operated in self._cams:
-            self._put_level(name, self._energised(name, operated(now_ns)))
+            self._put_level(name, self._energized(name, operated(now_ns)))
         self.lit = self._outputs(outputs) if self._runs else 0
         if not self.kind.analog:
             self._show(self._levels | self.lit << self._echo_shift if self.kind.echo else self._levels)
@@ -125,7 +125,7 @@ class GenericCard(Module):
     def power_cycle(self) -> None:
         """Do nothing: contacts keep their state, and the next image is the same."""
 
-    def set_input(self, name: str, energised: bool) -> None:
+    def set_input(self, name: str, energized: bool) -> None:
         """Set a digital input from now on.
 
         Raises:
@@ -137,7 +137,7 @@ class GenericCard(Module):
         if name not in self.options.buttons:
             raise ValueError(f"input {name!r} is wired to a cam: the machine operates it")
         self.before_change()
-        self._put_level(name, energised)
+        self._put_level(name, energized)
 
     def end_timeline(self) -> bool:
         """Drop the presses of the timeline that are still to come; return whether there are any."""
@@ -146,9 +146,9 @@ class GenericCard(Module):
         del self._changes[self._next :]
         return there_are
 
-    def _put_level(self, name: str, energised: bool) -> None:
+    def _put_level(self, name: str, energized: bool) -> None:
         place = self._place(name)
-        self._levels = self._levels | 1 << place if energised else self._levels & ~(1 << place)
+        self._levels = self._levels | 1 << place if energized else self._levels & ~(1 << place)
 
     def set_value(self, name: str, value: float | Decimal) -> None:
         """Set an analog input from now on.
@@ -215,7 +215,7 @@ class GenericCard(Module):
         for word in self._shown_words:
             self._image[word] = signed_word(bits >> WORD_BITS * word & WORD_MASK)
 
-    def _energised(self, name: str, acted_on: bool) -> bool:
+    def _energized(self, name: str, acted_on: bool) -> bool:
         return acted_on is not (name in self.options.normally_closed)
 
     def _act(self, change: Change) -> None:
@@ -226,11 +226,11 @@ class GenericCard(Module):
             value = int(change.value) if change.value == int(change.value) else float(change.value)
             self.events.append(Event(change.at_ns, "stimulus", name, text, {"value": value}))
             return
-        energised = self._energised(name, change.acted_on)
-        self._put_level(name, energised)
-        level = "energised" if energised else "de-energised"
+        energized = self._energized(name, change.acted_on)
+        self._put_level(name, energized)
+        level = "energized" if energized else "de-energized"
         text = f"The {name} input is {level}."
-        self.events.append(Event(change.at_ns, "stimulus", name, text, {"energised": energised}))
+        self.events.append(Event(change.at_ns, "stimulus", name, text, {"energized": energized}))
 
     def _unit(self, name: str) -> str:
         """Return a space and the unit of a channel with a range."""

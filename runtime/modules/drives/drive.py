@@ -216,9 +216,9 @@ class DriveUnit(SteppedModule):
         machine = self.machine_at(self._now_ns)
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
 
-    def operate(self, bit: InputBit, energised: bool | None) -> None:
+    def operate(self, bit: InputBit, energized: bool | None) -> None:
         """Operate an input of the machine from the last call on, see `Machine.operate`."""
-        self.machine.operate(bit, energised, self._now_ns)
+        self.machine.operate(bit, energized, self._now_ns)
         self.look_again()
 
     def look_again(self) -> None:

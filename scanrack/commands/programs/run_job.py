@@ -44,7 +44,7 @@ def run_job(
     options: RunOptions,
     *,
     quiet: bool,
-    summarised: bool = True,
+    summarized: bool = True,
     as_json: bool = False,
     server: Sequence[ServerAddress] = (),
 ) -> int:
@@ -54,7 +54,7 @@ def run_job(
         scans: their number, None = until Ctrl-C.
         options: of the run; its hints are printed.
         quiet: no progress and no summary; error messages are still printed.
-        summarised: whether a run that is not quiet ends with a summary.
+        summarized: whether a run that is not quiet ends with a summary.
         server: where clients read and write tags.
         as_json: print the summary as one JSON object, and the program's own output on standard error.
     """
@@ -88,7 +88,7 @@ def run_job(
         result = result_of(run, tally, options.trace)
         if as_json:
             say_json({"ended": ENDED[status], **summary_row(run, result, took_ns)})
-        elif summarised and not quiet:
+        elif summarized and not quiet:
             say(summary(result, took_ns, pacer, run.stubs, run.steps))
         if services is not None and not services.end() and status == DONE:
             return complain("a helper process has never begun: its error stands above", NO_HELPER)

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 from scanrack.io_images.enip.codes import PORT
 from scanrack.jobs.captures.cip_words import cip_scans
-from scanrack.jobs.captures.modelling import simulated
+from scanrack.jobs.captures.modeling import simulated
 from scanrack.jobs.captures.reading import MODBUS_PORT, pairing_of, read_capture
 from scanrack.jobs.captures.recording import record, said_by, value_names
 from scanrack.jobs.captures.words import record_words, word_scans

@@ -64,7 +64,7 @@ def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
     scans = ends[-1] + 1
     parent = {key: trace.head.metadata[key] for key in PARENT if key in trace.head.metadata}
     running = RunOptions(trace=again, orders=orders, editions=editions, metadata=parent, keep=keep)
-    status = run_job(job, scans, running, quiet=quiet, summarised=False)
+    status = run_job(job, scans, running, quiet=quiet, summarized=False)
     if status not in (DONE, NO):
         return status
     if not options.as_json and filecmp.cmp(path, again, shallow=False):

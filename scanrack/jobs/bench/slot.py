@@ -50,7 +50,7 @@ class SlotBench:
         shaft, *_ = self._device.figures()
         return int(shaft)
 
-    def set_input(self, name: str, energised: bool) -> None:
+    def set_input(self, name: str, energized: bool) -> None:
         """Set an input from now on.
 
         Args:
@@ -62,12 +62,12 @@ class SlotBench:
             ValueError: an unknown input, or one that the machine of the rack file controls.
         """
         if isinstance(self._device, NamedInputs):
-            self._device.set_input(name, energised)
+            self._device.set_input(name, energized)
             return
         bit = INPUT_NAMES.get(name.lower())
         if bit is None:
             raise ValueError(f"no input {name!r}: inputs are {', '.join(INPUT_NAMES)}")
-        self._device.machine.set_input(bit, energised)
+        self._device.machine.set_input(bit, energized)
         self._device.look_again()
 
     def set_value(self, name: str, value: float) -> None:
@@ -84,7 +84,7 @@ class SlotBench:
         self._device.set_value(name, value)
 
     def press(self, name: str, for_: str = "50 ms") -> None:
-        """Energise an input and run for a time; then release it.
+        """Energize an input and run for a time; then release it.
 
         Raises:
             ValueError: as `set_input`; or `for_` is not a time.
@@ -135,5 +135,5 @@ class SlotBench:
         held = [name for name, bit in INPUT_NAMES.items() if levels & bit]
         return (
             f"slot {self.number}: {bits}; position {self.status.position}, shaft {self.shaft}; "
-            f"energised {', '.join(held) or 'nothing'}; outputs {list(self.outputs)}"
+            f"energized {', '.join(held) or 'nothing'}; outputs {list(self.outputs)}"
         )

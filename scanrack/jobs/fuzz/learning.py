@@ -115,5 +115,5 @@ def _presses(stimuli: Sequence[Stimulus], machines: dict[int, MachineSpec], end_
     ends = [each.at_ns for each in stimuli[1:]] + [end_ns]
     for each, until_ns in zip(stimuli, ends, strict=True):
         fed = machines[each.slot].fed_inputs & each.input.value
-        if (each.energised or (fed and each.energised is False)) and until_ns > each.at_ns:
-            yield Press(each.slot, each.input, each.energised, each.at_ns, until_ns - each.at_ns)
+        if (each.energized or (fed and each.energized is False)) and until_ns > each.at_ns:
+            yield Press(each.slot, each.input, each.energized, each.at_ns, until_ns - each.at_ns)

@@ -174,7 +174,7 @@ def rounder(number: int) -> Iterator[int]:
     ([0, -1, -2, -5, -10], [])
     """
     size, sign = abs(number), -1 if number < 0 else 1
-    candidates = [0, *_round_below(size), *_neighbours(size)] if size else []
+    candidates = [0, *_round_below(size), *_neighbors(size)] if size else []
     yield from (sign * candidate for candidate in dict.fromkeys(candidates))
 
 
@@ -185,7 +185,7 @@ def _round_below(size: int) -> Iterator[int]:
         decade *= 10
 
 
-def _neighbours(size: int) -> Iterator[int]:
+def _neighbors(size: int) -> Iterator[int]:
     """Yield the next numbers of fewer digits, below and above."""
     length = len(str(size))
     for kept in range(1, digits(size)):

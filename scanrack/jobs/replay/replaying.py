@@ -210,7 +210,7 @@ def recorded_stimuli(recording: PackedTrace) -> Iterator[Stimulus]:
     for event in recording.events:
         name = str(event.fields.get("name")).upper()
         if event.topic == "/stimuli" and name in InputBit.__members__:
-            slot, level = _slot_of(event), event.fields.get("energised")
+            slot, level = _slot_of(event), event.fields.get("energized")
             if slot not in bolted:
                 continue
             yield Stimulus(event.now_ns, slot, InputBit[name], None if level is None else bool(level))

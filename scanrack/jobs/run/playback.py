@@ -175,7 +175,7 @@ class Stimulus:
     at_ns: int
     slot: int
     input: InputBit
-    energised: bool | None  # its level from then on; None = controlled by the machine's switch or station
+    energized: bool | None  # its level from then on; None = controlled by the machine's switch or station
 
 
 def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: bool = True) -> MachineSpec:
@@ -191,6 +191,6 @@ def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: b
     bare = replace(machine, timeline=(), stations=(), switches=machine.switches if switches else ())
     entries = []
     for each in stimuli:
-        let_go = each.energised is None and not bare.fed_inputs & each.input.value
-        entries.append(TimelineEntry(each.at_ns, each.input, False if let_go else each.energised))
+        let_go = each.energized is None and not bare.fed_inputs & each.input.value
+        entries.append(TimelineEntry(each.at_ns, each.input, False if let_go else each.energized))
     return replace(bare, timeline=tuple(entries))

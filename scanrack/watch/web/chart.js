@@ -1,7 +1,7 @@
 // Draws the timing strip: curves of positions, lanes of bits, lanes of tags.
 
 import { clock, count, shown } from "./format.js";
-import { colours } from "./pen.js";
+import { colors } from "./pen.js";
 
 export const TOP = 8, AXIS = 20, CURVE = 52, NUMBER = 44, LANE = 17; // CSS pixels
 const THIN = 2; // a pulse narrower than that many pixels is drawn as a needle
@@ -17,18 +17,18 @@ export function grid(to, times, x, left, from, end, high) {
   const power = 10 ** Math.floor(Math.log10(wide / most)), step = [1, 2, 5, 10].map(each => each * power).find(each => wide / each <= most);
   for (let time = Math.max(Math.ceil(from / step) * step, 0); time <= end; time += step) {
     const at = x(time), half = clock(time).length * LETTER / 2;
-    to.line(at, 0, at, high, colours.grid);
-    if (at + half <= to.wide && at - half >= left - 60) times.text(clock(time), at, AXIS - 6, colours.soft, "center"); // none cut off
+    to.line(at, 0, at, high, colors.grid);
+    if (at + half <= to.wide && at - half >= left - 60) times.text(clock(time), at, AXIS - 6, colors.soft, "center"); // none cut off
   }
 }
 
 // A position: the last one of a stretch is that of its last scan, and the way from there to the next one is even.
-export function curve(to, points, range, period, name, x, top, left, tall, colour = colours.curve) {
-  to.label(name, left - 8, top + tall / 2 + 4, colours.ink);
+export function curve(to, points, range, period, name, x, top, left, tall, color = colors.curve) {
+  to.label(name, left - 8, top + tall / 2 + 4, colors.ink);
   if (!points.length) return;
   const y = scale(to, range, top, left, tall);
   to.inside(left, top, () => {
-    to.begin(colour, 1.5);
+    to.begin(color, 1.5);
     let before = null; // where the pen is; null: nowhere
     points.forEach(([time, least, most, last], place) => {
       if (least === null || place + 1 === points.length) { before = null; return; } // the point after those in view
@@ -51,10 +51,10 @@ export function numbered(to, causes, x, high) {
   const wide = 2 * ROUND + 1, places = [];
   for (const { t } of causes) places.push(Math.max(x(t), (places.at(-1) ?? -wide) + wide));
   places.reduceRight((most, place, at) => (places[at] = Math.min(place, most)) - wide, to.wide - ROUND); // within the strip
-  for (const { t } of causes) to.line(x(t), TOP, x(t), high, colours.mark, 0.75);
+  for (const { t } of causes) to.line(x(t), TOP, x(t), high, colors.mark, 0.75);
   causes.forEach(({ number }, at) => {
-    to.disc(places[at], ROUND, ROUND, colours.mark);
-    to.text(String(number), places[at], ROUND + 4, colours.panel, "center");
+    to.disc(places[at], ROUND, ROUND, colors.mark);
+    to.text(String(number), places[at], ROUND + 4, colors.panel, "center");
   });
 }
 
@@ -66,14 +66,14 @@ function scale(to, [low, high], top, left, tall) {
 }
 
 export function lane(to, stretches, name, x, top, left, right) {
-  to.label(name, left - 8, top + LANE - 5, colours.ink);
+  to.label(name, left - 8, top + LANE - 5, colors.ink);
   to.inside(left, top, () => bars(to, stretches, x, top, left, right));
 }
 
 // The same bit of another recording, as a thin bar below.
 export function below(to, stretches, x, top, left) {
   to.inside(left, top, () => {
-    for (const [from, end, on] of stretches) if (on) to.rect(x(from), top + LANE - 3, Math.max(x(end) - x(from), 1.5), 3, colours.mark);
+    for (const [from, end, on] of stretches) if (on) to.rect(x(from), top + LANE - 3, Math.max(x(end) - x(from), 1.5), 3, colors.mark);
   });
 }
 
@@ -83,17 +83,17 @@ function bars(to, stretches, x, top, left, right) {
   for (const [from, end, on, many] of stretches) {
     if (on === null) continue;
     const wide = x(end) - x(from);
-    to.line(Math.max(x(from), left), low, Math.min(x(end), right), low, colours.grid);
-    if (many) to.rect(x(from), half, Math.max(wide, 1.5), low - half, colours.mark);
-    else if (on) to.rect(x(from), high, Math.max(wide, 1.5), low - high, wide < THIN ? colours.mark : colours.bit);
-    if (!many && on && wide < THIN) to.dot(x(from) + 0.75, high, colours.mark);
+    to.line(Math.max(x(from), left), low, Math.min(x(end), right), low, colors.grid);
+    if (many) to.rect(x(from), half, Math.max(wide, 1.5), low - half, colors.mark);
+    else if (on) to.rect(x(from), high, Math.max(wide, 1.5), low - high, wide < THIN ? colors.mark : colors.bit);
+    if (!many && on && wide < THIN) to.dot(x(from) + 0.75, high, colors.mark);
   }
 }
 
 // A tag: a BOOL as bars, a number as steps, a text in a box; nothing where the value is not known.
 export function tagLane(to, { points, range, stretches }, name, x, top, left, right) {
   const tall = highOf(points);
-  to.label(name, left - 8, tall === LANE ? top + LANE - 5 : top + tall / 2 + 4, colours.ink);
+  to.label(name, left - 8, tall === LANE ? top + LANE - 5 : top + tall / 2 + 4, colors.ink);
   if (tall === NUMBER) return numbers(to, stretches, range, x, top, left);
   to.inside(left, top, () => {
     if (!points.some(each => typeof each[1] === "string")) return bars(to, stretches, x, top, left, right);
@@ -104,7 +104,7 @@ export function tagLane(to, { points, range, stretches }, name, x, top, left, ri
 function numbers(to, stretches, range, x, top, left) {
   const y = scale(to, range, top, left, NUMBER);
   to.inside(left, top, () => {
-    to.begin(colours.bit, 1.5);
+    to.begin(colors.bit, 1.5);
     let known = false;
     for (const [from, end, value, least, most] of stretches) {
       if (value === null) { known = false; continue; }
@@ -120,9 +120,9 @@ function numbers(to, stretches, range, x, top, left) {
 
 function box(to, text, from, end, top, left) {
   const wide = Math.max(end - from, 1), begins = Math.max(from, left);
-  to.frame(from, top + 2, wide, LANE - 4, colours.bit);
+  to.frame(from, top + 2, wide, LANE - 4, colors.bit);
   const most = Math.floor((end - begins - 8) / LETTER);
-  if (most >= 2) to.text(text.length > most ? `${text.slice(0, most - 1)}…` : text, begins + 4, top + LANE - 5, colours.ink);
+  if (most >= 2) to.text(text.length > most ? `${text.slice(0, most - 1)}…` : text, begins + 4, top + LANE - 5, colors.ink);
 }
 
 // A value as the list of changes has it.

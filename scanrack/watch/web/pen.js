@@ -4,16 +4,16 @@ const FONT = '11px ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace'
 const SMALL = '10px ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace';
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
-export const colours = { onChange(told) { dark.addEventListener("change", () => { read(); told(); }); } };
+export const colors = { onChange(told) { dark.addEventListener("change", () => { read(); told(); }); } };
 
 function read() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["ink", "soft", "grid", "edge", "curve", "bit", "mark", "panel"]) colours[name] = style.getPropertyValue(`--${name}`).trim();
+  for (const name of ["ink", "soft", "grid", "edge", "curve", "bit", "mark", "panel"]) colors[name] = style.getPropertyValue(`--${name}`).trim();
 }
 
 // Clears a canvas of a size in CSS pixels, and returns what draws on it.
 export function pen(canvas, wide, high) {
-  if (!colours.ink) read();
+  if (!colors.ink) read();
   const scale = devicePixelRatio || 1, context = canvas.getContext("2d");
   if (canvas.width !== Math.round(wide * scale) || canvas.height !== Math.round(high * scale)) {
     canvas.width = Math.round(wide * scale);
@@ -31,15 +31,15 @@ class Pen {
     this.wide = wide;
   }
 
-  line(x0, y0, x1, y1, colour, thick = 1) {
-    this.begin(colour, thick);
+  line(x0, y0, x1, y1, color, thick = 1) {
+    this.begin(color, thick);
     this.from(x0, y0);
     this.to(x1, y1);
     this.end();
   }
 
-  begin(colour, thick) {
-    this.context.strokeStyle = colour;
+  begin(color, thick) {
+    this.context.strokeStyle = color;
     this.context.lineWidth = thick;
     this.context.lineJoin = "round";
     this.context.beginPath();
@@ -49,39 +49,39 @@ class Pen {
   to(x, y) { this.context.lineTo(x, y); }
   end() { this.context.stroke(); }
 
-  rect(x, y, wide, high, colour) {
-    this.context.fillStyle = colour;
+  rect(x, y, wide, high, color) {
+    this.context.fillStyle = color;
     this.context.fillRect(x, y, wide, high);
   }
 
-  frame(x, y, wide, high, colour) {
-    this.context.strokeStyle = colour;
+  frame(x, y, wide, high, color) {
+    this.context.strokeStyle = color;
     this.context.lineWidth = 1;
     this.context.strokeRect(Math.round(x) + 0.5, Math.round(y) + 0.5, wide, high);
   }
 
-  dot(x, y, colour) { this.disc(x, y, 2.4, colour); }
+  dot(x, y, color) { this.disc(x, y, 2.4, color); }
 
-  disc(x, y, radius, colour) {
-    this.context.fillStyle = colour;
+  disc(x, y, radius, color) {
+    this.context.fillStyle = color;
     this.context.beginPath();
     this.context.arc(x, y, radius, 0, 7);
     this.context.fill();
   }
 
-  text(says, x, y, colour, align = "left", font = FONT) {
-    this.context.fillStyle = colour;
+  text(says, x, y, color, align = "left", font = FONT) {
+    this.context.fillStyle = color;
     this.context.font = font;
     this.context.textAlign = align;
     this.context.fillText(says, x, y);
   }
 
-  small(says, x, y) { this.text(says, x, y, colours.soft, "right", SMALL); }
+  small(says, x, y) { this.text(says, x, y, colors.soft, "right", SMALL); }
 
   // A name before a lane, its end left out where it is too long.
-  label(says, x, y, colour) {
+  label(says, x, y, color) {
     const most = Math.floor((x - 4) / 6.7);
-    this.text(says.length > most ? `${says.slice(0, most - 1)}…` : says, x, y, colour, "right");
+    this.text(says.length > most ? `${says.slice(0, most - 1)}…` : says, x, y, color, "right");
   }
 
   inside(left, top, paint) {

@@ -9,7 +9,7 @@ import { clock, count, timeText } from "./format.js";
 import { keep, kept } from "./kept.js";
 import { Lanes, missing, range, stretches, valueOf } from "./lanes.js";
 import * as orders from "./orders.js";
-import { pen, colours } from "./pen.js";
+import { pen, colors } from "./pen.js";
 import { lookAt, scrubber } from "./scrub.js";
 import { ask } from "./source.js";
 import { onFrame, onHello, onPaint, run } from "./state.js";
@@ -176,7 +176,7 @@ function draw() {
   const other = run.state === "past" ? besideLanes(...viewed()) : null;
   for (const name of axes) {
     const scale = range(live.curves.get(name) ?? [], past.curves.get(name) ?? [], other?.curves.get(name) ?? []); // one that rests
-    if (other) curve(to, other.points(name, from, end), scale, run.hello.period_ns, "", x, top, left, tall, colours.mark);
+    if (other) curve(to, other.points(name, from, end), scale, run.hello.period_ns, "", x, top, left, tall, colors.mark);
     curve(to, shown.points(name, from, end), scale, run.hello.period_ns, name, x, top, left, tall);
     top += tall;
   }
@@ -192,10 +192,10 @@ function draw() {
     if (other) below(to, stretches(other.bits.get(name) ?? [], from, end), x, top, left);
     top += LANE;
   }
-  if (!names.length && !tags.length && !axes.length) to.text("Nothing has changed yet.", left, TOP + 2 * LANE, colours.soft);
+  if (!names.length && !tags.length && !axes.length) to.text("Nothing has changed yet.", left, TOP + 2 * LANE, colors.soft);
   numbered(to, causes.filter(({ t }) => t >= from && t <= end), x, high);
   const now = x(run.t ?? 0);
-  to.line(now, 0, now, high, run.state === "past" ? colours.mark : colours.edge, run.state === "past" ? 1.5 : 1);
+  to.line(now, 0, now, high, run.state === "past" ? colors.mark : colors.edge, run.state === "past" ? 1.5 : 1);
   moveCursors(axis, nearestEdge);
 }
 
@@ -267,4 +267,4 @@ function keyed(event) {
 new ResizeObserver(() => { if (run.hello) draw(); }).observe(canvas);
 onCauses(() => { if (run.hello) draw(); });
 onBeside(() => { if (run.hello) draw(); });
-colours.onChange(() => { if (run.hello) draw(); });
+colors.onChange(() => { if (run.hello) draw(); });

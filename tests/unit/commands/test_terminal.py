@@ -52,7 +52,7 @@ def trace(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A trace whose metadata, slots, events and files are full of escape sequences."""
     monkeypatch.chdir(tmp_path)
     words = np.repeat(made_traces.idle(1), 5, axis=0)
-    events = {2: ("/stimuli", {"name": ATTACK, "slot": 1, "energised": ATTACK})}
+    events = {2: ("/stimuli", {"name": ATTACK, "slot": 1, "energized": ATTACK})}
     metadata = {
         "name": f"{ATTACK}\nnote: all is well",
         ATTACK: "x",

@@ -258,7 +258,7 @@ def test_a_program_object_takes_the_stubs_of_its_rack(folder):
 
 
 @pytest.mark.slow
-def test_the_palletizer_of_the_examples_places_a_labelled_box():
+def test_the_palletizer_of_the_examples_places_a_labeled_box():
     """A pitch takes 1.5 s from power-up, sampled every 20 ms; the grip 0.4 s more."""
     job = load_job(str(ROOT / "examples/l5x/palletizer.toml"))
     with ExitStack() as stack:

@@ -274,15 +274,15 @@ MISTAKES = {
     ),
     "a level that is none": (
         "for_ms = 50",
-        'energised = "on"',
+        'energized = "on"',
         35,
-        'slot.machine.timeline.energised = "on": must be true, false or "wired"',
+        'slot.machine.timeline.energized = "on": must be true, false or "wired"',
     ),
     "a wired button": (
         "for_ms = 50",
-        'energised = "wired"\nfor_ms = 50',
+        'energized = "wired"\nfor_ms = 50',
         35,
-        'slot.machine.timeline.energised = "wired": energised = "wired" has no end: leave for_ms and for_s out',
+        'slot.machine.timeline.energized = "wired": energized = "wired" has no end: leave for_ms and for_s out',
     ),
     "a ratio that is none": (
         "counts_per_step = 0.5",

@@ -42,9 +42,9 @@ switches = [
 ]
 timeline = [
   { at_s = 3.2, input = "estop", for_ms = 50 },
-  { at_ms = 0, input = "external", energised = true },
-  { at_ms = 0.5, input = "external", energised = false, for_s = 1 },
-  { at_s = 1, input = "home", energised = "wired" },
+  { at_ms = 0, input = "external", energized = true },
+  { at_ms = 0.5, input = "external", energized = false, for_s = 1 },
+  { at_s = 1, input = "home", energized = "wired" },
 ]
 encoder = { counts_per_step = "4/3", direction = -1, marker_every = 4000, marker_at = 7 }
 slips = [{ at = 100, steps = 5, times = "always", chance = 0.25 }, { at = 1, steps = 2, direction = -1 }]

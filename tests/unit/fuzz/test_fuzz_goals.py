@@ -64,7 +64,7 @@ def test_a_run_notes_where_goals_are_reached():
     assert "pressed" in verdict.applied
     assert edges.groups[STATE]["sometimes", "pressed", "seen"] == [20]
     sizes = edges.groups[SIZE].items()
-    levels = {kind[2:]: scans for kind, scans in sizes if isinstance(kind, tuple) and kind[0] == "maximise"}
+    levels = {kind[2:]: scans for kind, scans in sizes if isinstance(kind, tuple) and kind[0] == "maximize"}
     assert levels == {(5, 5): [20], (5, 6): [24], (5, 7): [28], (6, 4): [32], (6, 5): [40], (6, 6): [48]}
 
 

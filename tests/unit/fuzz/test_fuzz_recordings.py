@@ -53,7 +53,7 @@ def spec_of(machine):
 
 
 def recorded(machine, *stimuli, end_ns=900):
-    told = [Stimulus(at_ns, 1, bit, energised) for at_ns, bit, energised in stimuli]
+    told = [Stimulus(at_ns, 1, bit, energized) for at_ns, bit, energized in stimuli]
     return recorded_scenario(told, spec_of(machine), end_ns).presses
 
 
@@ -80,7 +80,7 @@ def test_what_a_station_signals_comes_from_the_machine_again():
 def test_the_presses_of_a_recording_are_its_timeline():
     presses = recorded(MachineSpec(), (100, ESTOP, True), (300, ESTOP, False))
     entries = entries_of(presses[0], MachineSpec())
-    assert [(each.at_ns, each.energised) for each in entries] == [(100, True), (300, False)]
+    assert [(each.at_ns, each.energized) for each in entries] == [(100, True), (300, False)]
 
 
 @pytest.fixture
@@ -144,7 +144,7 @@ def test_of_a_real_controller_the_status_bits_tell_what_was_pressed(tmp_path):
     learned = learn(trace, tmp_path / "recording", trust=True)
     assert not load_job(str(learned.rack)).spec.slot[0].is_live
     (press,) = learned.scenario.presses
-    assert (press.input, press.energised) == (ESTOP, True)
+    assert (press.input, press.energized) == (ESTOP, True)
     assert 250_000_000 <= press.at_ns < 300_000_000  # inputs are read every 15 ms or so
     assert press.for_ns == pytest.approx(100_000_000, abs=40_000_000)
 

@@ -86,7 +86,7 @@ def test_a_fault_is_found_shrunk_and_can_be_run_again(rack, tmp_path):
     assert "RuntimeError: nobody thought of this" in result.stdout
     found = tmp_path / "out" / "no-fault"
     scenario = json.loads((found / "scenario.json").read_text(encoding="utf-8"))
-    assert [(each["input"], each["energised"]) for each in scenario["presses"]] == [("estop", True)]
+    assert [(each["input"], each["energized"]) for each in scenario["presses"]] == [("estop", True)]
     assert [key for key, parts in scenario.items() if parts] == ["presses"]
     again = CliRunner().invoke(build(), ["run", str(found / "rack.toml"), "--no-record", "--quiet"])
     assert again.exit_code == 1

@@ -257,7 +257,7 @@ def test_a_program_that_was_late_once_is_not_broken_one_that_always_is(line, whe
     ("scenario", "says"),
     [
         (
-            {"presses": [{"slot": 9, "input": "home", "energised": True, "at_ns": 0, "for_ns": 1}]},
+            {"presses": [{"slot": 9, "input": "home", "energized": True, "at_ns": 0, "for_ns": 1}]},
             "no slot 9",
         ),
         (

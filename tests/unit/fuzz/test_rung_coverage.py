@@ -80,9 +80,9 @@ def gaps(coverage):
 
 def pressed(rack, *inputs):
     with open_bench(rack) as line:
-        for energised in (True, False):
+        for energized in (True, False):
             for name in inputs:
-                line.slot[1].set_input(name, energised)
+                line.slot[1].set_input(name, energized)
             line.scan(5)
 
 

@@ -105,7 +105,7 @@ def test_inputs_are_pressed_and_those_of_the_machine_are_refused(line):
     line.scan()
     line.slot[1].set_input("estop", True)
     line.scan(3)
-    assert "energised estop" in str(line.slot[1])
+    assert "energized estop" in str(line.slot[1])
     with pytest.raises(ValueError, match="no input 'stop': inputs are capture, external"):
         line.slot[1].press("stop")
     with pytest.raises(ValueError, match="HOME is wired to the machine"):

@@ -11,7 +11,7 @@ from captured import Frame, conversation, modbus_tcp, pcap, pcapng
 from scanrack.commands import build
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
-from scanrack.jobs.captures.modelling import simulated
+from scanrack.jobs.captures.modeling import simulated
 from scanrack.jobs.captures.pairing import ModbusTcpPairing, PairedExchange, Pairing, PmcPairing, RtuPairing
 from scanrack.jobs.captures.reading import read_capture
 from scanrack.jobs.captures.recording import said_by
@@ -300,7 +300,7 @@ def exchange(asked_ms: int, answered_ms: int, request: str, answer: str | None) 
     return PairedExchange(asked_ms * MS, answered_ms * MS, 1, bytes.fromhex(request), reply_)
 
 
-def modelled(*exchanges: PairedExchange) -> list[dict[str, int]]:
+def modeled(*exchanges: PairedExchange) -> list[dict[str, int]]:
     return [each.values for each in simulated("pcl601", said_by("pcl601", exchanges))]
 
 
@@ -318,20 +318,20 @@ START = [
 def test_a_position_within_the_window_is_explained(real: int, model: int) -> None:
     """Go acts between 60 and 80 ms, the read between 180 and 200: 1000 steps/s for 100 to 140 ms."""
     read = exchange(180, 200, "03 000c 0002", f"03 04 {real:04x} 0000")
-    assert modelled(*START, read)[-1]["position"] == pytest.approx(model, abs=1)
+    assert modeled(*START, read)[-1]["position"] == pytest.approx(model, abs=1)
 
 
 def test_a_register_that_differs_is_told() -> None:
     read = exchange(0, 10, "03 0005 0001", "03 02 01f5")
-    assert modelled(read) == [{"base_speed": 500}]
+    assert modeled(read) == [{"base_speed": 500}]
 
 
 def test_a_write_without_a_reply_has_acted() -> None:
     write = exchange(0, 0, "06 0005 0064", None)
-    assert modelled(write, exchange(5, 9, "03 0005 0001", "03 02 0064")) == [{}, {"base_speed": 100}]
+    assert modeled(write, exchange(5, 9, "03 0005 0001", "03 02 0064")) == [{}, {"base_speed": 100}]
 
 
-def test_a_pmc006_is_modelled_too() -> None:
+def test_a_pmc006_is_modeled_too() -> None:
     read = PairedExchange(0, MS, 1, bytes((BY_NAME["read_position"].code, 0, 0, 0, 0)), b"\7\0\0\0")
     [said] = simulated("pmc006", said_by("pmc006", [read]))
     assert said.values == {"read_position": 0}

@@ -256,13 +256,13 @@ def test_the_command_prints_the_chain_and_its_data(made, tmp_path):
         "after 30 scans, 0.058 s:",
         "Lamp is off since 0.04 s (scan 20): Main rung 1: XIC(Run)",
         "  because Run is off since 0.04 s: Main rung 0: XIO(Stop)",
-        "Cause: Stop is on since 0.04 s: slot 2 input 1 (stop): The stop input is energised.",
+        "Cause: Stop is on since 0.04 s: slot 2 input 1 (stop): The stop input is energized.",
     ]
     deep = CliRunner().invoke(build(), [*words, "--deep"]).output
     assert max(map(len, deep.splitlines())) <= 110
     assert " ".join(deep.split()).endswith(
         "Lamp off (0.04 s, Main rung 1: XIC(Run)) <- Run off (0.04 s, rung 0: XIO(Stop)) <- "
-        "Stop on (0.04 s, slot 2 input 1 (stop): The stop input is energised.)"
+        "Stop on (0.04 s, slot 2 input 1 (stop): The stop input is energized.)"
     )
     asked = json.loads(CliRunner().invoke(build(), [*words, "--json"]).output)
     assert asked["since"] == {

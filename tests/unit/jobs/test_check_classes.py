@@ -70,12 +70,12 @@ def test_a_contact_and_the_level_of_its_input(
         ("{ at_s = 8.0, input = 'estop', for_ms = 500 }", "", False),
         ("{ at_s = 8.0, input = 'estop', for_ms = 500 }", ", active_high=0x3F & ~InputBit.ESTOP", True),
         (
-            "{ at_s = 0, input = 'estop' }, { at_s = 8.0, input = 'estop', for_ms = 500, energised = false }",
+            "{ at_s = 0, input = 'estop' }, { at_s = 8.0, input = 'estop', for_ms = 500, energized = false }",
             "",
             True,
         ),
         (
-            "{ at_s = 0, input = 'estop' }, { at_s = 8.0, input = 'estop', for_ms = 500, energised = false }",
+            "{ at_s = 0, input = 'estop' }, { at_s = 8.0, input = 'estop', for_ms = 500, energized = false }",
             ", active_high=0x3F & ~InputBit.ESTOP",
             False,
         ),

@@ -173,7 +173,7 @@ def test_moments_survive_a_file() -> None:
         ("[[scene]]\nname = 'x'\nsteps = 'zero'", "has no end"),
         ("[[scene]]\nname = 'x'\nsteps = 'inputs STOP for 5 ms'", "is not allowed; inputs CAPTURE"),
         ("[[scene]]\nname = 'x'\nneeds = ['luck']\nsteps = 'zero for 1 ms'", "needs 'luck'"),
-        ("colour = 'red'\n[[scene]]\nname = 'x'\nsteps = ''", "colour"),
+        ("color = 'red'\n[[scene]]\nname = 'x'\nsteps = ''", "color"),
     ],
 )
 def test_a_plan_that_can_not_be_used_is_refused_by_scene_and_line(text: str, says: str) -> None:

@@ -48,7 +48,7 @@ module = "amci3601"
 [[slot.machine.timeline]]
 at_s = 0.099
 input = "capture"
-energised = true
+energized = true
 """
 
 
@@ -118,7 +118,7 @@ def test_why_says_where_they_wait_and_for_which_line_the_axis_sends(rack, trace)
         "slot1.command.ABSOLUTE_MOVE is on since 0.1 s (scan 50): line.py:24: await self.axis.move_to(400, "
         "speed=500...",
         "  because cycle went on at 0.1 s: line.py:23: start rises is over",
-        "Cause: start is on since 0.1 s: slot 1 input IN_CAPTURE: The capture input is energised.",
+        "Cause: start is on since 0.1 s: slot 1 input IN_CAPTURE: The capture input is energized.",
     ]
     by_trace = invoke("why", trace, "slot1.command.ABSOLUTE_MOVE", "--at", "50", "--trust").stdout
     assert by_trace.partition("\n")[2] == by_rack.partition("\n")[2]
@@ -243,7 +243,7 @@ def test_what_an_axis_reads_is_not_what_the_line_has_read(rack, tmp_path):
         "after 53 scans, 0.104 s:",
         "lamp is on since 0.1 s (scan 50): line.py:17: self.lamp = self.start "
         "[self.start = True, self.lamp = False,...",
-        "Cause: start is on since 0.1 s: slot 1 input IN_CAPTURE: The capture input is energised.",
+        "Cause: start is on since 0.1 s: slot 1 input IN_CAPTURE: The capture input is energized.",
     ]
     trace = tmp_path / "lamp.mcap"
     assert invoke("run", rack, "--record", trace, "-q").exit_code == 0

@@ -30,7 +30,7 @@ from scanrack.ladder.model.statements import Invocation
 from scanrack.ladder.st import parse_statements
 
 TESTS = Path(__file__).parents[2]
-AS_THEIR_NEIGHBOURS = set(
+AS_THEIR_NEIGHBORS = set(
     re.findall(
         "[A-Z]+",
         "MASR MDO MDS MCSV MDAC MGSD MGSR MGSP MDW MAOC MDOC MAAT MRAT MAHD MRHD MCCD MCSD MCSR MCT MCTP "
@@ -81,8 +81,8 @@ def test_every_instruction_has_a_row_of_its_semantics():
     named = names_in_tests()
     proved = {spec.run for spec in SPECS if {spec.name, spec.other} & named}
     rest = {spec.name for spec in SPECS if spec.run not in proved}
-    assert rest - AS_THEIR_NEIGHBOURS == set(), "add a row to tests/manual/test_ladder_semantics_*.py"
-    assert rest >= AS_THEIR_NEIGHBOURS
+    assert rest - AS_THEIR_NEIGHBORS == set(), "add a row to tests/manual/test_ladder_semantics_*.py"
+    assert rest >= AS_THEIR_NEIGHBORS
 
 
 def sample(spec: Spec) -> str:

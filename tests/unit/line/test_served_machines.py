@@ -65,8 +65,8 @@ def test_people_act_at_their_times_however_often_the_line_is_looked_at(tmp_path:
     """Input 3 is grounded while the external input is energized, from 120 ms to 130 ms; the motor begins at 0
     and stops at the end of travel at 3,000 steps: 1 s is before that at no speed above 500 steps/s.
     """
-    on = '{ at_s = 0.12, input = "external", energised = true }'
-    off = '{ at_s = 0.13, input = "external", energised = false }'
+    on = '{ at_s = 0.12, input = "external", energized = true }'
+    off = '{ at_s = 0.13, input = "external", energized = false }'
     unit = on_machine(rack(tmp_path, timeline=f"{on}, {off}", switches='{ input = "home", first = 9000 }'))
     levels: dict[int, int] = {}
     for until in (119, 121, 131):

@@ -336,7 +336,7 @@ def test_any_name_of_an_input_is_in_the_strip(seen, name):
 
 
 def test_why_uses_and_since_take_the_name_that_a_module_gives(seen):
-    assert "The start input is energised" in asked(seen, "why", tag="slot2.input.start")["text"]
+    assert "The start input is energized" in asked(seen, "why", tag="slot2.input.start")["text"]
     assert {each["rung"] for each in asked(seen, "xref", tag="slot2.input.start")["hits"]} == {"Main.0"}
     assert asked(seen, "since", tag="Start")["since"]["scan"] == 250  # 0.5 s of 2 ms scans
 

@@ -41,7 +41,7 @@ def test_the_other_buttons_of_the_panel_are_the_person_s_too(tmp_path):
         stop = read_columns(trace).words[:, 16 + 8] >> 1 & 1
         events = [event.fields["text"] for event in trace.events(topics={"/orders"})]
     assert stop.all()  # normally closed
-    assert events == ["Slot 2: the start input is energised. The timeline of slot 2 ends."]
+    assert events == ["Slot 2: the start input is energized. The timeline of slot 2 ends."]
 
 
 def test_without_a_person_the_timeline_presses(tmp_path):

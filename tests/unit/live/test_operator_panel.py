@@ -514,7 +514,7 @@ def test_a_restarted_monitor_leaves_what_a_page_holds_again(monitor):
 def test_an_order_says_who_has_given_it_if_somebody_did():
     order = action_of({**PRESS, "by": "panel, page 1"})
     assert text_of(order) == ('{"do":"press","slot":1,"name":"estop","on":true,"by":"panel, page 1"}')
-    assert sentence(order) == "Slot 1: the estop input is energised (panel, page 1)."
+    assert sentence(order) == "Slot 1: the estop input is energized (panel, page 1)."
     plain = {key: value for key, value in PRESS.items() if key != "by"}
     assert text_of(action_of(plain)) == json.dumps(plain, separators=(",", ":"))
 

@@ -29,7 +29,7 @@ def test_the_phases_run_in_the_order_of_their_names(rack, log, monkeypatch):
     assert [entry for entry in log if entry in PHASES] == [*PHASES, *PHASES]
 
 
-def test_each_phase_happens_between_its_neighbours(rack, module, diary, log):
+def test_each_phase_happens_between_its_neighbors(rack, module, diary, log):
     seen = []
 
     def logic(scan):
@@ -98,7 +98,7 @@ def test_module_events_are_told_in_order_of_time_before_their_scan_and_emptied(n
     cpu.run(1)
     diary.log.clear()
     late.events.append(Event(1_900_000, "rule", "CMD-03", "Too early.", {"bits": ["COMMAND_ERROR"]}))
-    early.events.append(Event(1_200_000, "stimulus", "HOME", "The home input was energised."))
+    early.events.append(Event(1_200_000, "stimulus", "HOME", "The home input was energized."))
     early.events.append(Event(1_500_000, "move", "relative", "A move began."))
     cpu.run(2)
     assert diary.topic("/events") == [

@@ -17,7 +17,7 @@ FOLDER = HOUSE / "editors/vscode"
 MISSING = 3
 """The status of the reader without its packages."""
 
-READER = HOUSE / "tests/peers/read_colours.cjs"
+READER = HOUSE / "tests/peers/read_colors.cjs"
 PACKAGE = json.loads((FOLDER / "package.json").read_text("utf-8"))
 PROJECT = tomllib.loads((HOUSE / "pyproject.toml").read_text("utf-8"))
 
@@ -35,7 +35,7 @@ IF Delay.DN THEN Level[0] [:=] 16#FF; END_IF;
 """
 
 
-def colours(folder: Path, scope: str, *files: Path) -> list[tuple[int, str, str]]:
+def colors(folder: Path, scope: str, *files: Path) -> list[tuple[int, str, str]]:
     """Return line, text and innermost scope of each token, as VS Code colors it."""
     node = shutil.which("node")
     if node is None:
@@ -85,10 +85,10 @@ def test_npm_packs_it() -> None:
 
 
 @pytest.mark.slow
-def test_rungs_have_colours() -> None:
+def test_rungs_have_colors() -> None:
     program = HOUSE / "examples/feeder/feeder.rung"
     chart = HOUSE / "examples/l5x/palletizer.rung"
-    found = colours(FOLDER / "syntaxes", "source.rung", program, chart)
+    found = colors(FOLDER / "syntaxes", "source.rung", program, chart)
     bare = [text for _, text, scope in found if scope in ("source.rung", "meta.embedded.st.rung")]
     assert bare == []
     first = {text: scope for _, text, scope in reversed(found)}
@@ -102,11 +102,11 @@ def test_rungs_have_colours() -> None:
 
 
 @pytest.mark.slow
-def test_steps_and_structured_text_have_colours(tmp_path: Path) -> None:
+def test_steps_and_structured_text_have_colors(tmp_path: Path) -> None:
     steps, block = tmp_path / "a.steps", tmp_path / "b.st"
     steps.write_text(STEPS, encoding="utf-8")
     block.write_text(BLOCK, encoding="utf-8")
-    found = colours(FOLDER / "syntaxes", "source.steps", steps)
+    found = colors(FOLDER / "syntaxes", "source.steps", steps)
     assert [text for _, text, scope in found if scope == "source.steps"] == []
     first = {text: scope for _, text, scope in reversed(found)}
     assert first["843Eh"] == "constant.numeric.hex.steps"
@@ -115,7 +115,7 @@ def test_steps_and_structured_text_have_colours(tmp_path: Path) -> None:
     assert first["target"] == "variable.parameter.steps"
     assert first["until"] == "keyword.control.steps"
     assert first["# configured"] == "comment.line.number-sign.steps"
-    found = colours(FOLDER / "syntaxes", "source.rung.st", block)
+    found = colors(FOLDER / "syntaxes", "source.rung.st", block)
     assert [text for _, text, scope in found if scope == "source.rung.st"] == []
     first = {text: scope for _, text, scope in reversed(found)}
     assert first["IF"] == "keyword.control.rung"

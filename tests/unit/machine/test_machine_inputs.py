@@ -25,7 +25,7 @@ def test_entries_act_by_time_and_at_one_instant_in_the_order_given() -> None:
     timeline = (TimelineEntry(20, HOME, True), TimelineEntry(10, HOME, False), TimelineEntry(10, HOME, True))
     machine = Machine(MachineSpec(timeline=timeline))
     machine.levels(100)
-    assert [(event.at_ns, event.fields["energised"]) for event in machine.events] == [
+    assert [(event.at_ns, event.fields["energized"]) for event in machine.events] == [
         (10, False),
         (10, True),
         (20, True),
@@ -182,11 +182,11 @@ def test_events_are_sentences_in_order_of_time() -> None:
     machine.next_change_ns(1000)
     assert [(event.at_ns, event.kind, event.name, event.text) for event in machine.events] == [
         (40, "stimulus", "external", "The station at 0 is done and signals it."),
-        (45, "stimulus", "cw_limit", "The CW limit input stays de-energised, whatever the machine does."),
-        (50, "stimulus", "estop", "The emergency stop input is energised."),
+        (45, "stimulus", "cw_limit", "The CW limit input stays de-energized, whatever the machine does."),
+        (50, "stimulus", "estop", "The emergency stop input is energized."),
         (60, "stimulus", "external", "The station at 0 ends its signal."),
         (70, "stimulus", "cw_limit", "The CW limit input follows the machine again."),
-        (100, "stimulus", "estop", "The emergency stop input is de-energised."),
+        (100, "stimulus", "estop", "The emergency stop input is de-energized."),
     ]
 
 

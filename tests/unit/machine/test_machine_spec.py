@@ -33,7 +33,7 @@ HOME, ESTOP, EXTERNAL = InputBit.HOME, InputBit.ESTOP, InputBit.EXTERNAL
         (lambda: Switch(HOME, 0, 1, "nc"), r"Switch\.normally_closed is 'nc'; allowed: False, True"),  # type: ignore[arg-type]
         (lambda: TimelineEntry(-1, HOME, True), r"TimelineEntry\.at_ns is -1; .* 0 or more"),
         (lambda: TimelineEntry(0, None, True), r"TimelineEntry\.input is None"),  # type: ignore[arg-type]
-        (lambda: TimelineEntry(0, HOME, 1), r"TimelineEntry\.energised is 1; allowed: True, False, None"),  # type: ignore[arg-type]
+        (lambda: TimelineEntry(0, HOME, 1), r"TimelineEntry\.energized is 1; allowed: True, False, None"),  # type: ignore[arg-type]
         (lambda: press(5, HOME, 0), r"press: for_ns is 0; allowed: 1 or more"),
         (lambda: EncoderSpec(0), r"EncoderSpec\.counts_per_step is 0; allowed: .* more than 0"),  # type: ignore[arg-type]
         (lambda: EncoderSpec(0.5), r"EncoderSpec\.counts_per_step is 0\.5; allowed: a Fraction"),  # type: ignore[arg-type]
@@ -79,7 +79,7 @@ def test_a_part_that_cannot_be(make: Callable[[], object], message: str) -> None
         ),
         (
             {"timeline": [TimelineEntry(7, EXTERNAL, None)]},
-            r"MachineSpec\.timeline is TimelineEntry\(at_ns=7.*; allowed: energised None on inputs with",
+            r"MachineSpec\.timeline is TimelineEntry\(at_ns=7.*; allowed: energized None on inputs with",
         ),
     ],
 )

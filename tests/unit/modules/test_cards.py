@@ -111,8 +111,8 @@ def test_the_trace_has_the_names_of_words_and_bits(trace: Path) -> None:
 def test_show_tells_by_name(trace: Path) -> None:
     lines = scanrack("show", trace)
     for text in (
-        "The start input is energised.",
-        "The stop input is de-energised.",
+        "The start input is energized.",
+        "The stop input is de-energized.",
         "+lamp",
         "-lamp",
         "+start",

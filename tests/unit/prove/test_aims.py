@@ -62,7 +62,7 @@ def test_a_scenario_from_power_up_writes_tags_and_presses_inputs(job):
     found = scenario_to(job, RungPoint(coil, PointState.ON))
     assert found is not None
     (press,) = found.scenario.presses
-    assert (press.slot, press.input, press.energised) == (1, InputBit.ESTOP, True)
+    assert (press.slot, press.input, press.energized) == (1, InputBit.ESTOP, True)
     assert Write("A", True) in [each.order for each in found.scenario.orders]
     assert found.scans > 10
     assert press.at_ns < found.scans * 10_000_000 <= press.at_ns + press.for_ns

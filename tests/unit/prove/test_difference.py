@@ -67,7 +67,7 @@ def test_a_difference_that_no_run_reaches_is_proved_away() -> None:
     assert compared(old[0], "XIC(X)OTE(Y);", old=old).changed == []
 
 
-def test_instructions_that_are_not_modelled_are_equal_where_their_operands_are() -> None:
+def test_instructions_that_are_not_modeled_are_equal_where_their_operands_are() -> None:
     old = (*OLD, "XIC(A)SIN(F,G);")
     assert "G" not in [each.name for each in compared("XIC(A)OTE(X);", *old[1:], old=old).changed]
     assert [each.name for each in compared(*OLD, "XIC(B)SIN(F,G);", old=old).changed] == ["G"]
@@ -149,7 +149,7 @@ AVERAGED = ("XIC(A)AVE(M,0,G,K,?,?);", "GRT(G,2)OTE(X);")
         (AVERAGED, "1", "900"),
     ],
 )
-def test_instructions_that_are_not_modelled_differ_with_what_they_find(rungs, old, new) -> None:
+def test_instructions_that_are_not_modeled_differ_with_what_they_find(rungs, old, new) -> None:
     """The value that differs is overwritten before the scan ends, or is an initial value of any element."""
 
     def made(text: str) -> object:

@@ -100,7 +100,7 @@ END
 
 def test_what_the_relation_leaves_open_is_no_defect() -> None:
     found = parse_program(BYTES).prove(always="D > 0")
-    assert (found.word, found.verdict.blame) == ("unknown", ("Main rung 1: COP(R,D,1), not modelled",))
+    assert (found.word, found.verdict.blame) == ("unknown", ("Main rung 1: COP(R,D,1), not modeled",))
     clock = imported("XIC S:4/3 OTE B3:0/1", data=["B3:0 0 0"]).program
     found = clock.prove(never="B3:0/1")
     assert (found.word, found.verdict.blame) == ("unknown", ("the processor writes S[4] itself",))

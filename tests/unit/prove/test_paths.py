@@ -8,7 +8,7 @@ from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.algebra.meaning import BOOL
 from scanrack.ladder.prove.algebra.terms import T, and_, var
 from scanrack.ladder.prove.relation.paths import Paths
-from scanrack.ladder.prove.relation.symbols import UnmodelledError
+from scanrack.ladder.prove.relation.symbols import UnmodeledError
 
 PASSES = """PROGRAM passes
 TAG Fine : LREAL
@@ -54,5 +54,5 @@ def test_a_run_that_decides_something_else_when_it_is_repeated_is_refused():
     def run():
         return paths.decide(var(f"Go{next(count)}", BOOL)), paths.decide(var("Stop", BOOL))
 
-    with pytest.raises(UnmodelledError, match="when it is repeated"):
+    with pytest.raises(UnmodeledError, match="when it is repeated"):
         paths.walk(run)

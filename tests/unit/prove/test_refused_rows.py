@@ -19,7 +19,7 @@ from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove.algebra.terms import TRUE, and_, ite
 from scanrack.ladder.prove.relation.machine import ScanMachine
 from scanrack.ladder.prove.relation.noting import NotingMachine
-from scanrack.ladder.prove.relation.symbols import UnmodelledError
+from scanrack.ladder.prove.relation.symbols import UnmodeledError
 
 BEHIND = 0
 """In place of a number of a write: behind the last one."""
@@ -47,7 +47,7 @@ class Planted:
                 left = self._left.pop()[0]
             if is_planted and (self.at == BEHIND or left < self.at):
                 self.met[step.name] += 1
-                raise UnmodelledError("behind the last write")
+                raise UnmodeledError("behind the last write")
             return after
 
         def planted_poke(machine: Any, *given: Any) -> None:
@@ -56,7 +56,7 @@ class Planted:
                 left[0] -= 1
                 if not left[0]:
                     self.met[machine.lowered.sites[machine.site].instruction.partition("(")[0]] += 1
-                    raise UnmodelledError("at a write")
+                    raise UnmodeledError("at a write")
             poke(machine, *given)
 
         monkeypatch.setattr(ScanMachine, "_row", planted_row)
@@ -148,7 +148,7 @@ def test_all_that_a_refused_call_did_is_undone(monkeypatch: pytest.MonkeyPatch) 
     def refused(machine: Any, step: Any, power: Any) -> Any:
         after = row(machine, step, power)
         if step.name == "JSR":
-            raise UnmodelledError("behind its last write")
+            raise UnmodeledError("behind its last write")
         return after
 
     monkeypatch.setattr(ScanMachine, "_row", refused)

@@ -61,7 +61,7 @@ def test_drawn_programs_equal_the_interpreter() -> None:
         assert found == [], f"program {seed}"
 
 
-def test_what_is_not_modelled_is_unknown_and_named() -> None:
+def test_what_is_not_modeled_is_unknown_and_named() -> None:
     found = relation("SIN(R,R);", "XIC(A)RTOS(R,Text);", "GRT(R,1.0)OTE(B);", more="")
     assert {str(site.rung) for site in found.machine.havocs.values()} == {"0", "1"}
     assert [name for _, name, _ in found.machine.cut] == ["RTOS"]
@@ -120,7 +120,7 @@ def test_a_claim_is_asked_wherever_the_scan_has_ended() -> None:
     assert program.prove(never="B3:0/1 AND NOT I:1/0")
 
 
-def test_what_is_not_modelled_may_write_the_status_file_of_an_slc() -> None:
+def test_what_is_not_modeled_may_write_the_status_file_of_an_slc() -> None:
     rungs = ("OTU S:5/0", "XPY N7:0 3 N7:1", "XIC S:5/0 OTE B3:0/1", "OTU S:5/0")
     program = imported(*rungs, data=["B3:0 0", "N7:0 40 0"]).program
     assert not program.prove(never="B3:0/1")
@@ -131,7 +131,7 @@ def test_inputs_that_rungs_write_come_anew_with_each_scan() -> None:
     assert not program.prove(never="B3:0/1")
 
 
-def test_a_case_whose_selector_is_not_modelled_may_take_any_choice() -> None:
+def test_a_case_whose_selector_is_not_modeled_may_take_any_choice() -> None:
     text = f"{HEAD}XIC(A)JSR(Pick);\nEND\nROUTINE Pick ST\nCASE SQR(X) OF\n3: B := 1;\nEND_CASE;\nEND\n"
     machine = Relation(parse_program(text)).machine
     assert [name for _, name, _ in machine.cut] == ["CASE"]

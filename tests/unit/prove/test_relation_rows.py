@@ -25,7 +25,7 @@ from relation_rows import (
 from scanrack.ladder.instructions import NAMES, SPECS
 from scanrack.ladder.instructions.slc.rows import SLC_SPECS
 from scanrack.ladder.prove.relation.machine import ScanMachine
-from scanrack.ladder.prove.relation.symbols import UnmodelledError
+from scanrack.ladder.prove.relation.symbols import UnmodeledError
 
 pytestmark = pytest.mark.slow  # together they take seconds
 
@@ -86,7 +86,7 @@ def test_a_row_writes_no_more_than_what_is_left_open(
     """If no row were computed, the known values would still be those of the interpreter."""
 
     def refuse(*_given: object) -> None:
-        raise UnmodelledError("no row is computed")
+        raise UnmodeledError("no row is computed")
 
     monkeypatch.setattr(ScanMachine, "_derived", refuse)
     compared(slc(*texts(SLC_ROWS, names)) if is_slc else logix(*texts(ROWS, names)), 4)

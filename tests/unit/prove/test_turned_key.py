@@ -64,7 +64,7 @@ def test_prescan_of_an_slc_equals_the_interpreters(names: tuple[str, ...]) -> No
 
 
 @pytest.mark.slow
-def test_prescan_of_blocks_and_of_what_is_not_modelled_equals_the_interpreters() -> None:
+def test_prescan_of_blocks_and_of_what_is_not_modeled_equals_the_interpreters() -> None:
     compared(logix(statements=tuple(texts(BLOCKS, tuple(BLOCKS)))))
     compared(logix(*texts(HAVOCKED, tuple(HAVOCKED))))
 

@@ -133,7 +133,7 @@ def test_values_are_bytes_and_back(
     assert variables[path].value_in(data) == value
 
 
-def test_a_packed_bit_keeps_its_neighbours(variables: dict[str, Variable]) -> None:
+def test_a_packed_bit_keeps_its_neighbors(variables: dict[str, Variable]) -> None:
     stop = variables["Hosts.Stop"]
     assert (stop.change_to(True).data, stop.change_to(False).data) == (b"\2", b"\0")
     assert stop.change_to(True).keep == b"\xfd"

@@ -85,7 +85,7 @@ OFF = "Lamp is off: Main rung 0: XIC(Local:1:I.Data.0) is false"
 
 
 def at_scan(scan: int, trace: str = LAMP) -> str:
-    return f"  scanrack watch 'scanrack-artefacts/{trace}#scan={scan}'"
+    return f"  scanrack watch 'scanrack-artifacts/{trace}#scan={scan}'"
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,7 @@ def last_scans(folder: Path, somewhere: set[str]) -> dict[str, int]:
     """Return the last scan of each recording that is left, or -1."""
     found = {}
     for name in left(folder):
-        with open_trace(folder / "scanrack-artefacts" / name) as trace:
+        with open_trace(folder / "scanrack-artifacts" / name) as trace:
             last = max(each.scan for each in trace.scans())
             assert not trace.notes
         found[name] = -1 if name in somewhere else last

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from scanrack import open_bench, open_trace
-from scanrack.testing import artefacts, page
+from scanrack.testing import artifacts, page
 from scanrack.watch.share.command import ShareOptions, shared
 from scanrack.watch.share.failure import Failure
 from tested_racks import RACK, TWO, left, write_rack
@@ -31,7 +31,7 @@ def project(pytester):
 
 @pytest.fixture
 def run(project, monkeypatch):
-    monkeypatch.setattr(artefacts, "page_line", lambda *_given: "(the page)")  # it costs a second
+    monkeypatch.setattr(artifacts, "page_line", lambda *_given: "(the page)")  # it costs a second
 
     def run(test, *options):
         project.makepyfile(test_line=test)
@@ -57,7 +57,7 @@ def test_a_failed_test_keeps_its_recording_and_says_why(project, run):
     told, lines = section(result)
     assert told[0].startswith("Rounds.DN is off: Main rung 1")
     assert "line: scan 54, 0.108 s" in told
-    place = "'scanrack-artefacts/test_line.py--test_rounds/line.mcap#scan=54'"
+    place = "'scanrack-artifacts/test_line.py--test_rounds/line.mcap#scan=54'"
     assert told[-2:] == [f"  scanrack watch {place}", "  (the page)"]
     assert lines <= 30
     result.stdout.no_fnmatch_line("*front*bench*")  # no line of the library
@@ -76,14 +76,14 @@ def test_what_is_kept_is_an_option(project, run, keep, kept):
     told, _ = section(result)
     assert told[0].startswith("Lamp is off since 0.01 s (scan 5)")
     assert any("scanrack watch" in line for line in told) == (keep == "all")
-    assert (project.path / "scanrack-artefacts").exists() == (keep == "all")
+    assert (project.path / "scanrack-artifacts").exists() == (keep == "all")
 
 
 def test_a_mended_test_leaves_nothing(project, run):
     run(TWO, "-k", "lamp")
     assert left(project.path) == ["test_line.py--test_lamp/line.mcap"]
     run(TWO.replace('assert bench["Lamp"]', 'assert not bench["Lamp"]'), "-k", "lamp")
-    assert not (project.path / "scanrack-artefacts").exists()
+    assert not (project.path / "scanrack-artifacts").exists()
 
 
 STAGES = """
@@ -128,7 +128,7 @@ def test_each_stage_of_a_test_may_fail_and_the_recording_ends_there(project, run
     ]
     for stage, last in {"setup": 4, "call": 4, "teardown": 2}.items():
         result.stdout.fnmatch_lines([f"*test_{stage}/line.mcap#scan={last}'"])
-        path = project.path / f"scanrack-artefacts/test_line.py--test_{stage}/line.mcap"
+        path = project.path / f"scanrack-artifacts/test_line.py--test_{stage}/line.mcap"
         with open_trace(path) as trace:
             assert [each.scan for each in trace.scans()][-1] == last
     told, _ = section(result)
@@ -167,11 +167,11 @@ def test_the_rack_of_the_fixture_bench_is_a_key_of_the_configuration(project, ru
 def test_what_a_test_writes_to_its_folder_is_kept_like_its_recording(project, run, failed):
     folder = project.path / "out" / "test_line.py--test_it"
     run(
-        f"def test_it(artefacts):\n    (artefacts / 'plot.svg').touch()\n    assert not {failed}\n",
-        *("--scanrack-artefacts", "out"),
+        f"def test_it(artifacts):\n    (artifacts / 'plot.svg').touch()\n    assert not {failed}\n",
+        *("--scanrack-artifacts", "out"),
     )
     assert (folder / "plot.svg").exists() == failed
-    assert not (project.path / "scanrack-artefacts").exists()
+    assert not (project.path / "scanrack-artifacts").exists()
 
 
 def test_a_page_that_can_t_be_written_is_no_second_failure(project):
@@ -190,7 +190,7 @@ def test_of_a_structure_nobody_asks_why():
         feeder.scan(3)
         assert feeder["Out"]
         assert feeder["Homing"] in (0, 1)
-        assert artefacts.tags_of(AssertionError("Out and Homing and Nowhere"), feeder) == ["Homing"]
+        assert artifacts.tags_of(AssertionError("Out and Homing and Nowhere"), feeder) == ["Homing"]
 
 
 def test_the_page_is_beside_the_recording_and_the_report_links_it(project):
@@ -219,7 +219,7 @@ def test_a_failure_keeps_the_run_that_passed_until_the_next_one_passes(project, 
     for _ in range(2):  # the second failure has the same run beside it
         run(LIT.format(scans=5, more=" + 1")).assert_outcomes(failed=1)
         assert left(project.path) == [f"{kept}line.mcap", f"{kept}passed/line.mcap"]
-        with open_trace(project.path / "scanrack-artefacts" / kept / "passed/line.mcap") as passed:
+        with open_trace(project.path / "scanrack-artifacts" / kept / "passed/line.mcap") as passed:
             assert len(list(passed.scans())) == 8
     run(LIT.format(scans=6, more=""), "--scanrack-keep", "all").assert_outcomes(passed=1)
     assert left(project.path) == [f"{kept}line.mcap"]

@@ -7,7 +7,7 @@ from scanrack import open_trace
 from scanrack.ladder import Controller, LadderError
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.testfile import read_test_file, with_test
-from scanrack.testing import artefacts
+from scanrack.testing import artifacts
 
 pytest_plugins = ["pytester"]
 
@@ -60,7 +60,7 @@ END_IF;
 
 @pytest.fixture
 def project(pytester, monkeypatch):
-    monkeypatch.setattr(artefacts, "page_line", lambda *_given: "(the page)")  # it costs a second
+    monkeypatch.setattr(artifacts, "page_line", lambda *_given: "(the page)")  # it costs a second
     (pytester.path / "line.rung").write_text(RUNGS, encoding="utf-8")
     (pytester.path / "line.toml").write_text(RACK, encoding="utf-8")
     return pytester
@@ -91,7 +91,7 @@ def test_each_routine_of_a_file_is_a_test(project):
     assert "the condition is false [Rounds = 5]" in few
     assert "╟━┨/┠━━━" in few  # the rung with its power
     assert "Rounds is 5 since 0.008 s (scan 4): Main rung 1: ADD(Rounds,1,Rounds)" in few
-    place = "scanrack-artefacts/test_line.rung--test_few/line.mcap"
+    place = "scanrack-artifacts/test_line.rung--test_few/line.mcap"
     assert f"scanrack watch '{place}#scan=4'" in few
     with open_trace(project.path / place) as trace:
         assert [each.scan for each in trace.scans()][-1] == 4

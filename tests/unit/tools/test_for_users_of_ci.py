@@ -84,7 +84,7 @@ def test_the_steps_of_the_action_run_and_a_find_of_the_search_fails_them(project
     never = "from scanrack import never\n\n@never\ndef running(now):\n    return now.mode == 'run'\n"
     (project / "must_hold.py").write_text(never, encoding="utf-8")
     inputs = {"RACK": "idle.toml", "TESTS": "test_idle.py", "INVARIANTS": "must_hold.py"}
-    inputs |= {"BUDGET": "0.1 s", "ARTEFACTS": "left", "RUNNER_TEMP": str(temporary(project))}
+    inputs |= {"BUDGET": "0.1 s", "ARTIFACTS": "left", "RUNNER_TEMP": str(temporary(project))}
     for name, status in (("start", 0), ("check", 0), ("test", 0), ("fuzz", 1)):
         done = run_step(steps[name], project, **inputs)
         assert done.returncode == status, f"{name}: {done.stdout}{done.stderr}"
@@ -98,7 +98,7 @@ def test_the_steps_of_the_action_run_and_a_find_of_the_search_fails_them(project
     assert done.returncode == 0, done.stderr
     assert [each.with_suffix(".html").is_file() for each in traces] == [True] * len(traces)
     assert not ran.exists()
-    assert run_step(steps["pages"], project, **inputs | {"ARTEFACTS": "none"}).returncode == 0
+    assert run_step(steps["pages"], project, **inputs | {"ARTIFACTS": "none"}).returncode == 0
 
 
 def temporary(project: Path) -> Path:
@@ -137,11 +137,11 @@ def test_what_pytest_gets_is_neither_expanded_nor_run(project):
         project,
         PATH=echoing(project, "python"),
         TESTS="test_*.py\n 'a b' -k \"one and two\" $HOME `touch ran`; $(touch ran)",
-        ARTEFACTS="left here",
+        ARTIFACTS="left here",
     )
     assert done.returncode == 0, done.stderr
     given = [line.removeprefix("with ") for line in done.stdout.splitlines()[1:]]
-    assert given[:4] == ["-m", "pytest", "--scanrack-artefacts", "left here"]
+    assert given[:4] == ["-m", "pytest", "--scanrack-artifacts", "left here"]
     assert given[4:8] == ["test_*.py", "a b", "-k", "one and two"]
     assert given[8:] == ["$HOME", "`touch", "ran`;", "$(touch", "ran)"]
     assert not (project / "ran").exists()
@@ -156,7 +156,7 @@ def test_only_recordings_of_this_run_get_a_page_and_none_is_trusted(project):
     old.write_bytes(b"")
     in_a_day = time.time() + 86_400
     os.utime(old, (in_a_day, in_a_day))
-    inputs = {"RACK": "line/idle.toml", "ARTEFACTS": "left over", "PATH": path}
+    inputs = {"RACK": "line/idle.toml", "ARTIFACTS": "left over", "PATH": path}
     inputs["RUNNER_TEMP"] = str(temporary(project))
     assert run_step(steps_of_action()["start"], project, **inputs).returncode == 0
     for each in (new, done_already, done_already.with_suffix(".html")):

@@ -90,15 +90,15 @@ def test_recorded_stimuli_take_the_place_of_timeline_and_stations() -> None:
     ]
     acted = stimulated(machine, stimuli)
     assert (acted.stations, acted.switches) == ((), machine.switches)
-    assert [(entry.at_ns, entry.energised) for entry in acted.timeline] == [(5, True), (6, False), (7, None)]
+    assert [(entry.at_ns, entry.energized) for entry in acted.timeline] == [(5, True), (6, False), (7, None)]
     bare = stimulated(machine, stimuli[:1], switches=False)
     assert (bare.switches, len(bare.timeline)) == ((), 1)
 
 
 @pytest.mark.parametrize("chunk", [1, 2, 3, 4096])
-@pytest.mark.parametrize(("levels", "energised"), [(0x3F, True), (0x3B, False)])
+@pytest.mark.parametrize(("levels", "energized"), [(0x3F, True), (0x3B, False)])
 def test_levels_are_what_the_status_bits_show_by_the_active_level(
-    levels: int, energised: bool, chunk: int, monkeypatch: pytest.MonkeyPatch
+    levels: int, energized: bool, chunk: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Home active from the fourth scan on; energized if it is configured active high [chapter 3]."""
     monkeypatch.setattr(packed, "CHUNK_SCANS", chunk)
@@ -110,7 +110,7 @@ def test_levels_are_what_the_status_bits_show_by_the_active_level(
     columns = Columns(scans, scans * 2 * MS, np.ones(6, np.uint32), words)
     recording = PackedTrace((SlotInfo(1, "amci3601"),), PackedScans.of(16, [columns]), ())
     stimuli = list(recorded_levels(recording))
-    home = [(each.at_ns, each.energised) for each in stimuli if each.input is InputBit.HOME]
-    assert home[-1] == (5 * MS, energised), "half-way between the scans at 4 and 6 ms"
-    assert home[-2][1] is not energised
+    home = [(each.at_ns, each.energized) for each in stimuli if each.input is InputBit.HOME]
+    assert home[-1] == (5 * MS, energized), "half-way between the scans at 4 and 6 ms"
+    assert home[-2][1] is not energized
     assert {each.input for each in stimuli} == set(InputBit), "every level is told at the beginning"

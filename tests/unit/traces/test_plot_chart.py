@@ -39,7 +39,7 @@ def story() -> np.ndarray:
 
 
 EVENTS: dict[int, Event] = {
-    99: ("/stimuli", {"slot": 1, "name": "capture", "energised": True, "text": "A button."}),
+    99: ("/stimuli", {"slot": 1, "name": "capture", "energized": True, "text": "A button."}),
     300: ("/events", {"slot": 1, "kind": "rule", "name": "CMD-03", "text": "No.", "bits": ["COMMAND_ERROR"]}),
     301: ("/cpu", {"mode": "run"}),
     302: ("/indicators", {"slot": 1, "name": "lights", "text": "Off."}),

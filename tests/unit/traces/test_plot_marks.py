@@ -38,4 +38,4 @@ def test_incidents_begin_and_end(name, begins, told):
 
 
 def test_inputs_go_on_and_off():
-    assert label("/stimuli", {"kind": "stimulus", "name": "estop", "energised": False}) == "estop off"
+    assert label("/stimuli", {"kind": "stimulus", "name": "estop", "energized": False}) == "estop off"

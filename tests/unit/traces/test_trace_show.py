@@ -68,7 +68,7 @@ def tell(path: Path) -> Path:
                 "slot": 1,
                 "kind": "stimulus",
                 "name": "CAPTURE",
-                "text": "CAPTURE energised",
+                "text": "CAPTURE energized",
             }
             recorder.event(14, now_ns, "/stimuli", stimulus)
             recorder.event(14, now_ns, "/forces", {"slot3.I.5": -7})
@@ -119,7 +119,7 @@ def test_what_happened(path: Path) -> None:
         "  12  0.02325     1  "
         "COMMAND_ERROR at scan 12: a move was started before the previous one was complete "
         "[CMD-03, chapter 6]\n"
-        "  14    0.028     1  CAPTURE energised\n"
+        "  14    0.028     1  CAPTURE energized\n"
         "  14    0.028        forces: slot3.I.5 = -7\n"
         "  19    0.038        "
         "the CPU faulted, by the program: ZeroDivisionError: division by zero [logic.py:3]"

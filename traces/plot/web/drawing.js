@@ -15,14 +15,14 @@ const style = name => getComputedStyle(document.documentElement).getPropertyValu
 const ink = () => style("--ink"), soft = () => style("--soft"), paper = () => style("--paper");
 const TOWARDS_WHITE = 0.45;
 
-function shade(colour) {
-  if (!dark.matches) return colour;
-  const parts = [1, 3, 5].map(place => parseInt(colour.slice(place, place + 2), 16));
+function shade(color) {
+  if (!dark.matches) return color;
+  const parts = [1, 3, 5].map(place => parseInt(color.slice(place, place + 2), 16));
   const lighter = parts.map(part => Math.round(part + (255 - part) * TOWARDS_WHITE));
   return "#" + lighter.map(part => part.toString(16).padStart(2, "0")).join("");
 }
 
-const gridColour = () => dark.matches ? style("--edge") : data.colours.grid;
+const gridColor = () => dark.matches ? style("--edge") : data.colors.grid;
 
 // The curves of position share what the window has left, if the readout is beside the chart.
 function fit() {
@@ -91,8 +91,8 @@ function fitted(says, room, tail) {
   return cut(low);
 }
 
-function text(says, x, y, colour, font, align = "left") {
-  pen.fillStyle = colour;
+function text(says, x, y, color, font, align = "left") {
+  pen.fillStyle = color;
   pen.font = font;
   pen.textAlign = align;
   pen.fillText(says, x, y);
@@ -107,8 +107,8 @@ function inside(top, height, paint) {
   pen.restore();
 }
 
-function line(x0, y0, x1, y1, colour, thick = 1) {
-  pen.strokeStyle = colour;
+function line(x0, y0, x1, y1, color, thick = 1) {
+  pen.strokeStyle = color;
   pen.lineWidth = thick;
   pen.beginPath();
   pen.moveTo(x0, y0);
@@ -120,7 +120,7 @@ function drawTicks(top, bottom) {
   const span = view.end - view.start;
   const step = data.steps.find(step => span / step <= width() / 90) || data.steps[data.steps.length - 1];
   for (let moment = Math.ceil(view.start / step) * step; moment <= view.end; moment += step) {
-    line(xOf(moment), top, xOf(moment), bottom, gridColour());
+    line(xOf(moment), top, xOf(moment), bottom, gridColor());
     text(clock(moment, step), xOf(moment), bottom + 15, ink(), "11px system-ui", "center");
   }
   text(`machine time, ${unit()}`, LEFT + width() / 2, bottom + 30, soft(), "11px system-ui", "center");
@@ -146,8 +146,8 @@ function niceStep(span, most, least) {
   return [1, 2, 5, 10].map(factor => factor * power).find(step => span / step <= most);
 }
 
-// The values that are labelled from low to high: at least two, `least` or more apart.
-function labelled(low, high, most, least = 1) {
+// The values that are labeled from low to high: at least two, `least` or more apart.
+function labeled(low, high, most, least = 1) {
   const multiples = step => {
     const found = [];
     for (let place = Math.ceil(low / step); place * step <= high; place++) found.push(place * step || 0); // no -0
@@ -175,15 +175,15 @@ function drawCurve({ name, curve, fractional }, top, height, isTag) {
   const [low, high] = rangeOf(least, most, fractional);
   const yOf = value => top + (high - value) / (high - low) * height;
   let widest = 0;
-  for (const value of labelled(low, high, height / 28, fractional ? Number.MIN_VALUE : 1)) {
-    line(LEFT, yOf(value), LEFT + width(), yOf(value), gridColour());
+  for (const value of labeled(low, high, height / 28, fractional ? Number.MIN_VALUE : 1)) {
+    line(LEFT, yOf(value), LEFT + width(), yOf(value), gridColor());
     text(axisNumber(value), LEFT - 6, yOf(value) + 4, ink(), SMALL, "right");
     widest = Math.max(widest, pen.measureText(axisNumber(value)).width);
   }
   if (isTag) drawTagName(name, top + height / 2 + 4, LEFT - 14 - widest);
   else text(name, 8, top + height / 2, soft(), SMALL);
   inside(top, height, () => {
-    pen.strokeStyle = shade(data.colours.curve);
+    pen.strokeStyle = shade(data.colors.curve);
     pen.lineWidth = 1.4;
     pen.lineJoin = "round"; // a pointed join would show more than there is
     pen.beginPath();
@@ -194,7 +194,7 @@ function drawCurve({ name, curve, fractional }, top, height, isTag) {
 
 function drawTagName(name, base, right) {
   pen.font = NAME_FONT;
-  text(fitted(name, right - 4, true), right, base, shade(data.colours.lanes.tag), NAME_FONT, "right");
+  text(fitted(name, right - 4, true), right, base, shade(data.colors.lanes.tag), NAME_FONT, "right");
 }
 
 // A point per scan; a tag keeps its value until the next one.
@@ -233,20 +233,20 @@ function drawMarks(panel, top, bottom, deepest) {
     let last = -1;
     for (const mark of shown) {
       const x = xOf(mark.time);
-      if (x - last >= 0.5) line(x, top + MARKS - 8, x, deep, shade(data.colours.marks[mark.kind]) + "60");
+      if (x - last >= 0.5) line(x, top + MARKS - 8, x, deep, shade(data.colors.marks[mark.kind]) + "60");
       last = x;
     }
     for (const mark of shown.filter(isBroken)) {
-      line(xOf(mark.time), top + MARKS - 8, xOf(mark.time), deepest, shade(data.colours.marks[mark.kind]));
+      line(xOf(mark.time), top + MARKS - 8, xOf(mark.time), deepest, shade(data.colors.marks[mark.kind]));
     }
     const labels = placed(shown);
     for (const { at, row, mark } of labels) {
-      line(at, top + MARKS - 16 - 14 * row, at, top + MARKS, shade(data.colours.marks[mark.kind]));
+      line(at, top + MARKS - 16 - 14 * row, at, top + MARKS, shade(data.colors.marks[mark.kind]));
     }
     for (const { x, row, mark, wide } of labels) {
       pen.fillStyle = paper();
       pen.fillRect(x + 2, top + MARKS - 17 - 14 * row, wide, 13);
-      text(mark.label, x + 3, top + MARKS - 6 - 14 * row, shade(data.colours.marks[mark.kind]), MARK_FONT);
+      text(mark.label, x + 3, top + MARKS - 6 - 14 * row, shade(data.colors.marks[mark.kind]), MARK_FONT);
     }
   });
 }

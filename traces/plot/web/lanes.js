@@ -19,12 +19,12 @@ function stretches(lane, paint) {
 }
 
 function drawBit(lane, top) {
-  const colour = shade(data.colours.lanes[lane.group]), high = top + 3, low = top + LANE - 3;
+  const color = shade(data.colors.lanes[lane.group]), high = top + 3, low = top + LANE - 3;
   pen.font = NAME_FONT;
-  text(fitted(lane.name, LEFT - 12, true), LEFT - 6, low - 1, colour, NAME_FONT, "right");
+  text(fitted(lane.name, LEFT - 12, true), LEFT - 6, low - 1, color, NAME_FONT, "right");
   inside(top, LANE, () => {
-    pen.strokeStyle = colour;
-    pen.fillStyle = colour + "50";
+    pen.strokeStyle = color;
+    pen.fillStyle = color + "50";
     pen.lineWidth = 1.2;
     pen.beginPath();
     stretches(lane, (x0, x1, value, turns) => {
@@ -40,7 +40,7 @@ function drawBit(lane, top) {
 function drawRamp(lane, top) {
   text("ramp", LEFT - 6, top + LANE - 4, ink(), NAME_FONT, "right");
   inside(top, LANE, () => stretches(lane, (x0, x1, value) => {
-    pen.fillStyle = data.colours.ramp[value];
+    pen.fillStyle = data.colors.ramp[value];
     if (value) pen.fillRect(x0, top + 2, Math.max(1, x1 - x0), LANE - 4);
   }));
 }
@@ -48,9 +48,9 @@ function drawRamp(lane, top) {
 // Steps and texts: a color for each value, and what it stands for where there is room.
 function drawBand(band, top) {
   pen.font = NAME_FONT;
-  text(fitted(band.name, LEFT - 12, true), LEFT - 6, top + LANE - 4, shade(data.colours.lanes.tag), NAME_FONT, "right");
+  text(fitted(band.name, LEFT - 12, true), LEFT - 6, top + LANE - 4, shade(data.colors.lanes.tag), NAME_FONT, "right");
   inside(top, LANE, () => stretches(band, (x0, x1, value) => {
-    pen.fillStyle = bandColour(value);
+    pen.fillStyle = bandColor(value);
     pen.fillRect(x0, top + 2, Math.max(1, x1 - x0), LANE - 4);
     pen.font = SMALL;
     const left = Math.max(x0, LEFT), room = x1 - left - 7, says = band.texts[value];
@@ -61,8 +61,8 @@ function drawBand(band, top) {
 }
 
 // Soft on either paper: letters are written on it.
-const bandColour = value => {
-  const tints = dark.matches ? data.colours.bandDark : data.colours.band;
+const bandColor = value => {
+  const tints = dark.matches ? data.colors.bandDark : data.colors.band;
   return tints[value % tints.length];
 };
 

@@ -30,7 +30,7 @@ function tellPanel(panel, row) {
     ...data.groups.filter(group => [...panel.lanes, ...panel.steady].some(lane => lane.group === group)).map(group => {
       const bits = element("div", `${group === "tag" ? "on" : group}: ${on(group)}`);
       bits.className = "bits";
-      bits.style.color = shade(data.colours.lanes[group]);
+      bits.style.color = shade(data.colors.lanes[group]);
       return bits;
     }),
     ...marks.slice(0, 5).map(mark => element("p", mark.text)),
@@ -57,11 +57,11 @@ function pairs(list) {
 
 function drawLegend() {
   document.getElementById("legend").replaceChildren();
-  const entries = data.groups.map(group => [shade(data.colours.lanes[group]), group === "tag" ? "tags" : `${group} bits`]);
-  if (data.panels.some(panel => panel.ramp)) data.ramp.forEach((state, place) => { if (place) entries.push([data.colours.ramp[place], state]); });
-  for (const [colour, says] of entries) {
+  const entries = data.groups.map(group => [shade(data.colors.lanes[group]), group === "tag" ? "tags" : `${group} bits`]);
+  if (data.panels.some(panel => panel.ramp)) data.ramp.forEach((state, place) => { if (place) entries.push([data.colors.ramp[place], state]); });
+  for (const [color, says] of entries) {
     const square = document.createElement("i"), entry = document.createElement("span");
-    square.style.background = colour;
+    square.style.background = color;
     entry.append(square, says);
     document.getElementById("legend").append(entry);
   }

@@ -71,7 +71,7 @@ def _level_at_rest(machine: MachineSpec, bit: InputBit) -> bool:
     switches = [each.normally_closed for each in machine.switches if each.input == bit]
     if switches:
         return switches[0]  # an input has one kind
-    first = [each.energised for each in machine.timeline if each.input == bit and each.at_ns == 0]
+    first = [each.energized for each in machine.timeline if each.input == bit and each.at_ns == 0]
     return bool(first and first[-1])
 
 

@@ -82,7 +82,7 @@ class MaximumGoal:
         if level > self._level:
             self._level = level
             if self.note is not None:
-                self.note(SIZE, ("maximise", str(self._measure.__name__), *level), now.scan)
+                self.note(SIZE, ("maximize", str(self._measure.__name__), *level), now.scan)
 
 
 def level_of(value: int) -> tuple[int, int]:

@@ -121,8 +121,8 @@ def _ms(time_ns: int) -> Decimal | int:
 
 
 def _entry(entry: TimelineEntry) -> Table:
-    level = "wired" if entry.energised is None else entry.energised
-    return {"at_ms": _ms(entry.at_ns), "input": input_name(entry.input), "energised": level}
+    level = "wired" if entry.energized is None else entry.energized
+    return {"at_ms": _ms(entry.at_ns), "input": input_name(entry.input), "energized": level}
 
 
 def _push(push: ContactPress) -> Table:

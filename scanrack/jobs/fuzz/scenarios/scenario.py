@@ -63,7 +63,7 @@ class Press(Part):
     """An input is held at a level for a time; on an input with a switch, the switch fails."""
 
     input: InputName
-    energised: StrictBool
+    energized: StrictBool
     at_ns: Time
     for_ns: Time
 
@@ -374,8 +374,8 @@ def entries_of(press: Press, machine: MachineSpec) -> tuple[TimelineEntry, Timel
         level: bool | None = None
     else:
         before = [each for each in machine.timeline if each.input is press.input and each.at_ns <= end_ns]
-        level = max(before, key=lambda each: each.at_ns).energised if before else False
+        level = max(before, key=lambda each: each.at_ns).energized if before else False
     return (
-        TimelineEntry(press.at_ns, press.input, press.energised),
+        TimelineEntry(press.at_ns, press.input, press.energized),
         TimelineEntry(end_ns, press.input, level),
     )

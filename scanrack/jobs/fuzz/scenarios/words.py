@@ -60,7 +60,7 @@ def _from_the_start(scenario: Scenario) -> Iterator[str]:
 
 
 def _press(press: Press) -> str:
-    level = "on" if press.energised else "off"
+    level = "on" if press.energized else "off"
     return f"input {input_name(press.input)} of slot {press.slot} is {level}{_for(press.for_ns)}"
 
 

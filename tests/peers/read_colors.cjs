@@ -1,6 +1,6 @@
-// Colours files as VS Code does: prints [line, text, innermost scope] of each token as JSON.
+// Colors files as VS Code does: prints [line, text, innermost scope] of each token as JSON.
 // Status 3: a package of npm is missing.
-// node read_colours.cjs GRAMMAR_FOLDER SCOPE FILE...
+// node read_colors.cjs GRAMMAR_FOLDER SCOPE FILE...
 "use strict";
 const fs = require("node:fs");
 const path = require("node:path");

@@ -39,7 +39,7 @@ def test_words_have_their_kinds():
 
 
 @pytest.mark.parametrize("rest", ['"""open', "(", "  1", "\x00", "$"])
-def test_a_text_that_cannot_be_read_is_coloured_up_to_there(rest):
+def test_a_text_that_cannot_be_read_is_colored_up_to_there(rest):
     spans = spans_of(["pass", "if 1:", "    2", " 3", rest])
     assert spans[1] == [(0, 4, "keyword")]
 

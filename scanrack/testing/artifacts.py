@@ -18,7 +18,7 @@ from scanrack.ladder.model.errors import LadderFault
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.traces.files.portable import relative
 
-from .folder import ArtefactFolder, file_name
+from .folder import ArtifactFolder, file_name
 from .page import FailedTest, page_line
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ class OpenedBench(NamedTuple):
     since_s: float  # processor time when it was open
 
 
-class TestArtefacts:
+class TestArtifacts:
     """What a test leaves behind.
 
     Attributes:
@@ -55,7 +55,7 @@ class TestArtefacts:
         self._test = item.nodeid
         self._near = item.config.invocation_params.dir
         self._keep = item.config.getoption("--scanrack-keep")
-        self.folder = ArtefactFolder(base, item.nodeid)
+        self.folder = ArtifactFolder(base, item.nodeid)
         self._opened: list[OpenedBench] = []
         self._failed: BaseException | None = None  # the first failure: of a subtest, else of the test
         self._ended = False  # by a failure, so that its recordings are ended

@@ -41,7 +41,7 @@ def simulated(controller: str, said: Sequence[Statement]) -> list[Statement]:
     """
     begin_ns, unit = said[0].exchange.asked_ns, said[0].exchange.unit
     early, late = (_Model(controller, MODELS[controller](unit), begin_ns) for _ in range(2))
-    return [_modelled(each, early, late, reads=_is_read(controller, each.exchange)) for each in said]
+    return [_modeled(each, early, late, reads=_is_read(controller, each.exchange)) for each in said]
 
 
 def _is_read(controller: str, exchange: PairedExchange) -> bool:
@@ -51,7 +51,7 @@ def _is_read(controller: str, exchange: PairedExchange) -> bool:
     return row is not None and row.kind is Kind.READ
 
 
-def _modelled(real: Statement, early: _Model, late: _Model, *, reads: bool) -> Statement:
+def _modeled(real: Statement, early: _Model, late: _Model, *, reads: bool) -> Statement:
     exchange = real.exchange
     if exchange.reply is None:
         if not reads:
