@@ -1,6 +1,6 @@
 // Rungs: drawn once by the server, lit here. A frame carries one character per element of a rung that changed.
 
-import { WAITS, breakpointsAt } from "./actions.js";
+import { breakpointsAt, toggleBreakpoint } from "./breakpoints.js";
 import { drawing, el, setAttribute, setFlag } from "./dom.js";
 import { shown } from "./format.js";
 import { beginNow, paintNow } from "./now.js";
@@ -12,6 +12,7 @@ import { place } from "./values.js";
 
 const MANY = 60; // rungs; of so many only those in view are laid out
 
+/** @type {(name: string) => void} */
 let openRoutine = () => {};
 let rungs = new Map(); // Main.3 -> { row, elements, power, stop }
 
@@ -87,6 +88,7 @@ export function moveTo(sheet, from, by) {
   return here < 0 ? all[by > 0 ? 0 : all.length - 1] : all[Math.min(Math.max(here + by, 0), all.length - 1)];
 }
 
+/** @param {{ power?: any, breakpoints?: any, tags?: any }} changes */
 export function paintRungs({ power, breakpoints, tags }) {
   for (const [ident, now] of Object.entries(power ?? {})) {
     const rung = rungs.get(ident);
@@ -106,12 +108,6 @@ function paintStop(ident, row, stop, set) {
   setAttribute(stop, "aria-description", words ? `Waits for: ${words}` : null);
   stop.lastChild.textContent = words;
   stop.title = [`Rung ${number}: ${set.length ? `waits until it ${set.map(each => each[2]).join(", or ")}` : "breakpoint (b); right-click for other ones"}`, stop.dataset.file].filter(Boolean).join("\n");
-}
-
-// Sets a breakpoint that waits until a rung is true, or removes all of it.
-function toggleBreakpoint(ident) {
-  const set = breakpointsAt(ident);
-  for (const [end] of set.length ? set : WAITS.slice(0, 1)) orders.breakpoint(ident + end);
 }
 
 function light(rung, now) {

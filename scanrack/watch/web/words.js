@@ -47,7 +47,7 @@ function group(title, slot, bits) {
 function bitOf(slot, bit) {
   const level = el("span", { class: "level" }, "0"), name = bitName(slot, bit);
   const node = el("button", {
-    type: "button", class: "bit", title: [bit.meaning, bit.section, bit.address].filter(Boolean).join("\n"),
+    type: "button", class: "bit", "data-kind": bit.error ? "error" : null, title: [bit.meaning, bit.section, bit.address].filter(Boolean).join("\n"),
     click: () => select({ tag: bit.address ?? name }),
   }, el("span", {}, label(bit)), level);
   place(node, name, value => { level.textContent = value ? "1" : "0"; return null; });
@@ -107,7 +107,7 @@ export function paintAddressed() {
     const [, slot, image, word, bit] = /^Local:(\d+):([IO])\.Data\[(\d+)\](?:\.(\d+))?$/.exec(address) ?? [];
     const words = run.words[slot], place = Number(word) + (image === "O" ? slots.get(slot)?.words.in : 0);
     if (words?.[place] === undefined || name in run.tags) return;
-    give(name, bit === undefined ? signed(words[place]) : Boolean(words[place] >> bit & 1));
+    give(name, bit === undefined ? signed(words[place]) : Boolean(words[place] >> Number(bit) & 1));
   });
 }
 
