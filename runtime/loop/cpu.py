@@ -22,7 +22,7 @@ from .listeners import Listeners, ScanListener
 from .pace import FreeRun, Pacer, Watchdog, WatchdogTimeout, stopping_on_interrupt
 from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
-from .scan import CpuMode, LogicScan, ScanFlag, ScanLogic, mode_name
+from .scan import CpuMode, LogicScan, ScanFlag, ScanLogic, attached, mode_name
 from .scans_ahead import LOGIC_CALLERS, RepeatFinder, ScansAhead
 
 __all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "LogicScan", "ScanFlag", "ScanLogic"]
