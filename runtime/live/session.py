@@ -142,6 +142,16 @@ class Session:
         """The orders that were carried out."""
         return self._hands.given
 
+    @property
+    def live(self) -> bool:
+        """Whether there are real ports: no pause, step or speed."""
+        return self._live
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it repeats the scans of a session that it branches from."""
+        return self._repeats
+
     # --- running
 
     def repeat_to(self, scan: int) -> None:
