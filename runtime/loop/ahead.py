@@ -17,8 +17,8 @@ modules up to the present, which their contract allows.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Sequence
-from itertools import repeat
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice, repeat
 from typing import TYPE_CHECKING, NamedTuple
 
 from scanrack.io_images.image import Image
@@ -43,9 +43,9 @@ NUMPY_WORTH_SCANS = 50_000
 class Block(NamedTuple):
     """The foreseen scans."""
 
-    scans: Iterable[tuple[bytes, bool]]  # the rack's memory before the logic, and whether the modules update
+    rows: list[bytes] | bytes  # the rack's memory before the logic of each scan, or of all of them
     length: int
-    row: bytes | None = None  # that memory if it is the same for all scans, each of which updates the inputs
+    updated: Sequence[bool] | None = None  # whether the modules update in each scan; None = in all of them
 
     @classmethod
     def of(cls, rows: list[bytes] | bytes, count: int) -> Block:
@@ -55,9 +55,21 @@ class Block(NamedTuple):
             rows: one per scan, or a single one for all.
             count: of the scans, if it is a single row.
         """
-        if isinstance(rows, bytes):
-            return cls(repeat((rows, True), count), count, rows)
-        return cls(zip(rows, repeat(True)), len(rows))
+        return cls(rows, count if isinstance(rows, bytes) else len(rows))
+
+    def part(self, start: int, count: int) -> list[bytes]:
+        """Return the rows of some of its scans."""
+        return [self.rows] * count if isinstance(self.rows, bytes) else self.rows[start : start + count]
+
+    def updates(self, start: int) -> Iterator[bool]:
+        """Yield whether the modules update, from a scan on."""
+        return repeat(True) if self.updated is None else islice(self.updated, start, None)
+
+    def scans(self, start: int) -> Iterator[tuple[bytes, bool]]:
+        """Yield rows and updates from a scan on."""
+        rows = self.rows
+        left = repeat(rows, self.length - start) if isinstance(rows, bytes) else islice(rows, start, None)
+        return zip(left, self.updates(start), strict=False)
 
 
 class RackPrediction:

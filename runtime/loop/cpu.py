@@ -23,7 +23,7 @@ from .pace import FreeRun, Pacer, Watchdog, WatchdogTimeout, stopping_on_interru
 from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
 from .scan import CpuMode, LogicScan, ScanFlag, ScanLogic, attached, mode_name
-from .scans_ahead import RepeatFinder, ScansAhead
+from .scans_ahead import LOGIC_CALLERS, RepeatFinder, ScansAhead
 
 __all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "LogicScan", "ScanFlag", "ScanLogic"]
 
@@ -108,6 +108,7 @@ class Cpu:
     @program.setter
     def program(self, logic: ScanLogic) -> None:
         self._phases.program = logic
+        self._ahead.end_block()
 
     @property
     def stop_requested(self) -> bool:
@@ -136,10 +137,12 @@ class Cpu:
 
     def add_listener(self, listener: ScanListener) -> None:
         """Add a listener from the next scan on."""
+        self._ahead.before_new_listeners()
         self._listeners.add(listener)
 
     def dismiss(self, listener: ScanListener) -> None:
         """Close a listener, which is told nothing more; nothing if it is closed."""
+        self._ahead.before_new_listeners()
         self._listeners.dismiss(listener)
 
     def pass_over_repeats(self, finder: RepeatFinder) -> None:
@@ -178,7 +181,7 @@ class Cpu:
         self._ahead.stop_requested = False
         self.pacer.begin(self.period_ns)
         self._prepare()
-        with self._watchdog.armed(lambda: self._view.number, inside=ScanPhases.logic.__code__):
+        with self._watchdog.armed(lambda: self._view.number, *LOGIC_CALLERS):
             try:
                 self._scanning = True
                 self._loop(ENDLESS if scans is None else scans)
@@ -199,14 +202,14 @@ class Cpu:
 
     def stop(self) -> None:
         """Let `run` return after the present scan; may be called from a signal handler."""
-        self._ahead.stop_requested = True
+        self._ahead.stop()
 
     def stopping_on_ctrl_c(self) -> AbstractContextManager[None]:
         """Let Ctrl-C stop the CPU between scans within the context.
 
         A second Ctrl-C breaks off endless logic, see `pace.stopping_on_interrupt`.
         """
-        return stopping_on_interrupt(self.stop, inside=ScanPhases.logic.__code__)
+        return stopping_on_interrupt(self.stop, *LOGIC_CALLERS)
 
     def close(self) -> None:
         """Close the logic, if it can be closed, and all listeners, in order; further scans are refused.
@@ -245,6 +248,7 @@ class Cpu:
     def _ask_for_attention(self) -> None:
         """Apply requests after this scan, or now if idle."""
         self._phases.attention = True
+        self._ahead.end_block()
         if not self._scanning:
             self._serve_requests()
 

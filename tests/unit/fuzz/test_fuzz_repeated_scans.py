@@ -18,8 +18,7 @@ from scanrack.jobs.fuzz.job import Setup, bench_of
 from scanrack.jobs.fuzz.program_clocks import clocks_of
 from scanrack.jobs.fuzz.scenarios.scenario import OperatorAction, Press
 from scanrack.ladder import Engine
-from scanrack.runtime import FaultKind, InjectedFault
-from scanrack.runtime.live.actions import Write
+from scanrack.runtime import FaultKind, InjectedFault, Write
 
 MS = 1_000_000
 SCANS = 1_000
