@@ -12,9 +12,10 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.memory_layout import MemoryLayout
 
 from .compare import EXACT, Comparison, Tolerance, compare_parts

@@ -8,10 +8,12 @@ instruction has one place.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum, auto
 from functools import cached_property
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from .errors import LadderError
 from .tagref import operand_of

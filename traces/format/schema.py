@@ -33,8 +33,9 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from struct import Struct
+
+from scanrack.io_images.dataclass import dataclass
 
 from .cdr import leaves
 from .layout import SlotInfo, block_layout

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import BinaryIO
 
 from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Metadata, Schema
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.memory_layout import MemoryLayout
 from scanrack.io_images.module_words import PLAIN_WORDS
 

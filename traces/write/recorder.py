@@ -16,13 +16,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Never
 
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.versions import version_of
+
 from ..files.keeping import RecordingKeeper
-from ..format.batch import ScanBatch, TagBatch, message_layout
+from ..format.batch import HEAD_BYTES, ScanBatch, TagBatch
 from ..format.layout import SlotInfo, block_layout, check_slots
 from ..format.named_words import facts_of
 from ..format.schema import (
@@ -127,7 +128,7 @@ class ScanRecorder:
         files.append(Attachment("words.json", word_map(self._slots).encode(), "application/json"))
         if plan is not None:
             files.append(Attachment("tags.json", plan.to_json().encode(), "application/json"))
-        message = message_layout(len(memory), None if plan is None else plan.dtype).itemsize
+        message = HEAD_BYTES + len(memory) + (0 if plan is None else plan.size)
         self._batch_scans = max(1, min(chunk_scans, CHUNK_BYTES_MAX // message))
         self._chunk_bytes = chunk_bytes = self._batch_scans * message
         if not isinstance(target, TraceFile):
@@ -316,7 +317,7 @@ class ScanRecorder:
             facts[f"slot.{slot.number}.module"] = slot.module
             facts[f"slot.{slot.number}.firmware"] = slot.firmware
             facts |= facts_of(slot.number, slot.words)
-        return facts | {name: _version(name) for name in ("scanrack", "mcap")}
+        return facts | {name: version_of(name) for name in ("scanrack", "mcap")}
 
 
 _STATES = frozenset(topic.name for topic in TOPICS if topic.state)
@@ -328,11 +329,3 @@ def _hashes(**files: Attachment | None) -> dict[str, str]:
         for name, file in files.items()
         if file is not None
     }
-
-
-def _version(distribution: str) -> str:
-    """Return the version of a distribution; "unknown" for an uninstalled one."""
-    try:
-        return version(distribution)
-    except PackageNotFoundError:
-        return "unknown"

@@ -9,11 +9,11 @@ Neither is an error of the module: it follows its manual without a sign.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
 
 from scanrack.io_images.amci3601 import ALL_INPUTS, CommandLsw, CommandMsw, InputBit, StatusMsw
 from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.io_images.dataclass import dataclass
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.runtime.loop.rack import Rack, Slot
