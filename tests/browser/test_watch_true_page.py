@@ -5,6 +5,9 @@ unknown states, steps/s of the scans before, another key that only moves the lin
 """
 
 import pytest
+from scanrack.commands import build
+from scanrack.terminal.status import DONE
+from typer.testing import CliRunner
 from watched_page import until, watching
 
 QUICKLY = """
@@ -101,10 +104,9 @@ def test_a_press_is_one_event_and_events_stand_by_time(page, paused):
 
 @pytest.fixture(scope="module")
 def recording(feeder_rack, tmp_path_factory):
-    from scanrack.commands import main
-
     path = tmp_path_factory.mktemp("recorded") / "long.mcap"
-    assert main(["run", str(feeder_rack), "--scans", "24000", "--record", str(path), "--quiet"]) == 0
+    words = ["run", str(feeder_rack), "--scans", "24000", "--record", str(path), "--quiet"]
+    assert CliRunner().invoke(build(), words).exit_code == DONE
     return path
 
 
