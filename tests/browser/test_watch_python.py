@@ -50,6 +50,10 @@ const line = document.querySelector(`[data-at='small.py.${arguments[0]}']`);
 return [...line.querySelectorAll(".chip")].map(each => each.textContent);
 """
 MARKED = "return [...document.querySelectorAll(\".code-line[data-power='1']\")].map(each => each.dataset.at)"
+CLIPPED = """
+return [...document.querySelectorAll(".chip > span")]
+  .filter(each => each.scrollHeight > each.clientHeight + 1).map(each => each.textContent);
+"""  # an underscore that is cut looks like a space
 CAUSES = "return [...document.querySelectorAll('.code-line[data-cause]')].map(each => each.dataset.at)"
 
 
@@ -76,6 +80,7 @@ def test_a_function_has_values_at_its_lines_breakpoints_and_causes(page, rack):
         until(lambda: page.run(BESIDE, 10) == ["step100"])
         assert page.run(BESIDE, 12) == ["rounds0"]
         assert page.run(BESIDE, 1) == []
+        assert page.run(CLIPPED) == []
         break_at(page, 12)
         page.press("Go on")
         page.until_scan(299, "paused")
