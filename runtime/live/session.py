@@ -56,7 +56,7 @@ class Stops(Protocol):
 
     @property
     def ran(self) -> tuple[int, ...]:
-        """The lines of a program in Python that ran in the latest scan, while there is a breakpoint on one."""
+        """Lines of a program in Python that ran in the latest scan, while there is a breakpoint on one."""
 
     def break_at(self, routine: str, rung: int, when: Any = "true") -> None:
         """Set a breakpoint at a rung, see `Debugger.break_at`; ValueError for an unknown one."""
