@@ -18,12 +18,13 @@ Upper and lower case are the same.
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import cache
 
 from .cards import member_of, members_of
+from .dataclass import dataclass
 from .module_words import BitPlace, Groups, ModuleWords
 from .site import SiteError
 
@@ -51,19 +52,19 @@ class Address:
         return word if self.bit is None else f"{word}.{self.bit}"
 
 
-_RAW_FORMS = tuple(
-    re.compile(form, re.IGNORECASE)
-    for form in (
-        r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data\[(?P<word>\d+)\](?:\.(?P<bit>\d+))?",
-        r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data(?P<word>\d+)(?:\.(?P<bit>\d+))?",
-        r"(?P<image>[IO]):(?P<slot>\d+)(?:\.(?P<word>\d+))?(?:/(?P<bit>\d+))?",
-    )
+_RAW_FORMS = (
+    r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data\[(?P<word>\d+)\](?:\.(?P<bit>\d+))?",
+    r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data(?P<word>\d+)(?:\.(?P<bit>\d+))?",
+    r"(?P<image>[IO]):(?P<slot>\d+)(?:\.(?P<word>\d+))?(?:/(?P<bit>\d+))?",
 )
-_PROFILE_FORM = re.compile(
-    r"Local:(?P<slot>\d+):(?P<image>[IO])\.(?P<name>\w+)(?:\.(?P<bit>\d+))?", re.IGNORECASE
-)
-_CARD_FORM = re.compile(r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data(?:\.(?P<bit>\d+))?", re.IGNORECASE)
-_NAMED_FORM = re.compile(r"slot(?P<slot>\d+)\.(?P<group>\w+)\.(?P<name>\w+)", re.IGNORECASE)
+_PROFILE_FORM = r"Local:(?P<slot>\d+):(?P<image>[IO])\.(?P<name>\w+)(?:\.(?P<bit>\d+))?"
+_CARD_FORM = r"Local:(?P<slot>\d+):(?P<image>[IO])\.Data(?:\.(?P<bit>\d+))?"
+_NAMED_FORM = r"slot(?P<slot>\d+)\.(?P<group>\w+)\.(?P<name>\w+)"
+
+
+@cache
+def _form(pattern: str) -> re.Pattern[str]:
+    return re.compile(pattern, re.IGNORECASE)
 
 
 def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
@@ -83,13 +84,13 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
     """
     stripped = text.strip()
     for form in _RAW_FORMS:
-        if match := form.fullmatch(stripped):
+        if match := _form(form).fullmatch(stripped):
             return _raw(text, match, slots)
-    if (match := _CARD_FORM.fullmatch(stripped)) and (bits := _data_bits(int(match["slot"]), slots)):
+    if (match := _form(_CARD_FORM).fullmatch(stripped)) and (bits := _data_bits(int(match["slot"]), slots)):
         return _of_card(text, match, bits)
-    if match := _PROFILE_FORM.fullmatch(stripped):
+    if match := _form(_PROFILE_FORM).fullmatch(stripped):
         return _of_profile(text, match, slots)
-    if match := _NAMED_FORM.fullmatch(stripped):
+    if match := _form(_NAMED_FORM).fullmatch(stripped):
         return _named(text, match, slots)
     raise ValueError(f"{text!r} is not an address: write it like {FORMS}")
 
@@ -212,6 +213,8 @@ def allowed(given: object, choices: Iterable[object]) -> str:
     'did you mean HOLD_MOVE? Choose from HOLD_MOVE, RESUME_MOVE'
     """
     names = [str(choice) for choice in choices]
+    import difflib  # most names are right
+
     close = difflib.get_close_matches(str(given), names, n=1)
     listed = f"hoose from {', '.join(names) or 'none'}"
     return f"did you mean {close[0]}? C{listed}" if close else f"c{listed}"

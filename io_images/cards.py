@@ -19,9 +19,10 @@ docs/card-tables.md. The members of tags follow from the row, as Studio 5000 nam
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NamedTuple
 
+from .dataclass import dataclass
 from .signal_ranges import FORMATS, FORMATS_12, RANGES, Convert
 
 WORD_BITS = 16

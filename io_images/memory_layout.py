@@ -11,9 +11,9 @@ Slot after slot, each with its output image and its input image, two bytes a wor
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from typing import NamedTuple
 
+from .dataclass import dataclass
 from .image import WORDS_MAX
 from .module_words import INPUT, ModuleWords
 

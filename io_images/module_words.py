@@ -9,10 +9,11 @@ A module's record says both, see `runtime.modules.record`.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import IntFlag
 from typing import NamedTuple
 
+from .dataclass import dataclass
 from .image import WORDS, checked_size
 from .number_formats import NumberFormat
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TypeVar
 
 from typing_extensions import dataclass_transform
+
+from .dataclass import dataclass
 
 T = TypeVar("T")
 

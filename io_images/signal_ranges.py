@@ -14,9 +14,10 @@ Sources: 1769-UM002B, Compact I/O Analog Modules, tables 3.7 and 3.17 (ranges an
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from fractions import Fraction
 from math import floor
+
+from .dataclass import dataclass
 
 FULL_RAW = 32_767
 """Raw number at the end of a range of a 16-bit card."""

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import StrEnum
+from functools import cache
+
+from .dataclass import dataclass
 
 KIB, MIB = 1 << 10, 1 << 20
 
@@ -76,24 +78,26 @@ _JSON = r"""(?P<string>"(?:[^"\\\n]++|\\.)*+"?)"""
 _HASH = r"(?P<comment>[#;][^\n]*)"
 
 
-def _pattern(own: str) -> re.Pattern[str]:
-    return re.compile(own.replace("\n", "") + _REST, re.DOTALL)
-
-
-_PATTERNS: Mapping[TextKind, re.Pattern[str]] = {
-    TextKind.TOML: _pattern(_TOML),
-    TextKind.PLAN: _pattern(_TOML),
-    TextKind.RUNGS: _pattern(_LOGIX),
-    TextKind.STRUCTURED: _pattern(_LOGIX),
-    TextKind.STEPS: _pattern(_HASH),
-    TextKind.STORED: _pattern(_HASH),
-    TextKind.RETAINED: _pattern(_JSON),
-    TextKind.MEMORY: _pattern(_JSON),
-    TextKind.SCENARIO: _pattern(_JSON),
-    TextKind.STATE: _pattern(_JSON),
-    TextKind.RESULT: _pattern(_JSON),
+_OWN: Mapping[TextKind, str] = {
+    TextKind.TOML: _TOML,
+    TextKind.PLAN: _TOML,
+    TextKind.RUNGS: _LOGIX,
+    TextKind.STRUCTURED: _LOGIX,
+    TextKind.STEPS: _HASH,
+    TextKind.STORED: _HASH,
+    TextKind.RETAINED: _JSON,
+    TextKind.MEMORY: _JSON,
+    TextKind.SCENARIO: _JSON,
+    TextKind.STATE: _JSON,
+    TextKind.RESULT: _JSON,
 }
-"""Comments, strings, and counted tokens; no alternative backtracks far."""
+"""Comments and strings; no alternative backtracks far."""
+
+
+@cache
+def _pattern(own: str) -> re.Pattern[str]:
+    """Return the pattern of comments, strings, and counted tokens."""
+    return re.compile(own.replace("\n", "") + _REST, re.DOTALL)
 
 
 class TextLimitError(ValueError):
@@ -118,7 +122,7 @@ def check_text(text: str, kind: TextKind) -> None:
         raise TextLimitError(1, f"{kind} of more than {limits.size:,} characters")
     depth = parts = 0
     before = None
-    for found in _PATTERNS[kind].finditer(text):
+    for found in _pattern(_OWN[kind]).finditer(text):
         what = found.lastgroup
         if what == "open":
             depth += 1

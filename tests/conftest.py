@@ -6,7 +6,7 @@ import gc
 import os
 import signal
 from collections.abc import Iterator
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import pytest
@@ -18,14 +18,17 @@ from hypothesis import HealthCheck, Phase, is_hypothesis_test, settings
 from hypothesis.internal import charmap
 from hypothesis.internal.conjecture import junkdrawer, providers
 from needs import CANNOT_BE_IMPORTED, skip_without_needs
+from pairs import left_out
 from processes import Processes
 from rewriting import RewritingProcess
+from typer import testing
 
 TESTS = Path(__file__).parent
 BROWSER = TESTS / "browser"
+MANUAL = TESTS / "manual"
 collect_ignore = [file for file, can in CANNOT_BE_IMPORTED.items() if not can]
 
-FIRST = (BROWSER, TESTS / "manual", TESTS / "properties" / "test_against_oracle.py")
+FIRST = (BROWSER, MANUAL, TESTS / "properties" / "test_against_oracle.py")
 """Run before all others: a browser, which waits most of the time, and beside it the tests that find most of
 the mistakes in a controller's rules."""
 
@@ -65,6 +68,7 @@ def pytest_configure(config: pytest.Config) -> None:
     fork_helpers()
     gc.disable()
     junkdrawer._gc_initialized = True  # Hypothesis times the collector for deadlines, which no test has
+    testing._get_command = cache(testing._get_command)  # each run of a CliRunner builds the commands again
     if not config.getoption("--long"):
         _draw_no_constants_of_modules()
     if _is_quick_run(config):
@@ -117,11 +121,17 @@ def _is_quick_run(config: pytest.Config) -> bool:
     return _is_whole_suite(config) and not asked
 
 
+@cache
+def _is_within(path: Path, folder: Path) -> bool:
+    """Return `path.is_relative_to(folder)`; twenty thousand tests are in some hundred files."""
+    return path.is_relative_to(folder)
+
+
 def _together(item: pytest.Item) -> object:
     """Return what tests of one process have in common: their file, or the browser."""
     if item.config.getoption("--long"):
         return item.nodeid
-    return BROWSER if item.path.is_relative_to(BROWSER) else item.path
+    return BROWSER if _is_within(item.path, BROWSER) else item.path
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
@@ -144,12 +154,14 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     for item in items:
-        if item.path.is_relative_to(BROWSER):
+        if _is_within(item.path, BROWSER):
             item.add_marker(pytest.mark.slow)
         if is_hypothesis_test(getattr(item, "obj", None)):
             item.add_marker(pytest.mark.sampled)
+    for item in left_out(item for item in items if _is_within(item.path, MANUAL)):
+        item.add_marker(pytest.mark.product)
     if _is_quick_run(config):
-        config.option.markexpr = "not slow"
+        config.option.markexpr = "not slow and not product"
     items.sort(key=_turn)
     if not config.getoption("--long"):
         for item in items:
@@ -161,7 +173,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 def _turn(item: pytest.Item) -> int:
     """Return the place in `FIRST` of what a test belongs to; the others keep their order behind it."""
-    return next((turn for turn, path in enumerate(FIRST) if item.path.is_relative_to(path)), len(FIRST))
+    return next((turn for turn, path in enumerate(FIRST) if _is_within(item.path, path)), len(FIRST))
 
 
 def _rule_lines(config: pytest.Config) -> list[str]:

@@ -19,9 +19,10 @@ Only words that are written here are read here. The module tolerates more (readi
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 
+from ..dataclass import dataclass
 from ..image import Image
 from ..thousands import PARAMETER_MAX, join_thousands, split_thousands
 from .bits import CommandLsw

@@ -16,8 +16,8 @@ would overlook. `Parameters.read` accepts any words.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
+from ..dataclass import dataclass
 from ..image import Image
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands, split_thousands
 from .bits import CommandLsw, CommandMsw

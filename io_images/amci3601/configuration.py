@@ -19,9 +19,10 @@ axis [chapter 3, item 10]:
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 
+from ..dataclass import dataclass
 from ..image import Image
 from ..thousands import join_thousands, split_thousands
 from .bits import ALL_INPUTS, ConfigMsw, InputBit

@@ -13,8 +13,7 @@ serial format has a leading zero and is compared as a number (reading A-67).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from ..dataclass import dataclass
 from ..site import SettingError
 
 

@@ -9,8 +9,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from ..dataclass import dataclass
 from ..module_words import BitPlace, ModuleWords
 from ..number_formats import NumberFormat, from_sign_magnitude, to_sign_magnitude
 from ..thousands import join_reported

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum, IntEnum
 
+from ..dataclass import dataclass
 from ..image import WORD_MAX, WORD_MIN, Image
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands, split_thousands
 from .bits import CommandLsw, CommandMsw

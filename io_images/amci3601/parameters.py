@@ -6,9 +6,9 @@ The minimum programmed speed is the starting speed, which only the module knows:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 
+from ..dataclass import dataclass
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousands
 
 

@@ -17,9 +17,9 @@ of the status LSW are reserved and read 0.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import ClassVar
 
+from ..dataclass import dataclass
 from ..image import Image
 from ..module_words import BitPlace
 from ..thousands import LSW_MAX, REPORTED_MAX, join_reported, split_reported

@@ -6,9 +6,10 @@ Whatever names words or bits, checks a number, or quotes a rule takes them from 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, TypeGuard
 
+from ..dataclass import dataclass
 from ..module_words import (
     PLAIN_WORDS,
     BitPlace,

@@ -16,10 +16,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from ..amci3601.bits import InputBit
 from ..amci3601.configuration import HomingKind
+from ..dataclass import dataclass
 from ..number_formats import NumberFormat
 from .bits import InputFunction, Settings
 from .models import WORDS, Layout, Model

@@ -8,10 +8,11 @@ drivers of EPICS use, since only title pages of their manuals are known.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import Enum
 
 from ..amci3601.bits import InputBit
+from ..dataclass import dataclass
 from ..module_words import BitPlace, Modes, ModuleWords, Quantity
 from ..number_formats import NumberFormat
 from .bits import CommandBit, Modifier, StatusBit

@@ -11,7 +11,7 @@ instruction: the host pairs them in order.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from ..dataclass import dataclass
 
 HEAD = 0xA5
 """First byte of every frame."""

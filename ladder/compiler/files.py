@@ -7,7 +7,8 @@ the same fault first.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..model.operands import Group, Place, Resolved, first_leaf, width_moved
 from ..model.stretches import BITS, row_strides

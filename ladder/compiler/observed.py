@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from typing_extensions import override
 
 from ..state.lowered import LoweredProgram

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 import textwrap
 from collections.abc import Sequence, Set
-from dataclasses import dataclass
 from functools import partial
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
 from .calls import function_name, parameters_of

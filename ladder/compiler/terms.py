@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..model.operands import Calculation, Group, Place, Resolved, can_fault, is_truth
 from ..model.operators import FUNCTIONS, RELATIONS

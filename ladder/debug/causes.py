@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..model.operands import Group
 from ..model.spec import InstructionKind, Use

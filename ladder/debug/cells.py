@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..model.operands import Constant, Group, Place, leaves_in
 from ..model.tags import Leaf

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 from scanrack.io_images.times import time_text
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 
 from ..model.operand_checks import WRITTEN

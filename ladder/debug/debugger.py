@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from typing import Any, Literal
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import seconds
 
 from ..compiler.observed import LineKey

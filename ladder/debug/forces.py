@@ -8,9 +8,9 @@ interpreter writes through the memory, which holds both.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from typing_extensions import override
 
 from ..compiler.observed import held_name, kept_name

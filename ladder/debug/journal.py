@@ -5,9 +5,10 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from itertools import chain
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..state.memory import Memory
 from ..state.snapshots import snapshot

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..model.operands import Calculation, Place
 from ..model.operators import RELATIONS

@@ -9,9 +9,10 @@ alternatives begin with the shortest.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import NOWHERE, Site
 from scanrack.io_images.times import seconds
 

@@ -8,7 +8,9 @@ change is the cause, else those that are under way.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..instructions.motion.ideal_axis import BITS, PLANNER_OF
 from ..instructions.motion.motion_control import ERRORS

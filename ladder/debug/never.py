@@ -8,9 +8,10 @@ tag that has not been set.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Protocol
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import seconds
 
 from ..state.lowered import (

@@ -7,9 +7,11 @@ told that does it: between the two it is searched by halves, each half a run.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import combinations, product
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..model.arithmetic import real
 from ..state.memory import Value

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import islice
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..model.arithmetic import wrap
 from ..model.errors import LadderFault

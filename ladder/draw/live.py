@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
+from scanrack.io_images.dataclass import dataclass
 from typing_extensions import override
 
 from ..instructions import BY_NAME

@@ -6,8 +6,10 @@ A mark carries the power of an element, as numbered by `power`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import NamedTuple
+
+from scanrack.io_images.dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

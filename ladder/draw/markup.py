@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+
+from scanrack.io_images.dataclass import dataclass
 
 from .shapes import BoxFrame, Curve, Form, Letters, Line
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..instructions import SPECS
 from ..lowering.runnable import LadderLogic

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from .marks import Box, Corner, Mark, Symbol, Wire
 from .ruler import caption_width

@@ -7,13 +7,13 @@ import re
 from bisect import bisect_right
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
 from itertools import accumulate
 from typing import NoReturn
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.site import Site
 from scanrack.io_images.times import TIME, parse_time

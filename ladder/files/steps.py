@@ -22,10 +22,10 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS_MAX, Image
 from scanrack.io_images.site import Site, SiteError
 from scanrack.io_images.text_limits import TextKind, TextLimitError, check_text

@@ -9,7 +9,9 @@ DN, ER    ___________|‾‾‾‾‾‾‾‾‾‾‾     until the next risin
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..interpreter import Interpreter
 from ..model.arithmetic import wrap

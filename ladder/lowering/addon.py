@@ -32,11 +32,12 @@ the rung unless a routine writes it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 from functools import cached_property
 from types import MappingProxyType
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 
 from ..instructions import BY_NAME

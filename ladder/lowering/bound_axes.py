@@ -8,9 +8,9 @@ owns the module's words; the routine `Axes3601` calls all of them. Motion instru
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 
 from ..instructions.motion.axes import AxisSettings, MotionData

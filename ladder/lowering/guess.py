@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from itertools import zip_longest
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..model.predefined.motion_types import is_axis
 from ..model.tags import Tag

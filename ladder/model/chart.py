@@ -10,8 +10,10 @@ Sources: Logix 5000 Controllers Sequential Function Charts, 1756-PM006; IEC 6113
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
+
+from scanrack.io_images.dataclass import dataclass
 
 from .statements import INDENT, Assignment, Invocation, block_lines
 from .tree import Address, Block, Instruction, MemberStep, Operand, Origin, Statement

@@ -7,8 +7,9 @@ what follows a convergence stands in its first leg's column. A link up, to a loo
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import NamedTuple
+
+from scanrack.io_images.dataclass import dataclass
 
 from .chart import Chart
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import NOWHERE, Site, SiteError
 
 

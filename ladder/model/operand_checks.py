@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
+
+from scanrack.io_images.dataclass import dataclass
 
 from .operands import (
     Calculation,

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import lru_cache
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.records import record
 
 from .operators import BITWISE, FUNCTIONS, RELATIONS

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from . import arithmetic
 from .arithmetic import decimal, from_decimal, real_decimal, real_from_decimal

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 
 from .chart import Chart, body_name

@@ -13,8 +13,9 @@ of their declaration where it is equal. A task that becomes due again before it 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from enum import Enum
+
+from scanrack.io_images.dataclass import dataclass
 
 from .errors import LadderError
 from .tags import Layout, Leaf

@@ -7,11 +7,13 @@ instruction has one place.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
+from dataclasses import field
 from enum import Enum, auto
 from functools import cached_property
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from .errors import LadderError
 from .tagref import operand_of
@@ -190,7 +192,8 @@ class Spec:
         `TON(Fill,5000,0)` shows Fill.PRE and Fill.ACC; an SLC 500 has its time base before them.
         """
         found: dict[int, tuple[int, str]] = {}
-        structure, names = 0, iter(())
+        structure = 0
+        names: Iterator[str] = iter(())
         for place, use in enumerate(self.operands):
             if use in WITH_PRESETS:
                 structure, names = place, iter(WITH_PRESETS[use])

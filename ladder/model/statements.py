@@ -7,8 +7,10 @@ regions hold blocks. `str()` of a statement is its text, one statement a line, f
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from typing import Any, ClassVar
+
+from scanrack.io_images.dataclass import dataclass
 
 from .tree import Address, Block, Instruction, Number, NumberedLine, Operand, Origin, Statement, comment_lines
 

@@ -11,9 +11,9 @@ A structure that is copied, filled or a string is a stretch of bytes in a contro
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import lru_cache
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.records import record
 
 from .types import BOOL, HIDDEN, DataType, Elementary, Structure, count_of, members_at, size_of

@@ -20,9 +20,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, NamedTuple, Protocol
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.io_images.times import TIME, parse_time, time_text
 

@@ -9,8 +9,9 @@ of any node is its rung text.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.records import record
 
 from . import hooks

@@ -17,9 +17,10 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property, lru_cache
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.records import record
 
 from .errors import LadderError

@@ -11,9 +11,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.text_limits import TextKind
 from scanrack.io_images.times import seconds

@@ -11,8 +11,9 @@ connection stay as they are [1756-PM011, "Produced and Consumed Tags"].
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..model.errors import LadderError, Problem
 from ..model.operands import Group

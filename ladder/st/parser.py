@@ -10,10 +10,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NoReturn, cast
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 
 from ..instructions import BY_NAME

@@ -7,9 +7,10 @@ of the next terminal is noted, so that a message names all that could stand ther
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NoReturn
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..model.errors import RungTextError
 from ..model.expressions import parse_expression

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..model.arithmetic import real
 from ..model.stretches import BITS, byte_parts

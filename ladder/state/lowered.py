@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any, Protocol
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.records import record
 from scanrack.io_images.site import Site
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 from ..model.expressions import parse_address
 from ..model.tree import BitStep, MemberStep, Number, Operand, Step, SubscriptStep

@@ -6,10 +6,19 @@ their own tables: a file gives milliseconds (`at_ms`) or seconds (`at_s`).
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    GetPydanticSchema,
+    PlainValidator,
+    ValidationInfo,
+    WithJsonSchema,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError, core_schema
 from scanrack.io_images.site import SettingError
 from scanrack.io_images.times import exact_ns
 
@@ -31,7 +40,9 @@ from .quantities import Milliseconds, Seconds
 class Table(BaseModel):
     """A table of a rack file: no unknown keys, no conversions between types."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, arbitrary_types_allowed=True)
+    model_config = ConfigDict(
+        extra="forbid", strict=True, frozen=True, arbitrary_types_allowed=True, defer_build=True
+    )
 
     def ns(self, name: str) -> int:
         """Return the time given as `name_ms` or `name_s`, in ns.
@@ -45,6 +56,21 @@ class Table(BaseModel):
             text = f"one of {name}_ms and {name}_s is needed, not {'both' if units else 'none'}"
             raise SettingError(f"{name}_ms", text)
         return exact_ns(given[units[0]], units[0], key=f"{name}_{units[0]}")
+
+
+def _validated_later(table: type[Table], _handler: Any) -> core_schema.CoreSchema:
+    def validated(value: object, info: ValidationInfo) -> Table:
+        return table.model_validate(value, context=info.context)
+
+    return core_schema.with_info_plain_validator_function(validated, metadata={TABLE: table})
+
+
+TABLE = "table"
+"""Name of a table in the metadata of its validator, for `rack_schema`."""
+
+AnyTable = TypeVar("AnyTable", bound=Table)
+Rare = Annotated[AnyTable, GetPydanticSchema(_validated_later)]
+"""A table that most files lack: pydantic builds its validator when a file has one."""
 
 
 class Part(Table):
@@ -156,12 +182,12 @@ class MachineTable(Table):
     """
 
     switches: Annotated[tuple[Switch, ...], Field(strict=False)] = ()
-    timeline: Annotated[tuple[TimelineTable, ...], Field(strict=False)] = ()
+    timeline: Annotated[tuple[Rare[TimelineTable], ...], Field(strict=False)] = ()
     encoder: EncoderSpec | None = None
     slips: Annotated[tuple[Slip, ...], Field(strict=False)] = ()
     jams: Annotated[tuple[Jam, ...], Field(strict=False)] = ()
-    stations: Annotated[tuple[StationTable, ...], Field(strict=False)] = ()
-    turns: Annotated[tuple[TurnTable, ...], Field(strict=False)] = ()
+    stations: Annotated[tuple[Rare[StationTable], ...], Field(strict=False)] = ()
+    turns: Annotated[tuple[Rare[TurnTable], ...], Field(strict=False)] = ()
     master_speed: int | None = None
 
     def spec(self) -> MachineSpec:

@@ -17,6 +17,7 @@ from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
 from ..modules.registry import OWN
+from .machine_tables import TABLE, Table
 from .rackspec import RackSpec, SlotSpec
 
 NAME = "rack.schema.json"
@@ -77,6 +78,17 @@ class _Generator(GenerateJsonSchema):
     def dataclass_schema(self, schema: core_schema.DataclassSchema) -> JsonSchemaValue:
         """Describe a part of a machine."""
         return _described(super().dataclass_schema(schema), schema["cls"])
+
+    def function_plain_schema(self, schema: core_schema.PlainValidatorFunctionSchema) -> JsonSchemaValue:
+        """Describe a table that is validated when a file has one."""
+        table: type[Table] | None = schema.get("metadata", {}).get(TABLE)
+        if table is None:
+            return super().function_plain_schema(schema)
+        table.model_rebuild()
+        whole: Any = table.__pydantic_core_schema__
+        if whole["type"] == "definitions":
+            return self.generate_inner({**whole, "schema": {**whole["schema"], "ref": table.__name__}})
+        return self.generate_inner({**whole, "ref": table.__name__})
 
     def decimal_schema(self, schema: core_schema.DecimalSchema) -> JsonSchemaValue:
         """Describe a number of any kind."""

@@ -9,15 +9,18 @@ import json
 import re
 import sys
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import fields
 from decimal import Decimal
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 from scanrack.io_images.addresses import allowed
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.doors import toml_tables
 from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.site import Site, SiteError, sites_of
@@ -118,11 +121,27 @@ def parse_rack_file(
         if isinstance(named, dict)
         else {}
     )
+    records = modules(own, path) if own else None
     try:
-        spec = RackSpec.model_validate(document, context=modules(own, path) if own else None)
+        with plugins_not_searched():
+            spec = RackSpec.model_validate(document, context=records)
     except ValidationError as error:
         raise explained(error, path, lines) from None
     return RackFile(path, text, spec, lines)
+
+
+@contextmanager
+def plugins_not_searched() -> Iterator[None]:
+    """Keep pydantic from searching all installed packages for its plugins: it imports `email` for that."""
+    loader = "pydantic.plugin._loader"
+    if loader in sys.modules:
+        yield
+        return
+    sys.modules[loader] = SimpleNamespace(get_plugins=tuple)  # type: ignore[assignment]  # none
+    try:
+        yield
+    finally:
+        del sys.modules[loader]
 
 
 def parse_toml(text: str, path: Path) -> dict[str, Any]:

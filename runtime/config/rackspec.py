@@ -46,7 +46,7 @@ from ..modules.registry import MODULES, OWN, live_port
 from .axis_tables import AxisTable
 from .export_table import ExportTable
 from .fuzz_table import FuzzTable
-from .machine_tables import MachineTable, Table
+from .machine_tables import MachineTable, Rare, Table
 from .prove_tables import ProveTable
 from .quantities import Milliseconds, Number, Seconds, between
 from .serial_units import UnitSpec
@@ -139,7 +139,7 @@ def _stub_schema(_source: Any, handler: Any) -> core_schema.CoreSchema:
             raise PydanticCustomError("allowed", "text in quotes, or a table")
         return value if isinstance(value, str | StubTable) else describe(value)
 
-    return core_schema.no_info_wrap_validator_function(convert, handler.generate_schema(StubTable))
+    return core_schema.no_info_wrap_validator_function(convert, handler.generate_schema(Rare[StubTable]))
 
 
 Version = Annotated[
@@ -364,18 +364,18 @@ class RackSpec(Table):
     stubs: dict[str, Annotated[str | StubTable, GetPydanticSchema(_stub_schema)]] = Field(
         default_factory=dict
     )
-    axes: dict[str, AxisTable] = Field(default_factory=dict)
-    prove: ProveTable = ProveTable()
-    fuzz: FuzzTable = FuzzTable()
-    export: ExportTable = ExportTable()
-    server: ServerTable = ServerTable()
+    axes: dict[str, Rare[AxisTable]] = Field(default_factory=dict)
+    prove: Rare[ProveTable] = Field(default_factory=ProveTable.model_construct)
+    fuzz: Rare[FuzzTable] = Field(default_factory=FuzzTable.model_construct)
+    export: Rare[ExportTable] = Field(default_factory=ExportTable.model_construct)
+    server: Rare[ServerTable] = Field(default_factory=ServerTable.model_construct)
     seed: Annotated[int, Field(ge=0)] = 0
     mode: Literal["run", "program", "test"] = "run"
     modules: dict[str, str] = Field(default_factory=dict)
     slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]
-    force: Annotated[tuple[ForceSpec, ...], Field(strict=False)] = ()
-    incident: Annotated[tuple[InjectedFaultSpec, ...], Field(strict=False)] = ()
-    unit: Annotated[tuple[UnitSpec, ...], Field(strict=False)] = ()
+    force: Annotated[tuple[Rare[ForceSpec], ...], Field(strict=False)] = ()
+    incident: Annotated[tuple[Rare[InjectedFaultSpec], ...], Field(strict=False)] = ()
+    unit: Annotated[tuple[Rare[UnitSpec], ...], Field(strict=False)] = ()
 
     @property
     def incidents(self) -> tuple[InjectedFault, ...]:

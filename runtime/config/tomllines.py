@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import cached_property
 
 from scanrack.io_images.doors import toml_tables
 
@@ -47,18 +48,18 @@ class KeyLines:
         self._counted = (0, 1)
         self._lines: dict[KeyPath, int] = {}
         self._elements: dict[KeyPath, int] = {}
-        self._read_document()
 
-    @property
+    @cached_property
     def paths(self) -> Mapping[KeyPath, int]:
-        """Every key path with its line, from 1."""
+        """Every key path with its line, from 1; a file without mistakes is not read for them."""
+        self._read_document()
         return self._lines
 
     def line(self, path: KeyPath) -> int:
         """Return the line of a key path, or of the nearest table around it; 1 without one."""
-        while path and path not in self._lines:
+        while path and path not in self.paths:
             path = path[:-1]
-        return self._lines.get(path, 1)
+        return self.paths.get(path, 1)
 
     # the document: headers and assignments
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 from .shape import AnyShape, Rate, Shape
 

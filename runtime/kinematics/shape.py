@@ -21,10 +21,11 @@ of travel, and everything stays an integer.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
 from math import ceil, isqrt
+
+from scanrack.io_images.dataclass import dataclass
 
 PICO = 10**12
 """Picosteps in a step."""

@@ -10,10 +10,11 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import MISSING, asdict, dataclass, fields
+from dataclasses import MISSING, asdict, fields
 from itertools import chain
 from typing import Any, NoReturn, TypeGuard
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.image import WORDS_MAX
 

@@ -17,7 +17,7 @@ from typing import Any, Protocol
 
 from ..loop.cpu import Cpu, CpuFault
 from ..loop.pace import AdjustablePace, stopping_on_interrupt
-from ..loop.phases import ScanPhases
+from ..loop.scans_ahead import LOGIC_CALLERS
 from . import actions
 from .actions import ALL, Action, action_of, parsed
 from .operator_actions import AppliedAction, OperatorActions
@@ -156,7 +156,7 @@ class Session:
         """
         if scan > self._cpu.scan:
             self._repeats = True
-            with stopping_on_interrupt(self.end, inside=ScanPhases.logic.__code__):
+            with stopping_on_interrupt(self.end, *LOGIC_CALLERS):
                 self._run_or_fault(scan, shown=True)
             self._repeats = False
 
@@ -178,7 +178,7 @@ class Session:
         """
         end = None if scans is None else self._cpu.scan + scans
         self.state.paused = paused or self._fault is not None
-        with stopping_on_interrupt(self.end, inside=ScanPhases.logic.__code__):
+        with stopping_on_interrupt(self.end, *LOGIC_CALLERS):
             self._show()
             while not self.over and (end is None or self._cpu.scan < end):
                 if self.state.paused:

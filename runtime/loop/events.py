@@ -7,7 +7,9 @@ acts on them.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from scanrack.io_images.dataclass import dataclass
 
 JsonValue = str | int | float | bool | None | list[int] | list[str] | Mapping[str, str | int | float | bool]
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import os
 import sys
-import sysconfig
 import traceback
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 from opcode import opmap
 from pathlib import Path
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import NOWHERE, Site
 from scanrack.io_images.text_limits import shortened
 from scanrack.io_images.times import seconds
@@ -114,7 +114,7 @@ def place_of(error: BaseException) -> str:
 
 def is_the_users(file_name: str) -> bool:
     """Return whether code is the user's: neither ours nor installed, here or in an environment below."""
-    return not file_name.startswith(_NOT_THE_USERS) and not any(each in file_name for each in _PACKAGES)
+    return not file_name.startswith(_not_the_users()) and not any(each in file_name for each in _PACKAGES)
 
 
 _ROOMS = (
@@ -124,12 +124,17 @@ _ROOMS = (
         for room in ("io_images", "ladder", "rockwell", "runtime", "traces")
     ),
 )
-_INSTALLED = tuple(
-    f"{sysconfig.get_path(kind)}{os.sep}" for kind in ("stdlib", "platstdlib", "purelib", "platlib")
-)
 _GENERATED = "<"
 """Prefix of the file name of code without a file: "<string>", "<frozen importlib>", "<attrs generated ...>".
 """
 
+
+@cache
+def _not_the_users() -> tuple[str, ...]:
+    import sysconfig  # most runs have no fault
+
+    kinds = ("stdlib", "platstdlib", "purelib", "platlib")
+    return (*_ROOMS, *(f"{sysconfig.get_path(kind)}{os.sep}" for kind in kinds), _GENERATED)
+
+
 _PACKAGES = tuple(f"{os.sep}{each}-packages{os.sep}" for each in ("site", "dist"))
-_NOT_THE_USERS = (*_ROOMS, *_INSTALLED, _GENERATED)

@@ -10,9 +10,9 @@ trace.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 from scanrack.io_images.addresses import Address, parse_address
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN
 
 from .rack import Rack

@@ -10,10 +10,10 @@ specification, so that a run with them is as repeatable as one without.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 
 from pydantic import ConfigDict, StrictInt
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.image import WORDS_MAX
 from scanrack.io_images.site import SettingError
 

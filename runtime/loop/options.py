@@ -21,7 +21,7 @@ class Options(BaseModel):
         ValueError: an unknown name, or an illegal value; the message has the allowed ones.
     """
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     owner: ClassVar[str]  # name of the device in messages
 

@@ -10,9 +10,10 @@ copies the block unchanged, scan by scan; the images of logic and modules are vi
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.image import Image
 from scanrack.io_images.memory_layout import ImagePlaces, MemoryLayout, memory_layout
 from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords

@@ -12,8 +12,9 @@ from __future__ import annotations
 
 from bisect import bisect_right, insort
 from collections import deque
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from scanrack.io_images.dataclass import dataclass
 
 from .spec import EncoderSpec
 

@@ -10,7 +10,6 @@ types define their form in the file.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise
@@ -28,6 +27,7 @@ from pydantic import (
 from pydantic_core import PydanticCustomError
 from scanrack.io_images.addresses import allowed
 from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import SettingError
 
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.image import Image
 from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
 from scanrack.io_images.number_formats import NumberFormat

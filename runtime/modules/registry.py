@@ -3,28 +3,52 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from functools import cache, cached_property
+from typing import TYPE_CHECKING
 
 from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
 from scanrack.io_images.site import SettingError
 
-from .adapters.record import RECORDS as ADAPTERS
 from .amci3601.record import RECORD as AMCI3601
-from .cards.record import RECORDS as CARDS
-from .drives.record import RECORDS as DRIVES
 from .record import LivePort, ModuleRecord, Options
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 GROUP = "scanrack.modules"
 """The group of entry points of installed packages with modules: catalog name = module:RECORD."""
 
-OWN: Mapping[str, ModuleRecord] = {record.name: record for record in (AMCI3601, *ADAPTERS, *DRIVES, *CARDS)}
+
+class OwnModules(Mapping[str, ModuleRecord]):
+    """The modules of scanrack by catalog name; a rack of 3601s does not import the others."""
+
+    @cached_property
+    def _all(self) -> Mapping[str, ModuleRecord]:
+        from .adapters.record import RECORDS as ADAPTERS
+        from .cards.record import RECORDS as CARDS
+        from .drives.record import RECORDS as DRIVES
+
+        return {record.name: record for record in (AMCI3601, *ADAPTERS, *DRIVES, *CARDS)}
+
+    def __getitem__(self, name: str) -> ModuleRecord:
+        return AMCI3601 if name == AMCI3601.name else self._all[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._all)
+
+    def __len__(self) -> int:
+        return len(self._all)
+
+
+OWN = OwnModules()
 """The modules of scanrack by catalog name."""
 
 
 @cache
 def _installed() -> Mapping[str, EntryPoint]:
     """Return the entry points of installed packages by catalog name, without names of scanrack's own."""
+    from importlib.metadata import entry_points  # it imports the whole of `email`
+
     return {point.name: point for point in entry_points(group=GROUP) if point.name not in OWN}
 
 
@@ -45,29 +69,31 @@ class Registry(Mapping[str, ModuleRecord]):
     """The modules by catalog name; one of an installed package is imported when it is first used."""
 
     def __init__(self) -> None:
-        self._known = dict(OWN)
+        self._added: dict[str, ModuleRecord] = {}
 
     def add(self, record: ModuleRecord) -> None:
         """Add a module, as a rack in Python does before it is built; ValueError if its name is taken."""
         if record.name in self and self[record.name] is not record:
             raise ValueError(f"module {record.name}: another module has this name")
-        self._known[record.name] = record
+        self._added[record.name] = record
 
     def __getitem__(self, name: str) -> ModuleRecord:
-        if name in self._known:
-            return self._known[name]
+        if name in self._added:
+            return self._added[name]
+        if name in OWN:
+            return OWN[name]
         if name in _installed():
             return _record_of(name)
         raise KeyError(name)
 
     def __iter__(self) -> Iterator[str]:
-        return iter([*self._known, *_installed()])
+        return iter([*OWN, *self._added, *_installed()])
 
     def __len__(self) -> int:
-        return len(self._known) + len(_installed())
+        return len(OWN) + len(self._added) + len(_installed())
 
     def __contains__(self, name: object) -> bool:
-        return name in self._known or name in _installed()
+        return name in self._added or name in OWN or name in _installed()
 
 
 MODULES = Registry()

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.enip.listing import (
     BOOL,
     DINT,

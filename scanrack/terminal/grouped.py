@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING, Field, fields
 from functools import wraps
 from inspect import Parameter, Signature, signature
 from typing import Any, get_type_hints
 
 
-def grouped(command: Callable[..., None], **groups: type[Any]) -> Callable[..., None]:
+def grouped(
+    command: Callable[..., None], declared: Mapping[str, Any] = {}, /, **groups: type[Any]
+) -> Callable[..., None]:
     """Return a command that takes the fields of dataclasses as its arguments and options.
 
     Args:
         command: its function, with a parameter for each group.
+        declared: annotations of fields by name, for a dataclass that has none for typer.
         groups: dataclasses by the name of that parameter. Fields are annotated as typer wants it.
 
     >>> from dataclasses import dataclass
@@ -27,7 +30,11 @@ def grouped(command: Callable[..., None], **groups: type[Any]) -> Callable[..., 
     a.toml 2.0
     """
     own = signature(command, eval_str=True).parameters.values()
-    flat = [each for one in own for each in (_options(groups[one.name]) if one.name in groups else [one])]
+    flat = [
+        each
+        for one in own
+        for each in (_options(groups[one.name], declared) if one.name in groups else [one])
+    ]
 
     @wraps(command)
     def run(**given: Any) -> None:
@@ -43,8 +50,8 @@ def grouped(command: Callable[..., None], **groups: type[Any]) -> Callable[..., 
     return run
 
 
-def _options(group: type[Any]) -> Iterator[Parameter]:
-    hints = get_type_hints(group, include_extras=True)
+def _options(group: type[Any], declared: Mapping[str, Any]) -> Iterator[Parameter]:
+    hints = {**get_type_hints(group, include_extras=True), **declared}
     for field in fields(group):
         yield Parameter(
             field.name, Parameter.POSITIONAL_OR_KEYWORD, default=_default(field), annotation=hints[field.name]

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 
-import typer
 from scanrack.io_images.text_limits import SHOWN, shortened
 from scanrack.io_images.visible_text import visible
 
@@ -26,13 +25,20 @@ def say(text: object, *, err: bool = False, nl: bool = True, whole: bool = False
             are shortened.
     """
     shown = str(text) if whole else _short_lines(str(text), err=err)
-    typer.echo(visible(shown), err=err, nl=nl)  # noqa: TID251 - the one place
+    stream = sys.stderr if err else sys.stdout
+    if stream is not None:  # None: a standard stream that was closed, outside of a command
+        stream.write(visible(shown) + "\n" * nl)
+        stream.flush()
 
 
 def say_file(data: bytes) -> None:
     """Print the bytes of a file; on a terminal as text with visible control characters."""
-    shown = visible(data.decode(errors="replace")) if sys.stdout.isatty() else data
-    typer.echo(shown, nl=False)  # noqa: TID251 - the one place
+    if sys.stdout.isatty():
+        sys.stdout.write(visible(data.decode(errors="replace")))
+    else:
+        sys.stdout.flush()
+        sys.stdout.buffer.write(data)
+    sys.stdout.flush()
 
 
 LINE_MOST = 2 * SHOWN

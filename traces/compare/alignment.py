@@ -7,10 +7,9 @@ second trace    7 ------- rise ---------- rise --------- rise ---
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 
 from ..read.reader import Trace
 from ..signals import Catalog, SignalKind, blocks

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import zip_longest
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..format.layout import SlotInfo
 from ..format.topics import SEQUENCES

@@ -8,13 +8,13 @@ configuration's word is 0 in command mode: every word counts once in either mode
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.number_formats import NumberFormat
 
 from ..format.flags import FLAGS as CPU_FLAGS

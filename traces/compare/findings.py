@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scanrack.io_images.dataclass import dataclass
 
 from ..format.flags import flag_names
 from ..format.layout import SlotInfo

@@ -16,10 +16,11 @@ import os
 import re
 import stat
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from os.path import realpath
 from pathlib import Path
 from types import MappingProxyType
+
+from scanrack.io_images.dataclass import dataclass
 
 from ..format.records import MAGIC
 from .locking import is_being_recorded

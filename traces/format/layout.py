@@ -14,10 +14,11 @@ Word names are the public names of a trace: `/scan.slot1.inputs.position_msw`.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from scanrack.io_images.amci3601.words import WORDS_3601, is_stepper
 from scanrack.io_images.cards import KINDS
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
 from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
 

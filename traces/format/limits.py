@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+
+from scanrack.io_images.dataclass import dataclass
 
 SMALLEST_MESSAGE_BYTES = 31
 """Opcode, length, and the fields of a message without data."""

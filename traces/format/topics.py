@@ -17,7 +17,8 @@ Every message has the number of the scan that reported it.
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+
+from scanrack.io_images.dataclass import dataclass
 
 SCAN_TOPIC = "/scan"
 MESSAGE_ENCODING = "json"

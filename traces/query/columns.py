@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 
 from ..signals import Signal, SignalKind
 from ..signals.signal import whole_numbers

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum
 from functools import reduce
 from typing import Any
 
 from lark import Token
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import parse_time
 
 from ..signals import Signal

@@ -13,13 +13,13 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
 
 import numpy as np
 from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
+from scanrack.io_images.dataclass import dataclass
 
 from ..signals import Catalog, Signal, SignalKind
 from ..signals.catalog import UnknownSignalError

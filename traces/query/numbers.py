@@ -10,13 +10,13 @@ An integer meets a float as in Python: a comparison is exact, a sum is a float.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from itertools import product
 from operator import ne, sub
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 
 Array = NDArray[Any]
 Condition = NDArray[np.bool_]

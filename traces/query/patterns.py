@@ -13,10 +13,10 @@ silence(A, B, 5 ms) the same, where B comes later than 5 ms, or never
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 
 from .columns import Condition, Scans
 

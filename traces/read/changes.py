@@ -10,11 +10,11 @@ that are numbers, such as the ACC of a timer, are shown with `every` only.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 
 from ..format.layout import SlotInfo, block_layout
 from ..format.tagplan import FIELD

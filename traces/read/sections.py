@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 from typing import BinaryIO, NamedTuple
 
@@ -19,9 +19,10 @@ import numpy as np
 from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import seconds_column
 
-from ..format.batch import message_layout
+from ..format.message_layout import message_layout
 from ..format.records import (
     BROKEN,
     RECORD_HEAD,
@@ -48,7 +49,7 @@ _PREFIX_AT = 31
 """Place of the payload's prefix in the record of a scan."""
 
 ScanRows = NDArray[np.void]
-"""Successive scans, with the layout of `batch.message_layout`."""
+"""Successive scans, with the layout of `message_layout`."""
 
 
 class Part(NamedTuple):

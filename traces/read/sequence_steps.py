@@ -7,9 +7,9 @@ scans have none.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import seconds
 
 from ..format.topics import SEQUENCES

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from enum import Enum
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 
 from .stream import Block
 

@@ -10,10 +10,10 @@ previous scan, or a mean over some scans, does not depend on the block's ends:
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.memory_layout import ImagePlaces
 
 from ..read.arrays import column_chunks, extent, scan_count

@@ -13,8 +13,9 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+
+from scanrack.io_images.versions import version_of
 
 from ..files.keeping import RecordingKeeper
 from ..format.schema import LIBRARY
@@ -66,7 +67,7 @@ class LineRecorder:
     ) -> None:
         self._file = open_trace_file(Path(target), 2 * CHUNK_BYTES + SUMMARY_ROOM, keeping)
         self._writer = ChunkWriter(
-            self._file, profile=PROFILE, library=LIBRARY + _version(), chunk_bytes=CHUNK_BYTES
+            self._file, profile=PROFILE, library=LIBRARY + version_of("scanrack"), chunk_bytes=CHUNK_BYTES
         )
         self._line = self._channel("/line", LINE_SCHEMA)
         self._units = {unit.address: self._channel(f"/unit{unit.address}", _schema(unit)) for unit in units}
@@ -120,10 +121,3 @@ def _schema(unit: UnitColumns) -> Mapping[str, object]:
         "type": "object",
         "properties": {name: {"type": "integer"} for name in unit.names},
     }
-
-
-def _version() -> str:
-    try:
-        return version("scanrack")
-    except PackageNotFoundError:
-        return "unknown"

@@ -15,14 +15,15 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from importlib.metadata import PackageNotFoundError, version
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Never
 
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.versions import version_of
+
 from ..files.keeping import RecordingKeeper
-from ..format.batch import ScanBatch, TagBatch, message_layout
+from ..format.batch import HEAD_BYTES, ScanBatch, TagBatch
 from ..format.layout import SlotInfo, block_layout, check_slots
 from ..format.named_words import facts_of
 from ..format.schema import (
@@ -127,7 +128,7 @@ class ScanRecorder:
         files.append(Attachment("words.json", word_map(self._slots).encode(), "application/json"))
         if plan is not None:
             files.append(Attachment("tags.json", plan.to_json().encode(), "application/json"))
-        message = message_layout(len(memory), None if plan is None else plan.dtype).itemsize
+        message = HEAD_BYTES + len(memory) + (0 if plan is None else plan.size)
         self._batch_scans = max(1, min(chunk_scans, CHUNK_BYTES_MAX // message))
         self._chunk_bytes = chunk_bytes = self._batch_scans * message
         if not isinstance(target, TraceFile):
@@ -177,13 +178,40 @@ class ScanRecorder:
                 still writes the summary.
         """
         if self._batch.add(scan, now_ns, flags):
-            self._hand_over(scan)
-            if self._draft_wanted:
-                self._draft(scan)
-            if self._tags is not None and self._tags.pending:
-                self._write_pending(scan, now_ns)
+            self._batch_ends(scan, now_ns)
         if self._snapshots is not None and not (scan + 1) % self._snapshots.every:
             self._snapshots.scan(scan)
+
+    @property
+    def look(self) -> Callable[[], bool] | None:
+        """What is called after the logic of each scan by rows: with tags, what copies them."""
+        return self._batch.look
+
+    def begin_rows(self, scan: int) -> int:
+        """Return how many scans can be recorded at once: up to the end of a batch, and to a snapshot."""
+        room, snapshots = self._batch.begin_rows(), self._snapshots
+        return room if snapshots is None else min(room, snapshots.every - scan % snapshots.every)
+
+    def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
+        """Record successive finished scans, at most `begin_rows`; equal to a call of `scan` in each.
+
+        Args:
+            images: the memory block in each.
+
+        Raises:
+            TraceFull: as in `scan`.
+        """
+        if self._batch.add_rows(scans, times, flags, images):
+            self._batch_ends(scans[-1], times[-1])
+        if self._snapshots is not None and not (scans[-1] + 1) % self._snapshots.every:
+            self._snapshots.scan(scans[-1])
+
+    def _batch_ends(self, scan: int, now_ns: int) -> None:
+        self._hand_over(scan)
+        if self._draft_wanted:
+            self._draft(scan)
+        if self._tags is not None and self._tags.pending:
+            self._write_pending(scan, now_ns)
 
     def draft_soon(self) -> None:
         """Write the open chunk uncompressed with the next scan: it survives a kill of the process.
@@ -316,7 +344,7 @@ class ScanRecorder:
             facts[f"slot.{slot.number}.module"] = slot.module
             facts[f"slot.{slot.number}.firmware"] = slot.firmware
             facts |= facts_of(slot.number, slot.words)
-        return facts | {name: _version(name) for name in ("scanrack", "mcap")}
+        return facts | {name: version_of(name) for name in ("scanrack", "mcap")}
 
 
 _STATES = frozenset(topic.name for topic in TOPICS if topic.state)
@@ -328,11 +356,3 @@ def _hashes(**files: Attachment | None) -> dict[str, str]:
         for name, file in files.items()
         if file is not None
     }
-
-
-def _version(distribution: str) -> str:
-    """Return the version of a distribution; "unknown" for an uninstalled one."""
-    try:
-        return version(distribution)
-    except PackageNotFoundError:
-        return "unknown"

@@ -7,10 +7,10 @@ whose motion the bit is about, the configuration, or the errors of chapter 6, wh
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum
 from types import MappingProxyType
 
+from ...dataclass import dataclass
 from ..bits import MOTIONS, CommandMsw, StatusLsw, StatusMsw
 
 

@@ -6,9 +6,9 @@ input word 0 in bits 0 to 15, input word 1 from bit 16.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
+from ...dataclass import dataclass
 from ..bits import StatusLsw, StatusMsw
 from ..firmware import Firmware
 

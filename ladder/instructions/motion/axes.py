@@ -12,9 +12,10 @@ unwind = 360
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from scanrack.io_images.amci3601.parameters import LIMITS_3601, Limits
+from scanrack.io_images.dataclass import dataclass
 
 from ...model.errors import LadderError
 

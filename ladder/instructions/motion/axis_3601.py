@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.thousands import PARAMETER_MAX
 
 from ...interpreter import Interpreter

@@ -15,8 +15,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import NamedTuple
+
+from scanrack.io_images.dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

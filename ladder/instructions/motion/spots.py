@@ -7,7 +7,9 @@ that of its request. A claim that is older than the instruction's last request n
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
+
+from scanrack.io_images.dataclass import dataclass
 
 from ...model.predefined.motion_types import MOTION_BITS, PLANNERS
 from ...model.tags import Leaf

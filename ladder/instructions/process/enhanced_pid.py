@@ -20,7 +20,8 @@ it is in use; DSmoothing has no effect. Tuning is not simulated: AtuneReady stay
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+
+from scanrack.io_images.dataclass import dataclass
 
 from .function_block import FunctionBlock, block_row
 from .measuring import level_alarms, rate_alarms

@@ -14,9 +14,11 @@ export names, or that of the stub, when DN is set.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from ...compiler.edges import write_message
 from ...interpreter import Interpreter

@@ -7,7 +7,8 @@ reads it. A module is running without fault; a scan takes no time [1756-RM003N, 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+
+from scanrack.io_images.dataclass import dataclass
 
 SINT, INT, DINT, LINT = 1, 2, 4, 8
 """Bytes of an attribute."""

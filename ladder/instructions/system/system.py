@@ -11,9 +11,10 @@ from __future__ import annotations
 import datetime
 import struct
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from ...compiler.attributes import write_gsv
 from ...interpreter import Interpreter

@@ -5,10 +5,10 @@ The rows and their behavior are those of the function blocks in `ladder/blocks/a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum, IntEnum
 
 from scanrack.io_images.amci3601.bits import CommandMsw, StatusMsw
+from scanrack.io_images.dataclass import dataclass
 
 
 class State(IntEnum):

@@ -17,9 +17,9 @@ What an edit does to each name:
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import sites_of
 from scanrack.io_images.times import seconds
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import SiteError
 
 from ..sequences.coroutine import Sequence

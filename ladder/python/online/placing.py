@@ -12,13 +12,13 @@ from __future__ import annotations
 import ast
 import gc
 from collections.abc import Callable, Coroutine
-from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from pathlib import Path
 from types import CodeType, FunctionType, GeneratorType, MethodType
 from typing import Any, TypeVar
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site, SiteError
 
 from ..sequences.coroutine import Sequence

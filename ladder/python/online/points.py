@@ -11,8 +11,9 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from .suspended import Hold, Range
 

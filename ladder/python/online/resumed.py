@@ -19,9 +19,11 @@ from __future__ import annotations
 import ast
 import copy
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from types import CellType, CodeType, FunctionType
 from typing import Any, TypeVar
+
+from scanrack.io_images.dataclass import dataclass
 
 from .held import Again, Entering, OpenBlock, Rest
 from .points import NESTED, BlockStep, Function, Point

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import gc
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import Enum
 from itertools import islice
 from types import CodeType
 from typing import Any
+
+from scanrack.io_images.dataclass import dataclass
 
 from .held import entry_of, unwrapped
 

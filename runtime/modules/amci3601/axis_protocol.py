@@ -7,10 +7,10 @@ serial line elsewhere. The layer does not know which.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol
 
 from scanrack.io_images.amci3601 import Configuration
+from scanrack.io_images.dataclass import dataclass
 
 from ...kinematics import AnyShape, BlendLeg, Profile, Rate
 from .capabilities import Capabilities

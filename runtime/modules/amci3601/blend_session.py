@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.thousands import PARAMETER_MAX
 
 from ...kinematics import MILLI, PICO, BlendLeg, Shape, check_blend, ramp_distance

@@ -6,10 +6,10 @@ axis lacks is refused in the 3601's error bits; an event gives the reason.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 
 from scanrack.io_images.amci3601 import Configuration, HomingKind
+from scanrack.io_images.dataclass import dataclass
 
 from .command_words import CommandWords
 

@@ -12,8 +12,9 @@ together when the module's processor has lost the backplane chip.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
+
+from scanrack.io_images.dataclass import dataclass
 
 from .latches import COMMAND_ERROR, CONFIG_ERROR, HOME_INVALID, INPUT_ERROR, INVALID_PROFILE
 

@@ -5,9 +5,8 @@ Operations and commands change the state; this file knows none of them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from scanrack.io_images.amci3601 import CommandLsw, Configuration, InputBit
+from scanrack.io_images.dataclass import dataclass
 
 from .axis_protocol import BlendProgram
 from .blend_session import BlendSession

@@ -43,7 +43,7 @@ Seconds = Annotated[Decimal, BeforeValidator(_exact), Field(ge=0, le=10**6, deci
 
 
 class _Row(BaseModel):
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
 
 class InputPress(_Row):

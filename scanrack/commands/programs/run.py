@@ -1,9 +1,7 @@
-"""`scanrack run RACK`: its options. What it does is in `run_job`, which its page of help does not import."""
+"""`scanrack run RACK` for typer: its options and its page of help."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -11,7 +9,6 @@ import typer
 from scanrack.io_images.times import DEFAULT_RUN
 from scanrack.terminal.as_json import JsonOption
 from scanrack.terminal.grouped import grouped
-from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 from scanrack.terminal.trace_options import (
     ForcesOption,
     KeepValuesOption,
@@ -22,59 +19,57 @@ from scanrack.terminal.trace_options import (
     UaUsersOption,
 )
 
+from .run_command import RunArguments, run_command
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunArguments:
-    """The argument and the options of `scanrack run`."""
-
-    rack: Annotated[
+DECLARED = {
+    "rack": Annotated[
         str,
         typer.Argument(
             metavar="RACK",
             help="Rack file: TOML, or Python that defines rack(). Or an .L5X or .SLC export.",
             show_default=False,
         ),
-    ]
-    duration: Annotated[
+    ],
+    "duration": Annotated[
         str | None,
         typer.Option("--for", metavar="TIME", help="Machine time to run for, such as '10 s' or '250 ms'."),
-    ] = None
-    scans: Annotated[
+    ],
+    "scans": Annotated[
         int | None, typer.Option("--scans", metavar="N", help="Number of scans to run, instead.")
-    ] = None
-    realtime: Annotated[
+    ],
+    "realtime": Annotated[
         bool, typer.Option("--realtime", help="Run in real time; until Ctrl-C without --for and run_for_s.")
-    ] = False
-    spin: Annotated[
+    ],
+    "spin": Annotated[
         bool,
         typer.Option(
             "--spin",
             help="With --realtime: wait the last tenth of a period, 0.2 ms at most, without sleeping.",
         ),
-    ] = False
-    record: Annotated[
+    ],
+    "record": Annotated[
         Path | None, typer.Option("--record", metavar="TRACE", help="Trace file.", show_default=False)
-    ] = None
-    no_record: Annotated[bool, typer.Option("--no-record", help="Record nothing.")] = False
-    replace: ReplaceOption = False
-    live: Annotated[
+    ],
+    "no_record": Annotated[bool, typer.Option("--no-record", help="Record nothing.")],
+    "replace": ReplaceOption,
+    "live": Annotated[
         bool,
         typer.Option(
             "--live", help="Real ports in the rack file may move real motors. This is not a safety system."
         ),
-    ] = False
-    retain: Annotated[
+    ],
+    "retain": Annotated[
         Path | None,
         typer.Option(
             "--retain",
             metavar="FILE",
             help="Begin with the ladder tags in this file, if there is one, and write them to it at the end.",
         ),
-    ] = None
-    forces: ForcesOption = False
-    keep_values: KeepValuesOption = False
-    memory: MemoryOption = None
-    tag: Annotated[
+    ],
+    "forces": ForcesOption,
+    "keep_values": KeepValuesOption,
+    "memory": MemoryOption,
+    "tag": Annotated[
         list[str] | None,
         typer.Option(
             "--tag",
@@ -82,54 +77,14 @@ class RunArguments:
             help="Record tags of the program beside those that the rack file names; '*' is all.",
             show_default=False,
         ),
-    ] = None
-    server: ServerOption = None
-    ua_security: UaSecurityOption = None
-    ua_users: UaUsersOption = None
-    as_json: JsonOption = False
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False
-
-
-def _run_command(
-    options: RunArguments,
-) -> None:
-    from scanrack.jobs.load.exports import begun
-    from scanrack.jobs.load.loading import forces_to_hold, load_job, scans_to_run, with_tags
-    from scanrack.jobs.run.build import check_ports
-    from scanrack.jobs.run.running import RunOptions
-    from scanrack.runtime.loop.pace import RealTime
-
-    from .run_job import retained_memory, run_job, run_retained, servers_at, trace_path
-
-    try:
-        export = begun(keep_values=options.keep_values, memory=options.memory)
-        job = with_tags(load_job(options.rack, export=export), options.tag or ())
-        count = scans_to_run(job.spec, options.duration, options.scans, endless=options.realtime)
-        keep = 0 if options.replace else None
-        trace = trace_path(job, options.record, options.no_record, keep)
-        check_ports(job.spec, realtime=options.realtime, live=options.live)
-        if options.spin and not options.realtime:
-            raise ValueError("--spin goes with --realtime only: virtual time does not wait")
-        held = forces_to_hold(job, options.forces)
-        where = servers_at(options.server, options.ua_security, options.ua_users)
-        retained = None if options.retain is None else retained_memory(job, options.retain, trace, keep)
-    except ValueError as error:
-        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
-    except OSError as error:
-        raise typer.Exit(complain(reason(error), CANNOT_WRITE)) from error
-    pacer = RealTime(spin=options.spin) if options.realtime else None
-    run = partial(
-        run_job,
-        scans=count,
-        options=RunOptions(
-            trace=trace, live=options.live, pacer=pacer, keep=keep, forces=held, handled=bool(where)
-        ),
-        quiet=options.quiet,
-        server=where,
-        as_json=options.as_json,
-    )
-    raise typer.Exit(run(job) if retained is None else run_retained(retained, run))
-
+    ],
+    "server": ServerOption,
+    "ua_security": UaSecurityOption,
+    "ua_users": UaUsersOption,
+    "as_json": JsonOption,
+    "quiet": Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")],
+}
+"""What typer has to know of the arguments, by their names."""
 
 _HELP = f"""Run a rack and record every scan: its logic, its modules and its machine.
 
@@ -146,4 +101,4 @@ In every case the trace is readable up to that point."""
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command("run", help=_HELP, no_args_is_help=True)(grouped(_run_command, options=RunArguments))
+    app.command("run", help=_HELP, no_args_is_help=True)(grouped(run_command, DECLARED, options=RunArguments))

@@ -15,7 +15,6 @@ from scanrack.jobs.run.result import RunCounters, result_of
 from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.jobs.trust.owned import check_recording
 from scanrack.runtime.loop.pace import FreeRun, wall_ns
-from scanrack.terminal.as_json import say_json
 from scanrack.terminal.progress import shown_progress
 from scanrack.terminal.run_end import run_to_end
 from scanrack.terminal.status import (
@@ -87,6 +86,8 @@ def run_job(
         took_ns = wall_ns() - start_ns
         result = result_of(run, tally, options.trace)
         if as_json:
+            from scanrack.terminal.as_json import say_json
+
             say_json({"ended": ENDED[status], **summary_row(run, result, took_ns)})
         elif summarized and not quiet:
             say(summary(result, took_ns, pacer, run.stubs, run.steps))

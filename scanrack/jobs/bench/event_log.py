@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import seconds
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.events import JsonValue

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import parse_time
 from scanrack.traces.replay import PackedTrace
 

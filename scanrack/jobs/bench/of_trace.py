@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import CauseLink, Debugger, Remedies
 from scanrack.runtime.config.rackspec import RackSpec

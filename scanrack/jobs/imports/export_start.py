@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.text_limits import EXPORT_MIB
 
 

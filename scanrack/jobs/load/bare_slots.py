@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.image import Image
 from scanrack.io_images.module_words import ModuleWords
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import shutil
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +31,10 @@ def rack_of_export(
     Raises:
         ProgramError: the export can't be used.
     """
-    from scanrack.rockwell.slc import SlcImport  # most racks are no exports
+    import shutil  # most racks are no exports
+    import tempfile
+
+    from scanrack.rockwell.slc import SlcImport
 
     holder = tempfile.TemporaryDirectory(prefix="scanrack-")
     atexit.register(holder.cleanup)

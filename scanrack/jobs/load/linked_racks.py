@@ -11,10 +11,11 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import seconds
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.stubs import NEVER, DataSource, Ending, Partner, Sample, Sampler, Stub

@@ -7,11 +7,12 @@ import inspect
 import tempfile
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import DEFAULT_RUN, parse_duration
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.stubs import Stub, Stubs
@@ -124,7 +125,7 @@ def load_job(
 
 
 def _program(address: str, folder: Path, stubs: Stubs, spec: RackSpec) -> LoadedProgram:
-    begins = ExportStart(**spec.export.model_dump())
+    begins = ExportStart(spec.export.keep_values, spec.export.memory_mib)
     return load_program(address, folder, stubs, _slots(spec), begins)
 
 

@@ -7,7 +7,6 @@ structured text; a `.steps` file, a list of steps; or an `.L5X` or `.SLC` file, 
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import importlib.util
 import inspect
@@ -15,7 +14,7 @@ import sys
 import traceback
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextvars import ContextVar
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum
 from importlib.machinery import ModuleSpec
 from pathlib import Path, PurePath
@@ -23,6 +22,7 @@ from types import CodeType, FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 from scanrack.io_images.annotations import signature_of
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.input_files import read_input
 from scanrack.io_images.site import Site, SiteError
 from scanrack.io_images.text_limits import LIMITS, TextKind, shortened
@@ -158,6 +158,16 @@ def load_program(
             return _load_slc(path, stubs, slots)
         return _load_steps(path) if path.suffix == STEPS_SUFFIX else _load_rungs(path, stubs)
     return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",), stubs=stubs)
+
+
+def executed_again(program: LoadedProgram) -> Callable[..., Any]:
+    """Run the file of a program in Python again, as a new module; return the new function.
+
+    Raises:
+        ProgramError: an error while the file runs.
+    """
+    function: Callable[..., Any] = getattr(_execute(program.path, program.data), program.name)
+    return function
 
 
 def load_stubs(texts: Mapping[str, str], folder: Path | str, *, missing_tags: bool = False) -> Stubs:
@@ -480,6 +490,8 @@ def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
         for key, value in vars(module).items()
         if isinstance(value, FunctionType) and value.__module__ == module.__name__ and not key.startswith("_")
     ]
+    import difflib  # most names are right
+
     close = difflib.get_close_matches(name, there, n=1)
     hint = f"; did you mean {close[0]}?" if close else ""
     named = f"no function {name} among {', '.join(there)}" if there else f"no function {name} in it"

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.runtime.modules.amci3601.indicators import Light
 
 if TYPE_CHECKING:  # a run reads no recording

@@ -13,9 +13,10 @@ from __future__ import annotations
 import atexit
 import tempfile
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.runtime.live.actions import Edit
 from scanrack.runtime.live.operator_actions import AppliedAction
 from scanrack.traces.format.topics import ORDERS

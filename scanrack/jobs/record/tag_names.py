@@ -10,13 +10,14 @@ import ast
 import inspect
 import sys
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from difflib import get_close_matches
 from enum import Enum, Flag
 from types import FunctionType, ModuleType
 from typing import Any, get_type_hints
 
 from scanrack.io_images.annotations import declared
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.tag_names import TEXT, NamesByPattern
 from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.loop.scan import ScanLogic

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from struct import unpack
 
 from scanrack.io_images.amci3601 import (
@@ -25,6 +24,7 @@ from scanrack.io_images.amci3601 import (
     StatusLsw,
     StatusMsw,
 )
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.image import Image, signed_word
 from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.loop.events import Event

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol, TypeGuard
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.doors import json_value
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.ladder.python.sequences import Logic
@@ -251,6 +251,9 @@ class RecordsEdits:
     def __init__(self, recorder: ScanRecorder, editions: ProgramVersions) -> None:
         self._recorder, self._editions = recorder, editions
         self.scan = recorder.scan
+        self.begin_rows = recorder.begin_rows
+        self.rows = recorder.rows
+        self.look = recorder.look
         self.close = recorder.close
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:

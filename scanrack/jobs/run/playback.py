@@ -11,9 +11,10 @@ and begin anywhere.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.image import Image
 from scanrack.io_images.memory_layout import MemoryLayout
 from scanrack.runtime.loop.cpu import Cpu

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.loop.pace import FreeRun, Pacer

@@ -13,10 +13,10 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from itertools import permutations
 from typing import Any, Protocol
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import parse_duration, seconds
 from scanrack.ladder.debug import CauseLink
 from scanrack.ladder.debug.watched import shown

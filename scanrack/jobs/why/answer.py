@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any
 
 from scanrack.io_images.addresses import Address, parse_address
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.ladder.debug import CauseLink, Debugger, Remedies, told
 from scanrack.ladder.debug.remedies import of_input

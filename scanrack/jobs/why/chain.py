@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from scanrack.io_images.addresses import Address
 from scanrack.io_images.amci3601 import COMPLETION_BITS, MOTIONS, CommandMsw, StatusMsw
 from scanrack.io_images.amci3601.rules.causes import BitCause, Origin, cause_of
 from scanrack.io_images.amci3601.words import is_stepper
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.times import seconds
 from scanrack.ladder import LadderLogic

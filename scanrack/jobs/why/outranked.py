@@ -6,9 +6,10 @@ In this order. Where one of them is in effect, a value is what it makes of it, w
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from scanrack.io_images.addresses import Address
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import seconds
 from scanrack.runtime.loop.incidents import FaultKind
 from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import seconds
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.event_text import describe

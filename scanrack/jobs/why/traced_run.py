@@ -14,12 +14,13 @@ import sys
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from dataclasses import dataclass, field
+from dataclasses import field
 from io import StringIO
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.ladder.state.memory import same
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.rack import Slot

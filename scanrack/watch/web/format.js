@@ -19,6 +19,7 @@ export const grouped = text => text.replace(/(?<![\w.:,#])-?\d{4,}(?![\w.]|:\d)/
 // A text in which the time since when something is so is a clock's, as elsewhere.
 export const clocked = text => text.replace(/\bsince ([\d.e+-]+) s\b/g, (_, s) => `since ${clock(Math.round(Number(s) * 1e9))}`);
 
+/** @type {[number, string][]} */
 const UNITS = [[1e9, "s"], [1e6, "ms"], [1e3, "µs"], [1, "ns"]];
 
 // A time in whole ns as `time_text` of io_images/times.py writes it.

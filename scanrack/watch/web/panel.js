@@ -144,7 +144,9 @@ function confirm() {
   if (held.size) confirming = setTimeout(confirm, CONFIRM_MS);
 }
 
-for (const [target, event] of [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"]]) {
+/** @type {[EventTarget, string][]} */
+const LEAVINGS = [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"]];
+for (const [target, event] of LEAVINGS) {
   target.addEventListener(event, () => { if (event !== "visibilitychange" || document.hidden) release(); });
 }
 

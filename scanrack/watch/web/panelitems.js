@@ -11,14 +11,22 @@ const STEPS = { ArrowUp: 1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
 const NARROW = 4; // columns of a narrow page
 
 // Puts a cell to its place on the grid.
+/**
+ * @param {HTMLElement | SVGElement} cell
+ * @param {{ at: number[], size: number[] }} item
+ */
 export function lay(cell, { at: [column, row], size: [width, height] }) {
   cell.style.gridArea = `${row + 1} / ${column + 1} / span ${height} / span ${width}`;
-  cell.style.setProperty("--narrow", width < NARROW ? NARROW / 2 : NARROW);
+  cell.style.setProperty("--narrow", String(width < NARROW ? NARROW / 2 : NARROW));
 }
 
 const caption = item => el("span", { class: "caption" }, item.name);
 const isNumber = value => typeof value === "number" || typeof value === "bigint";
 
+/**
+ * @param {any} value
+ * @param {{ decimals?: number, unit?: string }} item
+ */
 export function figure(value, { decimals, unit }) {
   if (value === null || value === undefined) return "–";
   const text = decimals !== undefined && isNumber(value) ? Number(value).toFixed(decimals) : Number.isInteger(value) ? count(value) : shown(value);

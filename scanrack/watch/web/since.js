@@ -6,6 +6,7 @@ const AGAIN_MS = 300; // to wait for scans that are being worked out
 
 // Returns { scan, t, before } of the last change, null of none in any scan, undefined if it is no longer wanted.
 // Calls lacks(from) with the first scan that was looked at as long as none was found.
+/** @param {(from: number) => void} [lacks] */
 export async function lastChange(tag, wanted, lacks = () => {}) {
   let from;
   for (;;) {

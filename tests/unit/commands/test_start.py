@@ -34,6 +34,9 @@ RUNGS = {
 }
 """What a program in Python does without."""
 
+RUN = {"email", "importlib.metadata", "rich", "typer"}
+"""Libraries that a run of a rack file does without, if its words are plain."""
+
 LIGHT = (
     "check",
     "compare",
@@ -75,6 +78,10 @@ def imported(*words: str) -> set[str]:
 @pytest.mark.parametrize("command", LIGHT)
 def test_a_page_of_help_imports_no_library(command: str) -> None:
     assert not imported(*command.split(), "--help") & (HELP | HELP_ROOMS)
+
+
+def test_a_run_of_a_rack_file_imports_what_it_needs(tmp_path: Path) -> None:
+    assert not imported("run", str(LINE), "--scans", "2", "--record", str(tmp_path / "a.mcap")) & RUN
 
 
 def test_a_program_in_python_imports_no_rungs() -> None:

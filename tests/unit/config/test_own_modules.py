@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
+from importlib import metadata
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from shutil import copytree
@@ -209,7 +210,7 @@ def installed(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]
         EntryPoint("lost", "scanrack_lost:RECORD", registry.GROUP),
         EntryPoint("amci3601", "scanrack_blinker:RECORD", registry.GROUP),
     ]
-    monkeypatch.setattr(registry, "entry_points", lambda group: points)
+    monkeypatch.setattr(metadata, "entry_points", lambda group: points)
     registry._installed.cache_clear()
     yield
     registry._installed.cache_clear()

@@ -13,7 +13,7 @@ from scanrack.runtime import Amci3601, CpuFault, CpuMode, RackSpec, SlotSpec, lo
 from scanrack.runtime.config.rackspec import ForceSpec
 from scanrack.runtime.machine import EncoderSpec, Jam, MachineSpec, Slip, Station, Switch, TimelineEntry
 from scanrack.runtime.modules.record import ModuleRecord
-from scanrack.runtime.modules.registry import MODULES, OWN
+from scanrack.runtime.modules.registry import MODULES
 
 MS = 1_000_000
 
@@ -204,7 +204,7 @@ def test_a_rack_in_python_may_bring_its_own_modules(monkeypatch):
             made.append(given)
             self.events = []
 
-    monkeypatch.setattr(MODULES, "_known", dict(OWN))
+    monkeypatch.setattr(MODULES, "_added", {})
     MODULES.add(ModuleRecord(name="probe", make=cast(Any, Probe), has_firmware=True))
     spec = RackSpec(program="-", seed=5, slot=(SLOT, SlotSpec(number=2, module="probe", firmware="1")))
     rack = build_rack(spec)

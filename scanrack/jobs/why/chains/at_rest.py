@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from types import FrameType
 from typing import Any, Protocol
 
 from scanrack.io_images.addresses import Address
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 from scanrack.ladder.debug import CauseLink, linked
 from scanrack.ladder.state.memory import Value

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Protocol
 
 from scanrack.io_images.amci3601 import StatusMsw
+from scanrack.io_images.dataclass import dataclass
 from scanrack.ladder.debug import CauseLink, Chains
 from scanrack.ladder.state.lowered import AddOnCall, LoweredProgram
 from scanrack.traces.replay import PackedTrace

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import Any
 
 from scanrack.io_images.addresses import Address, parse_address
+from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
 from scanrack.ladder.debug import CauseLink, Operand, linked
 from scanrack.ladder.debug.watched import shown

@@ -11,7 +11,6 @@ import inspect
 import linecache
 from collections import ChainMap
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from enum import Enum
 from functools import cache
 from importlib.util import decode_source
@@ -19,6 +18,7 @@ from pathlib import Path
 from types import FrameType, MemberDescriptorType
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.ladder.python.sequences import Input, InputWord, Output
 from scanrack.runtime.loop.faults import is_the_users
 

@@ -11,9 +11,10 @@ Reads through the 16 bytes (`raw`, `bytes(image)`) are not seen.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.runtime.loop.rack import Slot
 
 ALL_BITS = 0xFFFF

@@ -12,10 +12,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from types import FrameType
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.ladder.state.memory import same
 from scanrack.runtime.loop.faults import is_the_users
 

@@ -7,9 +7,9 @@ for its present command; the line is that of the sequence that awaits the comman
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
+from scanrack.io_images.dataclass import dataclass
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.sequences import Logic, parts_of, sequences_of

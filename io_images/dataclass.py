@@ -1,0 +1,217 @@
+"""`dataclass` of the standard library, with methods that are compiled when they are first looked up.
+
+The standard library compiles six methods of a class when the class is defined, which took a tenth of the time
+of a short `scanrack run`; most of them are never called. It still finds the fields and the slots, and makes
+each class that inherits fields or has an `InitVar`.
+
+>>> @dataclass(frozen=True, slots=True)
+... class Spot:
+...     at: int
+...     name: str = ""
+>>> Spot(3), Spot(3) == Spot(3, ""), {Spot(4): "four"}[Spot(4)]
+(Spot(at=3, name=''), True, 'four')
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import MISSING, Field, FrozenInstanceError, fields
+from reprlib import recursive_repr
+from typing import TYPE_CHECKING, Any
+
+Method = Callable[..., Any]
+_whole: Any = dataclasses.dataclass
+
+DEFAULTS = {"init": True, "repr": True, "eq": True, "order": False, "unsafe_hash": False, "frozen": False}
+"""Options that have methods."""
+
+COMPARISONS = {"__lt__": "<", "__le__": "<=", "__gt__": ">", "__ge__": ">="}
+
+
+class MadeLater:
+    """A method of a class that is compiled, and takes this place, when it is looked up.
+
+    Args:
+        cls: the class.
+        name: of the method.
+        compiled: returns it.
+    """
+
+    def __init__(self, cls: type[Any], name: str, compiled: Callable[[type[Any], str], Method]) -> None:
+        self._cls, self._name, self._compiled = cls, name, compiled
+
+    def __get__(self, instance: object, owner: type[Any]) -> Any:
+        method = self._compiled(self._cls, self._name)
+        method.__qualname__ = f"{self._cls.__qualname__}.{self._name}"
+        setattr(self._cls, self._name, method)
+        return method.__get__(instance, owner)
+
+
+def _dataclass(cls: type[Any] | None = None, /, **options: bool) -> Any:
+    """Make a class a dataclass.
+
+    Args:
+        options: those of the standard library.
+    """
+    return (lambda cls: _made(cls, options)) if cls is None else _made(cls, options)
+
+
+def _made(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
+    if _is_special(cls):
+        return _whole(**options)(cls)  # type: ignore[no-any-return]
+    chosen = {**DEFAULTS, **options}
+    own = dict(vars(cls))
+    if "__eq__" in own and own["__hash__"] is None:  # Python's, not the author's
+        del own["__hash__"]
+    cls.__doc__ = cls.__doc__ or cls.__name__  # else `inspect` composes a signature
+    made: type[Any] = _whole(**{**options, **dict.fromkeys(DEFAULTS, False)})(cls)
+    for name in DEFAULTS:
+        setattr(made.__dataclass_params__, name, chosen[name])
+    for name, method in _methods(made, chosen):
+        if name not in own:
+            setattr(made, name, method)
+    return made
+
+
+def _is_special(cls: type[Any]) -> bool:
+    """Return whether a class inherits fields, or has parameters that are none."""
+    base: Any = cls if dataclasses.is_dataclass(cls) else None
+    inherits = base is not None and bool(fields(base) or base.__dataclass_params__.frozen)
+    return inherits or "InitVar" in str(getattr(cls, "__annotations__", ""))
+
+
+def _methods(cls: type[Any], chosen: Mapping[str, bool]) -> Iterator[tuple[str, object]]:
+    if chosen["init"]:
+        yield "__init__", MadeLater(cls, "__init__", _init)
+    if chosen["repr"]:
+        yield "__repr__", MadeLater(cls, "__repr__", _repr)
+    if chosen["eq"]:
+        yield "__eq__", MadeLater(cls, "__eq__", _eq)
+    if chosen["order"]:
+        yield from ((name, MadeLater(cls, name, _comparison)) for name in COMPARISONS)
+    if chosen["unsafe_hash"] or (chosen["eq"] and chosen["frozen"]):
+        yield "__hash__", MadeLater(cls, "__hash__", _hash)
+    elif chosen["eq"]:
+        yield "__hash__", None
+    if chosen["frozen"]:
+        yield "__setattr__", _refusal(cls, "__setattr__", "assign to")
+        yield "__delattr__", _refusal(cls, "__delattr__", "delete")
+    if chosen["frozen"] and "__slots__" in vars(cls):
+        yield from (("__getstate__", _getstate), ("__setstate__", _setstate))
+
+
+def _init(cls: type[Any], name: str) -> Method:
+    frozen, slots = cls.__dataclass_params__.frozen, "__slots__" in vars(cls)
+    places: dict[str, Any] = {"set__": object.__setattr__, "missing__": MISSING}
+    parameters: dict[bool, list[str]] = {False: ["self"], True: []}
+    body = []
+    for each in fields(cls):
+        value, default = each.name, ""
+        if each.default is not MISSING:
+            default = f"default__{each.name}"
+            places[default] = each.default
+        elif each.default_factory is not MISSING:
+            places[f"new__{each.name}"] = each.default_factory
+            default = "missing__"
+            value = f"new__{each.name}() if {each.name} is missing__ else {each.name}"
+        if each.init:
+            parameters[bool(each.kw_only)].append(f"{each.name}={default}" if default else each.name)
+        else:
+            value = f"new__{each.name}()" if default == "missing__" else default
+        if each.init or default == "missing__" or (default and slots):
+            body.append(f"set__(self, {each.name!r}, {value})" if frozen else f"self.{each.name} = {value}")
+    if hasattr(cls, "__post_init__"):
+        body.append("self.__post_init__()")
+    named = ["*", *parameters[True]] if parameters[True] else []
+    init = _compiled(cls, name, [*parameters[False], *named], body or ["pass"], places)
+    init.__annotations__ = {each.name: each.type for each in fields(cls) if each.init} | {"return": None}
+    return init
+
+
+def _repr(cls: type[Any], name: str) -> Method:
+    shown = ", ".join(f"{each.name}={{self.{each.name}!r}}" for each in fields(cls) if each.repr)
+    return recursive_repr()(
+        _compiled(cls, name, ["self"], [f'return f"{{self.__class__.__qualname__}}({shown})"'])
+    )
+
+
+def _eq(cls: type[Any], name: str) -> Method:
+    return _compared(cls, name, "==")
+
+
+def _comparison(cls: type[Any], name: str) -> Method:
+    return _compared(cls, name, COMPARISONS[name])
+
+
+def _compared(cls: type[Any], name: str, sign: str) -> Method:
+    compared = [each for each in fields(cls) if each.compare]
+    body = [
+        "if other.__class__ is self.__class__:",
+        f" return {_tuple('self', compared)} {sign} {_tuple('other', compared)}",
+        "return NotImplemented",
+    ]
+    return _compiled(cls, name, ["self", "other"], body)
+
+
+def _hash(cls: type[Any], name: str) -> Method:
+    hashed = [each for each in fields(cls) if (each.compare if each.hash is None else each.hash)]
+    return _compiled(cls, name, ["self"], [f"return hash({_tuple('self', hashed)})"])
+
+
+def _tuple(of: str, those: Iterable[Field[Any]]) -> str:
+    return f"({''.join(f'{of}.{each.name},' for each in those)})"
+
+
+def _compiled(
+    cls: type[Any], name: str, parameters: list[str], body: list[str], places: Mapping[str, object] = {}
+) -> Method:
+    """Compile a method of a class in its module; `places` are values by the names that it uses."""
+    lines = [
+        f"def making({', '.join(places)}):",
+        f" def {name}({', '.join(parameters)}):",
+        *(f"  {line}" for line in body),
+        f" return {name}",
+    ]
+    made: dict[str, Any] = {}
+    exec("\n".join(lines), vars(sys.modules[cls.__module__]), made)
+    return made["making"](**places)  # type: ignore[no-any-return]
+
+
+def _refusal(cls: type[Any], name: str, what: str) -> Method:
+    """Return the method that refuses to assign or delete a field of a frozen class."""
+    names = frozenset(each.name for each in fields(cls))
+
+    def refuse(self: object, attribute: str, *value: object) -> None:
+        if type(self) is cls or attribute in names:
+            raise FrozenInstanceError(f"cannot {what} field {attribute!r}")
+        getattr(super(cls, self), name)(attribute, *value)
+
+    return refuse
+
+
+def _getstate(self: Any) -> list[Any]:
+    return [getattr(self, each.name) for each in fields(self)]
+
+
+def _setstate(self: Any, state: Iterable[Any]) -> None:
+    for each, value in zip(fields(self), state, strict=False):
+        object.__setattr__(self, each.name, value)
+
+
+if TYPE_CHECKING:
+    from dataclasses import dataclass as dataclass
+else:
+    dataclass = _dataclass
+
+
+@contextmanager
+def of_libraries_too() -> Iterator[None]:
+    """Make dataclasses of libraries that the block imports in the same way; pydantic and mcap have 70."""
+    dataclasses.dataclass = dataclass
+    try:
+        yield
+    finally:
+        dataclasses.dataclass = _whole

@@ -1,0 +1,49 @@
+"""Versions of installed distributions, without `importlib.metadata`: it imports the whole of `email`."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Iterator
+
+
+def version_of(distribution: str) -> str:
+    """Return the version of a distribution; "unknown" for one that is not installed.
+
+    `importlib.metadata` finds what is in no folder of `sys.path`, but in a zip file.
+
+    >>> version_of("no such distribution")
+    'unknown'
+    """
+    for path in _metadata_of(re.sub(r"[-_.]+", "_", distribution).lower()):
+        with open(path, encoding="utf-8") as file:
+            for line in file:
+                key, colon, value = line.partition(":")
+                if key.lower() == "version":
+                    return value.strip()
+                if not colon and not line.strip():  # the end of the head
+                    break
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version(distribution)
+    except PackageNotFoundError:
+        return "unknown"
+
+
+def _metadata_of(name: str) -> Iterator[str]:
+    """Yield the files with the metadata of a distribution, in the order of the search path."""
+    for folder in sys.path:  # noqa: TID251 - it stays as it is
+        try:
+            entries = os.listdir(folder or ".")
+        except OSError:  # none such, or no folder
+            continue
+        for entry in entries:
+            stem, suffix = os.path.splitext(entry.lower())
+            known = re.sub(r"[-_.]+", "_", stem.partition("-")[0]) == name
+            if known and suffix in (".dist-info", ".egg-info"):
+                inner = "METADATA" if suffix == ".dist-info" else "PKG-INFO"
+                path = os.path.join(folder, entry, inner)
+                if os.path.isfile(path):
+                    yield path

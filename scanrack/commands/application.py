@@ -1,0 +1,161 @@
+"""The command line by typer: options, pages of help, and mistakes in our words.
+
+A command's module is imported when the command is used: a run does not wait for the fuzzer's libraries.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import sys
+from collections.abc import Sequence
+from functools import cache
+from importlib import import_module
+from typing import Any
+
+import typer
+from scanrack.terminal.interrupting import interrupted
+from scanrack.terminal.limiting import limit_traces
+from scanrack.terminal.status import BAD_INPUT, complain
+from scanrack.terminal.terminal import say
+from typer.core import TyperGroup
+
+from .catalog import COMMANDS, GROUPS
+
+
+class Lazy(TyperGroup):
+    """A group that imports a command's module when the command is requested."""
+
+    _command_first = False  # there are no options before the command
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the words before the command, if there are any."""
+        self._command_first = bool(args) and args[0] in COMMANDS
+        return super().parse_args(ctx, args)
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the options before the command; none if it comes first.
+
+        Typer checks even their defaults, for which it imports pydantic: a third of the time of `run --help`.
+        """
+        return [] if self._command_first else super().get_params(ctx)
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Return the names of all commands."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, cmd_name: str) -> Any:
+        """Return a command; refuse an unknown name with the closest one."""
+        return _command(cmd_name) if cmd_name in COMMANDS else ctx.fail(_unknown(cmd_name))
+
+    def main(
+        self, args: Sequence[str] | None = None, prog_name: str | None = None, *_: Any, **options: Any
+    ) -> Any:
+        """Parse words and run a command; unusable options give a one-line message and a status.
+
+        Raises:
+            SystemExit: always, with a status of `terminal.status`.
+        """
+        words = sys.argv[1:] if args is None else list(args)
+        options["standalone_mode"] = False
+        try:
+            sys.exit(super().main(words, prog_name, **options))
+        except typer.TyperException as error:
+            if type(error).__name__ == "NoArgsIsHelpError":  # the page of the command, which takes words
+                say(error, err=True)
+                sys.exit(BAD_INPUT)
+            sys.exit(complain(_usage(error, words), BAD_INPUT))
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command."""
+        with interrupted():
+            return super().invoke(ctx)
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """List the commands without importing them."""
+        width = max(map(len, COMMANDS))
+        for heading, group in GROUPS.items():
+            with formatter.section(heading):
+                formatter.write_dl([(name.ljust(width), entry.sentence) for name, entry in group.items()])
+
+
+@cache
+def _command(name: str) -> Any:
+    app = _application(TyperGroup)
+    import_module(COMMANDS[name].module, __package__).register(app)
+    return _plain(typer.main.get_group(app).commands[name])
+
+
+def _plain(command: Any) -> Any:
+    """Return a command whose usage line has no brackets but those of options; so are commands within it.
+
+    Versions of Typer write `{RACK}` for what is needed, and a second pair of brackets around `[WHAT]`.
+    """
+    pieces = command.collect_usage_pieces
+    command.collect_usage_pieces = lambda context: [
+        re.sub(r"^(?:\{(.+)\}|\[(\[.+\])\])(?:\.\.\.)?$", r"\1\2", each) for each in pieces(context)
+    ]
+    for each in getattr(command, "commands", {}).values():
+        _plain(each)
+    return command
+
+
+def _unknown(name: str) -> str:
+    close = difflib.get_close_matches(name, COMMANDS, n=1)
+    meant = f": did you mean {close[0]}?" if close else f"; choose from {', '.join(COMMANDS)}"
+    return f"no command {name!r}{meant}"
+
+
+SPEECH = (
+    ("Value error, ", ""),
+    (r"^Invalid value for '?(.+?)'?: ", r"\1: "),
+    ("Input should be a valid integer.*", "a whole number is needed"),
+    ("Input should be a valid number.*", "a number is needed"),
+    (r"Input should be greater than or equal to (\S+)", r"\1 or more is allowed"),
+    (r"Input should be less than or equal to (\S+)", r"\1 or less is allowed"),
+)
+"""Patterns of the libraries' sentences, and their replacements."""
+
+
+MEANT = {("run", "--trace"): "--record", ("watch", "--trace"): "--record"}
+"""What an option is called, by the command and a word that is not like it."""
+
+
+def _usage(error: Any, words: Sequence[str]) -> str:
+    """Return the mistake in the words of a command, and the command that prints its page."""
+    said = error.format_message().rstrip(".")
+    for theirs, ours in SPEECH:
+        said = re.sub(theirs, ours, said)
+    option, possible = getattr(error, "option_name", ""), getattr(error, "possibilities", None)
+    path = error.ctx.command_path if error.ctx else "scanrack"
+    if error.ctx and (meant := MEANT.get((error.ctx.info_name, option))):
+        possible = [meant]
+    if possible:
+        said = f"no such option: {option}; did you mean {' or '.join(sorted(possible))}?"
+    number = next((word for word in words if option and word.startswith(option)), "")
+    if re.fullmatch(r"-\d.*", number):
+        said = f"{number} looks like an option; put -- before a negative number: {path} -- {number}"
+    said = said if said[:2].isupper() else f"{said[:1].lower()}{said[1:]}"
+    return f"{said} ('{path} --help' lists what there is)"
+
+
+def application() -> typer.Typer:
+    """Return the command-line application."""
+    return _application(Lazy)
+
+
+def _application(group: type[TyperGroup]) -> typer.Typer:
+    """Return an application without commands; a callback makes it a group even of one."""
+    app = typer.Typer(
+        name="scanrack",
+        cls=group,
+        help="A PLC rack in software for stepper controllers.\n\n"
+        "Run your logic scan by scan against a simulated AMCI 3601 on a simulated machine. "
+        "Every scan is recorded.",
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        rich_markup_mode=None,
+        context_settings={"help_option_names": ["-h", "--help"]},
+    )
+    app.callback()(limit_traces)
+    return app
