@@ -29,7 +29,7 @@ if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
     from .live.actions import Edit, Force, Write
     from .loop.cpu import Cpu, CpuFault, CpuMode, ScanFlag
     from .loop.incidents import FaultKind, InjectedFault
-    from .loop.pace import Clock, FreeRun
+    from .loop.pace import Clock, FreeRun, Watchdog
     from .loop.rack import Card, Rack
     from .machine.contacts import Contact
     from .modules.amci3601 import Amci3601, ModuleFault

@@ -130,7 +130,6 @@ if TYPE_CHECKING:  # the names of the front door: type checkers import these lin
     from scanrack.traces.read.reader import Trace as Trace
     from scanrack.traces.read.reader import open_trace as open_trace
 
-    Job, Moment, maximize = LoadedRack, Snapshot, maximize  # old names, see `io_images.renamed`
     __version__: str
     __loader__: Any
 
@@ -145,11 +144,6 @@ except (AttributeError, OSError):  # installed, or in an archive
 def __getattr__(name: str) -> object:
     if name == "__all__":
         return list(_homes())
-    if name not in _homes():
-        from scanrack.io_images.renamed import RENAMED, renamed
-
-        if f"{__name__}.{name}" in RENAMED:
-            return renamed(__name__, name)
     found = _find(name)
     globals()[name] = found
     return found

@@ -6,7 +6,7 @@ import gc
 import os
 import signal
 from collections.abc import Iterator
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 import pytest
@@ -18,14 +18,17 @@ from hypothesis import HealthCheck, Phase, is_hypothesis_test, settings
 from hypothesis.internal import charmap
 from hypothesis.internal.conjecture import junkdrawer, providers
 from needs import CANNOT_BE_IMPORTED, skip_without_needs
+from pairs import left_out
 from processes import Processes
 from rewriting import RewritingProcess
+from typer import testing
 
 TESTS = Path(__file__).parent
 BROWSER = TESTS / "browser"
+MANUAL = TESTS / "manual"
 collect_ignore = [file for file, can in CANNOT_BE_IMPORTED.items() if not can]
 
-FIRST = (BROWSER, TESTS / "manual", TESTS / "properties" / "test_against_oracle.py")
+FIRST = (BROWSER, MANUAL, TESTS / "properties" / "test_against_oracle.py")
 """Run before all others: a browser, which waits most of the time, and beside it the tests that find most of
 the mistakes in a controller's rules."""
 
@@ -65,6 +68,7 @@ def pytest_configure(config: pytest.Config) -> None:
     fork_helpers()
     gc.disable()
     junkdrawer._gc_initialized = True  # Hypothesis times the collector for deadlines, which no test has
+    testing._get_command = cache(testing._get_command)  # each run of a CliRunner builds the commands again
     if not config.getoption("--long"):
         _draw_no_constants_of_modules()
     if _is_quick_run(config):
@@ -148,8 +152,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             item.add_marker(pytest.mark.slow)
         if is_hypothesis_test(getattr(item, "obj", None)):
             item.add_marker(pytest.mark.sampled)
+    for item in left_out(item for item in items if item.path.is_relative_to(MANUAL)):
+        item.add_marker(pytest.mark.product)
     if _is_quick_run(config):
-        config.option.markexpr = "not slow"
+        config.option.markexpr = "not slow and not product"
     items.sort(key=_turn)
     if not config.getoption("--long"):
         for item in items:

@@ -14,6 +14,7 @@ from __future__ import annotations
 import os
 import shutil
 import zlib
+from array import array
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
@@ -275,19 +276,18 @@ class Rewriter:
         if section.is_chunk:
             self._chunk(section, entries)
         elif section.span.offset > self._draft:
-            self._write_chunk(chunk_of(self._trace.raw(section.span), entries), entries)
+            self._write_chunk(chunk_of(self._trace.raw(section.span), *_bounds(entries)), entries)
         else:
             self._write(self._trace.raw(section.span))
-            self._summary.messages(entries)
-        self._result.messages += sum(map(len, entries.values()))
+            self._summary.messages(*_bounds(entries), entries)
+        self._result.messages += sum(map(len, entries.values())) // 2
         if self._result.scans is not None and self._trace.shape.channel is not None:
-            self._result.scans += len(entries.get(self._trace.shape.channel, ()))
+            self._result.scans += len(entries.get(self._trace.shape.channel, ())) // 2
 
     def _chunk(self, section: Section, entries: Mapping[int, Entries]) -> None:
         """Copy a chunk and rebuild its times: no checksum guards them."""
         chunk = read_record(self._trace.file, section.span, Chunk.read)
-        times = np.concatenate([rows[:, 0] for rows in entries.values()] or [np.zeros(1, np.uint64)])
-        chunk.message_start_time, chunk.message_end_time = int(times.min()), int(times.max())
+        chunk.message_start_time, chunk.message_end_time = _bounds(entries)
         self._write_chunk(chunk, entries)
 
     def _write_chunk(self, chunk: Chunk, entries: Mapping[int, Entries]) -> None:
@@ -296,19 +296,24 @@ class Rewriter:
 
     def _entries(self, parts: Sequence[Part]) -> dict[int, Entries]:
         """Return times and offsets of the messages, by channel; add other records to the summary."""
-        entries: dict[int, list[Entries]] = {}
+        entries: dict[int, Entries] = {}
         for part in parts:
             what = part.what
             if isinstance(what, Schema | Channel):
                 self._take(what)
             elif isinstance(what, Message):
-                entry = np.array([[what.log_time, part.offset]], np.uint64)
-                entries.setdefault(what.channel, []).append(entry)
+                entries.setdefault(what.channel, array("Q")).extend((what.log_time, part.offset))
             else:
                 offsets = part.offset + self._trace.shape.stride * np.arange(len(what), dtype=np.uint64)
                 rows = np.column_stack((what["log_time"], offsets.astype(np.uint64)))
-                entries.setdefault(int(what["channel"][0]), []).append(rows)
-        return {channel: np.concatenate(entries[channel]) for channel in sorted(entries)}
+                entries.setdefault(int(what["channel"][0]), array("Q")).frombytes(rows.tobytes())
+        return {channel: entries[channel] for channel in sorted(entries)}
+
+
+def _bounds(entries: Mapping[int, Entries]) -> tuple[int, int]:
+    """Return the least and the greatest time of messages; twice 0 without any."""
+    times = [np.frombuffer(each, np.uint64)[::2] for each in entries.values()] or [np.zeros(1, np.uint64)]
+    return min(int(each.min()) for each in times), max(int(each.max()) for each in times)
 
 
 def _guarded(trace: Records) -> Iterator[Schema | Channel]:

@@ -17,7 +17,6 @@ from functools import cached_property
 
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.memory_layout import MemoryLayout
-from scanrack.io_images.renamed import renamed
 
 from .compare import EXACT, Comparison, Tolerance, compare_parts
 from .format.layout import SlotInfo, block_layout
@@ -190,7 +189,3 @@ def _first_scans(chunks: Iterator[Columns], count: int) -> Iterator[Columns]:
         count -= len(columns.scan)
         if count <= 0:
             return
-
-
-def __getattr__(name: str) -> object:
-    return renamed(__name__, name)

@@ -1,4 +1,4 @@
-// Starts `scanrack lsp` for rungs, structured text, steps, rack files and programs in Python.
+// Starts `scanrack editor lsp` for rungs, structured text, steps, rack files and programs in Python.
 "use strict";
 
 const vscode = require("vscode");

@@ -17,7 +17,6 @@ tool". The readings are `WAIT_OPTIONS` and `CMP_OPTIONS`; the manual's table
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 from .instructions import INT32_MAX, MICROSTEPS
@@ -157,11 +156,6 @@ def assemble(text: str) -> UserProgram:
     if len(lines) > MAX_LINES:
         raise ValueError(f"{len(lines)} instructions: must be at most {MAX_LINES}")
     return UserProgram(tuple(lines), tuple(warnings))
-
-
-def disassemble(lines: Iterable[UserInstruction]) -> str:
-    """Return the text of a program, one instruction per line."""
-    return "".join(f"{line}\n" for line in lines)
 
 
 def _instruction(words: list[str]) -> UserInstruction:

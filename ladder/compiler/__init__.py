@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import lru_cache, partial
 from types import CodeType, FunctionType
 from typing import Any, NamedTuple
 
@@ -26,6 +26,10 @@ from .program import text_of
 from .services import interpreted_of, regions_of, services
 
 __all__ = ["ObservedScanner", "Scanner", "observed_scanner_of", "scanner_of", "source_of"]
+
+
+FUNCTIONS_KEPT = 256
+"""Functions whose code is kept: after an edit, most are those that ran before; libraries' are alike."""
 
 
 def source_of(lowered: LoweredProgram) -> str:
@@ -102,12 +106,21 @@ def _scheduled(engine: Engine, functions: Mapping[str, FunctionType], now_ns: in
 def _code(unit: tuple[str, Sequence[int]], file: str, observation: Observation) -> CodeType:
     """Compile a function with the line numbers of its file; LadderError if it is too large for Python."""
     text, lines = unit
-    source = _held(text, observation) if observation.held else text
+    if observation.held:
+        return relocated(_inside(_inside(_module(_held(text, observation), file))), lines)
+    return _unchanged(text, tuple(lines), file)
+
+
+@lru_cache(FUNCTIONS_KEPT)
+def _unchanged(text: str, lines: Sequence[int], file: str) -> CodeType:
+    return relocated(_inside(_inside(_module(text, file))), lines)
+
+
+def _module(source: str | ast.Module, file: str) -> CodeType:
     try:
-        module = compile(source, file, "exec")
+        return compile(source, file, "exec")
     except (MemoryError, RecursionError):
         raise LadderError(f"{file}: a statement has too many branches to be compiled: divide it") from None
-    return relocated(_inside(_inside(module)), lines)
 
 
 def _held(text: str, observation: Observation) -> ast.Module:

@@ -57,12 +57,7 @@ class Inquiry:
         value = self._engine.tags[tag]
         where = self._resolver.named(tag)
         address = where.address if isinstance(where, Place) else None
-        names = (
-            self._resolver.base_name(tag),
-            self._resolver.full_name(tag),
-            address,
-        )  # older traces force aliases
-        if any(name in self._forced for name in names):
+        if self._resolver.base_name(tag) in self._forced or address in self._forced:
             return f"{tag} is {shown(value)} because it is forced."
         lowered = self._engine.lowered
         image = where.leaf if isinstance(where, Place) and where.leaf.slot is not None else None

@@ -195,10 +195,6 @@ class Engine:
             known = self._program_tags[program] = Tags(self.lowered, self.memory, program)
         return known
 
-    def jsr(self, routine: str, *inputs: Value) -> tuple[Passed, ...]:
-        """Call a routine by its full name; return its results."""
-        return self._jsr_in("", routine, *inputs)
-
     def _jsr_in(self, program: str, routine: str, *inputs: Value) -> tuple[Passed, ...]:
         """Call a routine by name from Python."""
         name = scoped(program, routine).upper()

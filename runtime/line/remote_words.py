@@ -24,7 +24,6 @@ from scanrack.io_images.image import WORDS
 
 from .modbus_pdus import ILLEGAL_ADDRESS, ModbusRefusedError, answer_to, request_of
 
-FACTS = 3
 COUNT_LIMIT = 0xFFFF
 READ_HOLDING, READ_INPUTS, WRITE_ONE, WRITE_SEVERAL, WRITE_AND_READ = 0x03, 0x04, 0x06, 0x10, 0x17
 FUNCTIONS = (READ_HOLDING, READ_INPUTS, WRITE_ONE, WRITE_SEVERAL, WRITE_AND_READ)

@@ -181,18 +181,6 @@ class Cpu:
             finally:
                 self._scanning = False
 
-    def single_scan(self) -> None:
-        """Run one scan as in test mode and return to program mode.
-
-        Raises:
-            ValueError: the CPU is not in program mode.
-            CpuFault: see `run`.
-        """
-        if self._mode is not CpuMode.PROGRAM:
-            raise ValueError(f"a single scan needs program mode, the CPU is in {mode_name(self._mode)} mode")
-        self.mode = CpuMode.SINGLE_SCAN
-        self.run(1)
-
     def exchange_early(self) -> bool:
         """Let the exchange before the next scan happen now, while the logic runs.
 

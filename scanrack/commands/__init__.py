@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -26,8 +27,9 @@ if TYPE_CHECKING:
 __all__ = ["COMMANDS", "GROUPS", "build", "main"]
 
 
+@cache
 def build() -> typer.Typer:
-    """Return the command-line application."""
+    """Return the command-line application, which keeps nothing between two uses."""
     from .application import application
 
     return application()

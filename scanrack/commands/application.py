@@ -21,7 +21,6 @@ from scanrack.terminal.terminal import say
 from typer.core import TyperGroup
 
 from .catalog import COMMANDS, GROUPS
-from .renamed import renewed
 
 
 class Lazy(TyperGroup):
@@ -57,9 +56,7 @@ class Lazy(TyperGroup):
         Raises:
             SystemExit: always, with a status of `terminal.status`.
         """
-        words, notes = renewed(sys.argv[1:] if args is None else list(args), tuple(COMMANDS))
-        for note in notes:
-            complain(note)
+        words = sys.argv[1:] if args is None else list(args)
         options["standalone_mode"] = False
         try:
             sys.exit(super().main(words, prog_name, **options))

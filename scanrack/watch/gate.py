@@ -1,8 +1,8 @@
-"""Access: hosts, origins, files and headers, as tables.
+"""Access: hosts, origins, and headers, as tables.
 
     Host        one of ours              else 421: another name for this address (DNS rebinding)
     Origin      one of ours, or none     else 403: another page
-    path        in the table             else 404
+    path        in the table of files    else 404
     key         in the first message     else the socket is closed
 
 No cookie: cookies don't know ports.
@@ -14,35 +14,26 @@ import hmac
 import os
 import socket
 from collections.abc import Mapping
-from importlib.resources import files
 from typing import NamedTuple
+
+from .page_files import PageFiles
 
 HOST = "127.0.0.1"
 KEY_BYTES = 16
 SOCKET = "/socket"
 
-TYPES = {
-    ".html": "text/html; charset=utf-8",
-    ".js": "text/javascript; charset=utf-8",
-    ".css": "text/css; charset=utf-8",
-    ".svg": "image/svg+xml",
-    ".png": "image/png",
-    ".ico": "image/x-icon",
-    ".woff2": "font/woff2",
-}
-"""Served files of `web/`, by suffix."""
-
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'{style}; img-src 'self'; connect-src 'self'; "
+    "font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+)
 HEADERS = {
-    "Content-Security-Policy": (
-        "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
-        "font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
-    ),
+    "Content-Security-Policy": POLICY.format(style=""),
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
     "Referrer-Policy": "no-referrer",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
-    "Cache-Control": "no-store",
+    "Cache-Control": "no-cache",
 }
 
 
@@ -73,12 +64,17 @@ class Gate:
             self._hosts += map(_in_url, names)
         self._origins = [f"http://{each}" for each in self._hosts]
         self._key = key.encode()
-        self._files = {f"/{each.name}": each for each in files(__package__).joinpath("web").iterdir()}
-        modules = sorted(name for name in self._files if name.endswith(".js") and name != _OF_SHARED_PAGES)
-        self._preloads = "".join(f'\n<link rel="modulepreload" href="{each}">' for each in modules).encode()
+        self._files = PageFiles()
 
-    def answer(self, path: str, host: str | None, origin: str | None) -> Answer | None:
-        """Answer a request; None lets it become a socket."""
+    def answer(
+        self, path: str, host: str | None, origin: str | None, *, accepts: str = "", known: str = ""
+    ) -> Answer | None:
+        """Answer a request; None lets it become a socket.
+
+        Args:
+            accepts: the encodings that the browser reads, from its header Accept-Encoding.
+            known: the tags of what it has, from its header If-None-Match.
+        """
         if host is None or host.lower() not in self._hosts:
             return _refusal(421, "this server has another name")
         if origin is not None and origin.lower() not in self._origins:
@@ -86,28 +82,41 @@ class Gate:
         path = path.partition("?")[0]
         if path == SOCKET:
             return None
-        return self._file("/index.html" if path == "/" else path)
+        return self._file("/index.html" if path == "/" else path, accepts, known)
 
-    def _file(self, path: str) -> Answer:
+    def _file(self, path: str, accepts: str, known: str) -> Answer:
         file = self._files.get(path)
-        kind = TYPES.get(path[path.rfind(".") :])
-        if file is None or kind is None:
+        if file is None:
             return _refusal(404, "no such file")
-        body = file.read_bytes()
-        if path == "/index.html":
-            body = body.replace(_LAST_LINK, _LAST_LINK + self._preloads)
-        return Answer(200, {"Content-Type": kind, "Content-Length": str(len(body)), **HEADERS}, body)
+        packed = _takes_gzip(accepts)
+        coding = "gzip" if packed else "identity"
+        tag = f'"{file.digest}-{coding}"'
+        head = {"ETag": tag, "Vary": "Accept-Encoding", **HEADERS}
+        if file.style:
+            head["Content-Security-Policy"] = POLICY.format(style=f" 'sha256-{file.style}'")
+        if tag in known:
+            return Answer(304, head, b"")
+        body = file.packed if packed else file.body
+        encoding = {"Content-Encoding": "gzip"} if packed else {}
+        return Answer(
+            200, {"Content-Type": file.kind, "Content-Length": str(len(body)), **encoding, **head}, body
+        )
 
     def fits(self, key: object) -> bool:
         """Compare a key with the session's in constant time."""
         return isinstance(key, str) and hmac.compare_digest(key.encode("utf-8", "replace"), self._key)
 
 
-_LAST_LINK = b'<link rel="stylesheet" href="watch.css">'
-"""What the names of all modules stand behind: a browser loads them at once, not import by import."""
-
-_OF_SHARED_PAGES = "/embedded.js"
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
+
+
+def _takes_gzip(accepts: str) -> bool:
+    """Return whether a header Accept-Encoding allows gzip [RFC 9110, section 12.5.3]."""
+    offers = {
+        name.strip().lower(): rest for name, _, rest in (each.partition(";") for each in accepts.split(","))
+    }
+    weight = offers.get("gzip", offers.get("*", "q=0")).replace(" ", "").lower()
+    return not weight.startswith("q=0") or weight.strip("q=.0") != ""
 
 
 def _in_url(host: str) -> str:

@@ -64,7 +64,7 @@ class Server:
             sock=listening,
             process_request=self._request,
             max_size=MESSAGE_MOST,
-            compression=None,
+            compression="deflate",
             server_header=None,
         ):
             try:
@@ -104,7 +104,13 @@ class Server:
         headers = request.headers
         hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
         host = hosts[0] if len(hosts) == 1 else None
-        answer = self._gate.answer(request.path, host, ",".join(origins) if origins else None)
+        answer = self._gate.answer(
+            request.path,
+            host,
+            ",".join(origins) if origins else None,
+            accepts=",".join(headers.get_all("Accept-Encoding")),
+            known=",".join(headers.get_all("If-None-Match")),
+        )
         if answer is None:
             return None
         reason = HTTPStatus(answer.status).phrase

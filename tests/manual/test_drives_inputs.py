@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import re
+from pathlib import Path
+
 import pytest
 from drive_unit import ENABLE, Unit, ready
-from scanrack.io_images.drives.readings import READINGS
+from scanrack.io_images.drives.rules import ROWS
 from scanrack.runtime.machine import Jam, MachineSpec
 from scanrack.runtime.modules.drives.options import DriveOptions, SmdOptions
 
@@ -14,6 +18,14 @@ CW_LIMIT, CCW_LIMIT, CAPTURE, ESTOP, HOME = 0x8001, 0x8002, 0x8005, 0x8006, 0x80
 BOTH_LIMITS = 0x8001 | 2 << 3
 HOME_AND_CW = 0x8007 | 1 << 3
 HOME_AND_CCW = 0x8007 | 2 << 3
+
+ROW = re.compile(r"^\| (R-\d+) \| (.*) \| (.*) \| ([ABC]) \| (.*) \|$", re.MULTILINE)
+READINGS = {
+    number: cells
+    for number, *cells in ROW.findall((Path(__file__).parents[2] / "docs" / "readings.md").read_text("utf-8"))
+}
+"""What is open, what scanrack does, confidence, and options or why there is none, by number."""
+OPTION = re.compile(r"`(\w+)`: `(.*?)`")
 
 
 class TestLevels:
@@ -256,12 +268,17 @@ class TestReadingsByOption:
         assert unit.position == 1000 + 1024
 
     def test_each_option_that_a_reading_names_exists_and_is_tested(self):
-        named = [option for reading in READINGS for option in reading.options]
-        assert len(named) == len(set(named))
+        named = dict(OPTION.findall("".join(text for *_, text in READINGS.values())))
+        assert {name: json.loads(value) for name, value in named.items()} == {
+            name: json.loads(json.dumps(SmdOptions.model_fields[name].default)) for name in named
+        }
         assert set(named) < set(SmdOptions.model_fields)
         build = {"encoder_fitted", "in1", "in2", "stored"}
         assert set(named) | build == set(SmdOptions.model_fields) | set(DriveOptions.model_fields)
 
     def test_a_guess_has_an_option_or_says_why_not(self):
-        for reading in READINGS:
-            assert (reading.confidence == "C") == bool(reading.options or reading.fixed_because), reading.id
+        for number, (*_, confidence, option_or_reason) in READINGS.items():
+            assert (confidence == "C") == bool(option_or_reason), number
+
+    def test_a_rule_names_readings_of_the_page(self):
+        assert {each for row in ROWS for each in row.reading} <= set(READINGS)

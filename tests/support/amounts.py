@@ -7,7 +7,7 @@ from hypothesis import settings
 EXAMPLES = 25
 """Examples of a property test in the CI profile; a long run plays 120 times as many (tests/conftest.py)."""
 
-FEW_EXAMPLES = 10
+FEW_EXAMPLES = 5
 """Examples in a run of the whole suite without -m; `.ci/run` plays these tests, marked `sampled`, in full."""
 
 

@@ -194,17 +194,17 @@ class Bench:
         start = self.now_ns
         end_ns = start + self._scans(ms) * self.scan_ns
         while self.now_ns < end_ns:
-            self._advance(self._scans_to_change(end_ns))
+            self.to_change(end_ns)
             if self.bits.issuperset(names) and self.bits.isdisjoint(clear):
                 return (self.now_ns - start) / 1_000_000
         raise AssertionError(
             f"{names} set, {clear} clear not within {ms} ms: {sorted(self.bits)} at {self.position}"
         )
 
-    def _scans_to_change(self, end_ns: int) -> int:
-        """Return the number of scans to the first one that can show other bits, at most to `end_ns`."""
+    def to_change(self, end_ns: int) -> Bench:
+        """Let time run to the first scan that can show other bits, at most to `end_ns`."""
         change_ns = min(self.module.calm_until_ns(self.outputs), end_ns)
-        return max(1, -(-(change_ns - self.now_ns) // self.scan_ns))
+        return self._advance(max(1, -(-(change_ns - self.now_ns) // self.scan_ns)))
 
     # -- what the module shows
 

@@ -11,6 +11,7 @@ told otherwise, as in `bench3601`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
 from typing import Any
 
@@ -22,7 +23,7 @@ from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.rungreader import load_library
 from scanrack.ladder.lowering.addon import ParameterMode
 from scanrack.ladder.model.stubs import NO_STUBS, Stubs
-from scanrack.runtime import Amci3601, Card, Cpu, Rack
+from scanrack.runtime import Amci3601, Card, Cpu, Rack, Watchdog
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 from scanrack.runtime.modules.registry import MODULES
@@ -104,11 +105,16 @@ SAYING = {
 
 
 class Diary:
-    """Rules that fired, and the output image of every scan."""
+    """Rules that fired, and the output image of every scan.
+
+    Attributes:
+        after_scan: called after every scan.
+    """
 
     def __init__(self, rack: Rack) -> None:
         self.fired: list[str] = []
         self.images: list[tuple[int, ...]] = []
+        self.after_scan: Callable[[], object] = lambda: None
         self._outputs = rack.slots[1].outputs
 
     def event(self, scan, now_ns, topic, fields) -> None:
@@ -117,6 +123,7 @@ class Diary:
 
     def scan(self, scan, now_ns, flags) -> None:
         self.images.append(tuple(self._outputs))
+        self.after_scan()
 
     def close(self) -> None:
         pass
@@ -166,7 +173,14 @@ class BlocksBench:
         self.engine = program.interpret() if interpreted else program.compile()
         self.diary = Diary(self.rack)
         exchange = EndOfScan() if rpi_ms is None else EveryRpi(rpi_ms * 1_000_000)
-        self.cpu = Cpu(self.rack, self.engine, scan_ms * 1_000_000, exchange=exchange, listeners=[self.diary])
+        self.cpu = Cpu(
+            self.rack,
+            self.engine,
+            scan_ms * 1_000_000,
+            exchange=exchange,
+            listeners=[self.diary],
+            watchdog=Watchdog(0),  # arming it costs as much as a scan, and many tests run one at a time
+        )
         self.tags = self.engine.tags
         self.tags["Axis.RoundTrip"] = 400 if model == ADAPTER else 2 * (rpi_ms or 0) + scan_ms
         self.status = StatusView(self.rack.slots[1].inputs)
@@ -214,8 +228,7 @@ class BlocksBench:
 
     def scan(self, scans: int = 1) -> BlocksBench:
         """Let scans pass."""
-        for _ in range(scans):
-            self.cpu.run(1)
+        self.cpu.run(scans)
         return self
 
     def run(self, ms: int) -> BlocksBench:
@@ -224,9 +237,12 @@ class BlocksBench:
 
     def until(self, name: str, output: str, scans: int = 20_000) -> BlocksBench:
         """Scan until an output of a block is true."""
-        for _ in range(scans):
-            if self.scan().tags[f"{name}.{output}"]:
-                return self
+        tag = f"{name}.{output}"
+        self.diary.after_scan = lambda: self.tags[tag] and self.cpu.stop()
+        self.cpu.run(scans)
+        self.diary.after_scan = lambda: None
+        if self.tags[tag]:
+            return self
         raise AssertionError(f"{name}.{output} never came: {self.said(name)}, state {self.state}")
 
     # -- what it sees

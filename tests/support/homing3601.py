@@ -111,11 +111,14 @@ class Search:
         return where + "".join(ramp for name, ramp in RAMP.items() if name in bits)
 
     def course(self, ms: float) -> list[str]:
-        """Let time run until the search is over, at most so long; return what the axis did on the way."""
+        """Let time run until the search is over, at most so long; return what the axis did on the way.
+
+        From the second scan on, time jumps to those that can show other bits, see `Bench.until`.
+        """
         seen: list[str] = []
         end_ns = self.bench.now_ns + int(ms * 1_000_000)
         while self.bench.now_ns < end_ns and self.bench.bits.isdisjoint({"AT_HOME", "HOME_INVALID"}):
-            self.bench.scan()
+            self.bench.to_change(end_ns if seen else self.bench.now_ns)
             if not seen or seen[-1] != self.motion:
                 seen.append(self.motion)
         return seen

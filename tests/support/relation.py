@@ -86,7 +86,7 @@ class Relation:
         if self.engine is None:
             return []
         engine, machine = self.engine, self.machine
-        randomise(engine.memory, rng)
+        randomize(engine.memory, rng)
         dt = rng.choice(SCAN_MS)
         *got, fault, deep = self._terms(self.values(engine.memory, self.now, dt))
         self.now += dt
@@ -192,7 +192,7 @@ PROCESSOR_WORDS = (1, 4, *range(37, 43))
 FLOATS = (0.0, -0.0, 1.5, -2.5, 100.0, 3.4e38, 1e-40, float("inf"), float("-inf"), float("nan"))
 
 
-def randomise(memory, rng):
+def randomize(memory, rng):
     """Set most values of tags to random ones."""
     lengths = _lengths(memory.layout)
     for leaf in memory.layout.leaves.values():

@@ -17,7 +17,7 @@ from scanrack.io_images.amci3601 import WORDS_3601, InputBit
 from scanrack.io_images.cards import DISCRETE16
 from scanrack.io_images.image import Image
 from scanrack.ladder.python.sequences import Sequence, sequences_of
-from scanrack.runtime import Amci3601, Card, Cpu, Rack
+from scanrack.runtime import Amci3601, Card, Cpu, Rack, Watchdog
 from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.loop.scan import CpuMode
@@ -80,7 +80,8 @@ class SequenceBench:
         )
         self.logic: Any = kind() if isinstance(kind, type) else kind
         exchange = EndOfScan() if rpi_ms is None else EveryRpi(rpi_ms * 1_000_000)
-        self.cpu = Cpu(self.rack, self.logic, scan_ms * 1_000_000, exchange=exchange)
+        guard = Watchdog(0)  # arming it costs as much as a scan, and many tests run one at a time
+        self.cpu = Cpu(self.rack, self.logic, scan_ms * 1_000_000, exchange=exchange, watchdog=guard)
 
     def scan(self, scans: int = 1) -> SequenceBench:
         """Let scans pass."""

@@ -1,4 +1,4 @@
-"""The tables of the networked drives: docs/drive-tables.md, and their rows of docs/readings.md."""
+"""The tables of the networked drives: docs/drive-tables.md."""
 
 from __future__ import annotations
 
@@ -6,15 +6,10 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from scanrack.io_images.drives.models import MODELS, Model
-from scanrack.io_images.drives.readings import READINGS, DriveReading
 from scanrack.io_images.drives.rules import ROWS, DriveRule
 from scanrack.io_images.module_words import BitPlace
-from scanrack.runtime.modules.drives.options import SmdOptions
 
-DOCS = Path(__file__).parents[2] / "docs"
-PAGE = DOCS / "drive-tables.md"
-READINGS_PAGE = DOCS / "readings.md"
-HEADING = "## The networked drives\n"
+PAGE = Path(__file__).parents[2] / "docs" / "drive-tables.md"
 
 INTRO = """\
 # Networked drives: tables
@@ -26,37 +21,10 @@ SMD23E2's, "17" the SMD17E2's, "SD" the SD17060E's, "SD2" the SD17060E2's, "K" t
 [How the manual is read](readings.md#the-networked-drives).
 """
 
-READINGS_INTRO = """
-The pages that are known of the [networked drives](drives.md) leave more open than the 3601's manual. A
-follows from two sources, B is an analogy with the 3601 or a neighbor model, C is a guess. A guess has an
-option of the simulated drive, or the row says why it has none.
-
-| number | open | what scanrack does | | option, default |
-|---|---|---|---|---|
-"""
-
 
 def page() -> str:
     """Return docs/drive-tables.md."""
     return "\n".join([INTRO, *_models(), "", *_bits(), "", *_rules()]) + "\n"
-
-
-def with_readings(text: str) -> str:
-    """Return docs/readings.md with the rows of the drives at its end."""
-    before = text.partition(HEADING)[0]
-    return before + HEADING + READINGS_INTRO + "".join(f"{_reading(row)}\n" for row in READINGS)
-
-
-def _reading(row: DriveReading) -> str:
-    defaults = ((name, SmdOptions.model_fields[name].default) for name in row.options)
-    options = ", ".join(f"`{name}`: `{_value(value)}`" for name, value in defaults)
-    return f"| {row.id} | {row.place} | {row.text} | {row.confidence} | {options or row.fixed_because} |"
-
-
-def _value(value: object) -> str:
-    if isinstance(value, bool):
-        return str(value).lower()
-    return str(list(value)) if isinstance(value, tuple) else str(value)
 
 
 def _models() -> Iterator[str]:

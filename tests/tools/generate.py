@@ -72,11 +72,6 @@ def _install() -> Iterator[Generated]:
         yield from _table(page, install_lines.installed_as_today)
 
 
-def _drives() -> Iterator[Generated]:
-    yield Generated(drives_page.PAGE, drives_page.page())
-    yield from _table(drives_page.READINGS_PAGE, drives_page.with_readings)
-
-
 def _differences() -> Iterator[Generated]:
     yield Generated(differences_page.PAGE, differences_page.page())
 
@@ -94,7 +89,7 @@ GENERATORS: dict[str, Callable[[], Iterator[Generated]]] = {
     "clients": lambda: _table(clients_tried.PAGE, clients_tried.written),
     "commands": lambda: iter([Generated(commands_page.PAGE, commands_page.page())]),
     "differences": _differences,
-    "drives": _drives,
+    "drives": lambda: iter([Generated(drives_page.PAGE, drives_page.page())]),
     "findings": _findings,
     "formats": lambda: _table(formats_page.PAGE, formats_page.written),
     "install": _install,

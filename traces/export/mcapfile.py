@@ -9,6 +9,7 @@ Our own reader reads the copy like the recording; it ignores fields after `tags`
 from __future__ import annotations
 
 import json
+from array import array
 from collections.abc import Callable, Iterator
 from typing import IO, Any
 
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..files.guard import TRACE
 from ..files.newfile import Target, new_file
-from ..format.batch import message_layout
+from ..format.message_layout import message_layout
 from ..format.records import read_record
 from ..format.schema import (
     FORMAT_WITH_TAGS,
@@ -173,7 +174,8 @@ class Copy:
             rows["length"] = self._layout.itemsize - _PREAMBLE_BYTES
             rows["channel"] = self._channel
             rows["rest"] = part
-            self._writer.add_block(self._channel, rows["log_time"].astype(np.uint64), rows.tobytes())
+            times = array("Q", rows["log_time"].tobytes())
+            self._writer.add_block(self._channel, times, bytearray(rows.tobytes()))
             start += len(part)
         self.count += len(recorded)
 

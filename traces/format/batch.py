@@ -1,33 +1,37 @@
 """Scans on their way into a chunk: collected one by one, laid out as MCAP messages all at once.
 
-Messages of one size differ in few columns only. Constant columns are in the
-arena from the start; numpy fills the rest, a column at a time, when the batch
-is full. A scan costs four appends.
+Messages of one size differ in few columns only. When the batch is full, one join lays out the records with
+constant heads; each byte of a column then is a slice with the stride of the records. A scan costs four
+appends.
 
     opcode length channel | sequence log_time publish_time | prefix scan flags | images, tags
-    constant              | column   column   column       | const. col.  col. | column
+    constant              | column   column   column       | const. col.  col. | as collected
 """
 
 from __future__ import annotations
 
 from array import array
 from collections.abc import Callable
-from typing import Any
+from struct import Struct
 
-import numpy as np
 from mcap.opcode import Opcode
-from numpy.typing import NDArray
 
 from .schema import CDR_PREFIX
-from .tagplan import FIELD, TagSource
+from .tagplan import TagSource
+
+_HEAD = Struct("<BQHIQQIII")
+"""Opcode, length, channel, sequence, log time, publish time, CDR prefix, scan, flags."""
+
+HEAD_BYTES = _HEAD.size
+"""The fields before the images in the record of a scan."""
 
 _PREAMBLE_BYTES = 9
 """Opcode and length of a record, which its length does not include."""
 
-_HEAD_BYTES = 43
-"""The fields before the images in the record of a scan."""
-
-_SEQUENCE_MASK = 0xFFFF_FFFF
+_NUMBER_PLACES, _NUMBER_BYTES = (11, 35), 4
+_TIME_PLACES, _TIME_BYTES = (15, 23), 8
+_FLAG_PLACES, _FLAG_BYTES = (39,), 4
+"""Places of the columns in a record, and their sizes."""
 
 
 class ScanBatch:
@@ -38,32 +42,23 @@ class ScanBatch:
 
     Attributes:
         room: most scans of the batch, 1 or more; may be reduced.
+        stride: bytes of a scan's message record.
     """
 
     def __init__(self, channel: int, memory: bytearray, room: int) -> None:
-        self._start(
-            channel, room, message_layout(len(memory)), memoryview(memory).tobytes
-        )  # faster than bytes
+        self._start(channel, room, len(memory), memoryview(memory).tobytes)  # faster than bytes
 
-    def _start(self, channel: int, room: int, layout: np.dtype[np.void], copy: Callable[[], bytes]) -> None:
-        """Prepare the records; `copy` returns the bytes after a scan's flags."""
+    def _start(self, channel: int, room: int, body_bytes: int, copy: Callable[[], bytes]) -> None:
+        """Prepare the head of the records; `copy` returns the `body_bytes` after a scan's flags."""
         self.room = room
+        self.stride = HEAD_BYTES + body_bytes
         self._copy = copy
         self._numbers: list[int] = []
         self._times: list[int] = []
         self._flags: list[int] = []
         self._images: list[bytes] = []
-        self._arena = np.zeros(room, layout)
-        self._bodies = self._arena.view(message_layout(layout.itemsize - _HEAD_BYTES))["images"]
-        self._arena["opcode"] = Opcode.MESSAGE
-        self._arena["length"] = self.stride - _PREAMBLE_BYTES
-        self._arena["channel"] = channel
-        self._arena["prefix"] = CDR_PREFIX
-
-    @property
-    def stride(self) -> int:
-        """Bytes of a scan's message record."""
-        return self._arena.dtype.itemsize
+        length = self.stride - _PREAMBLE_BYTES
+        self._head = _HEAD.pack(Opcode.MESSAGE, length, channel, 0, 0, 0, CDR_PREFIX, 0, 0)
 
     def add(self, scan: int, now_ns: int, flags: int) -> bool:
         """Add a scan with the present memory block; return whether the batch is full."""
@@ -73,23 +68,25 @@ class ScanBatch:
         self._images.append(self._copy())
         return len(self._images) >= self.room
 
-    def take(self) -> tuple[NDArray[np.uint64], memoryview]:
-        """Return the times of the scans and their successive message records, and start again.
-
-        The records are lent, not copied: they are valid until the next `take`.
-        """
-        rows = self._arena[: len(self._images)]
-        times = np.array(array("Q", self._times))
-        numbers = np.array(array("Q", self._numbers)) & np.uint64(_SEQUENCE_MASK)
-        rows["sequence"] = numbers
-        rows["scan"] = numbers
-        rows["log_time"] = times
-        rows["publish_time"] = times
-        rows["flags"] = array("I", self._flags)
-        self._bodies[: len(rows)] = np.frombuffer(b"".join(self._images), self._bodies.dtype)
+    def take(self) -> tuple[array[int], bytearray]:
+        """Return the times of the scans and their successive message records, and start again."""
+        records = bytearray(self._head).join([b"", *self._images])
+        times = array("Q", self._times)
+        self._fill(records, times, _TIME_PLACES, _TIME_BYTES)
+        self._fill(records, array("Q", self._numbers), _NUMBER_PLACES, _NUMBER_BYTES)
+        self._fill(records, array("Q", self._flags), _FLAG_PLACES, _FLAG_BYTES)
         for column in (self._numbers, self._times, self._flags, self._images):
             column.clear()
-        return times, rows.view(np.uint8).data
+        return times, records
+
+    def _fill(self, records: bytearray, column: array[int], places: tuple[int, ...], size: int) -> None:
+        """Write the lower bytes of a column; the machine is little-endian, see io_images.image."""
+        raw, stride, zeros = column.tobytes(), self.stride, bytes(len(column))
+        for byte in range(size):
+            values = raw[byte :: column.itemsize]
+            if values != zeros:
+                for place in places:
+                    records[place + byte :: stride] = values
 
     def __len__(self) -> int:
         return len(self._images)
@@ -99,7 +96,7 @@ class TagBatch(ScanBatch):
     """Scans with tags: images and tags are copied together."""
 
     def __init__(self, channel: int, memory: bytearray, room: int, tags: TagSource) -> None:
-        self._start(channel, room, message_layout(len(memory), tags.plan.dtype), tags.take)
+        self._start(channel, room, len(memory) + tags.plan.size, tags.take)
         self._pending = tags.pending
 
     def add(self, scan: int, now_ns: int, flags: int) -> bool:
@@ -111,30 +108,3 @@ class TagBatch(ScanBatch):
         if self._pending:
             return True
         return len(self._images) >= self.room
-
-
-def message_layout(
-    image_bytes: int, tags: np.dtype[np.void] | None = None, rest: np.dtype[np.void] | None = None
-) -> np.dtype[np.void]:
-    """Return the layout of a scan's message record in a chunk.
-
-    >>> message_layout(32).itemsize
-    75
-    """
-    more: list[Any] = [] if tags is None else [(FIELD, tags)]
-    more += [] if rest is None else [("rest", rest)]
-    return np.dtype(
-        [
-            ("opcode", "u1"),
-            ("length", "<u8"),
-            ("channel", "<u2"),
-            ("sequence", "<u4"),
-            ("log_time", "<u8"),
-            ("publish_time", "<u8"),
-            ("prefix", "<u4"),
-            ("scan", "<u4"),
-            ("flags", "<u4"),
-            ("images", f"V{image_bytes}"),
-            *more,
-        ]
-    )

@@ -98,12 +98,8 @@ def scan_schema(
     slots: Sequence[SlotInfo],
     tags: TagPlan | None = None,
     more: More | None = None,
-    images: tuple[str, str] = IMAGE_FIELDS,
 ) -> ScanSchema:
     """Return the schema of a scan of these slots and tags, with one more field if given.
-
-    Args:
-        images: names of the fields of the output and the input image.
 
     >>> schema = scan_schema([SlotInfo(1, "amci3601", "4.1")])
     >>> schema.text.splitlines()[:3], schema.name == "scanrack/msg/Scan" + schema.layout
@@ -121,7 +117,7 @@ def scan_schema(
         field, more_messages = more
         scan.append(f"{more_messages[0][0]} {field}")
     lines = [*scan]
-    outputs, inputs = images
+    outputs, inputs = IMAGE_FIELDS
     for names in dict.fromkeys(words):
         stem = names.message
         lines += _message(stem, [f"{stem}Out {outputs}", f"{stem}In {inputs}"])
@@ -138,19 +134,6 @@ def scan_schema(
 def layout_of(text: str) -> str:
     """Return the hash of a schema's text, the end of its name."""
     return hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]
-
-
-def image_fields(text: str) -> tuple[str, str]:
-    """Return the names of the fields of a slot's images in a schema; `IMAGE_FIELDS` without a slot.
-
-    >>> image_fields(scan_schema([SlotInfo(1, "amci3601")], images=("out", "in")).text)
-    ('out', 'in')
-    """
-    for stem, lines in split_schema(text)[1].items():
-        fields = [line.partition(" ") for line in lines]
-        if [kind for kind, _, _ in fields] == [f"{stem}Out", f"{stem}In"]:
-            return fields[0][2], fields[1][2]
-    return IMAGE_FIELDS
 
 
 def rest_bytes(text: str, known: ScanSchema) -> int | None:

@@ -9,10 +9,11 @@ It is collected while the records before it are written, or found.
 from __future__ import annotations
 
 import zlib
+from array import array
 from collections.abc import Mapping
 from struct import Struct
+from typing import TypeAlias
 
-import numpy as np
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
@@ -30,12 +31,11 @@ from mcap.records import (
     Statistics,
     SummaryOffset,
 )
-from numpy.typing import NDArray
 
 from .records import MAGIC
 
-Entries = NDArray[np.uint64]
-"""Time and offset within the chunk of messages, a row each."""
+Entries: TypeAlias = "array[int]"
+"""Messages: the time of each, then its offset within the chunk; 64-bit, unsigned."""
 
 _INDEX = Struct("<BQHI")
 _INDEX_FIELDS_BYTES = 6
@@ -104,9 +104,9 @@ class Summary:
     def chunk(self, offset: int, length: int, chunk: Chunk, entries: Mapping[int, Entries]) -> bytes:
         """Add a chunk; return its message indexes, which follow it."""
         indexes, offsets = bytearray(), {}
-        for channel, rows in entries.items():
+        for channel, pairs in entries.items():
             offsets[channel] = offset + length + len(indexes)
-            indexes += _message_index(channel, rows)
+            indexes += _message_index(channel, pairs)
         self._groups[Opcode.CHUNK_INDEX] += encoded(
             ChunkIndex(
                 chunk_length=length,
@@ -121,20 +121,25 @@ class Summary:
             )
         )
         self._counts.chunk_count += 1
-        self.messages(entries)
+        self.messages(chunk.message_start_time, chunk.message_end_time, entries)
         return bytes(indexes)
 
-    def messages(self, entries: Mapping[int, Entries]) -> None:
-        """Count messages, by channel."""
+    def messages(self, first_ns: int, last_ns: int, entries: Mapping[int, Entries]) -> None:
+        """Count messages, by channel.
+
+        Args:
+            first_ns: least of their times.
+            last_ns: greatest of their times.
+        """
         counts = self._counts
-        for channel, rows in entries.items():
-            first, last = int(rows[:, 0].min()), int(rows[:, 0].max())
+        for channel, pairs in entries.items():
+            count = len(pairs) // 2
             counts.message_start_time = (
-                min(first, counts.message_start_time) if counts.message_count else first
+                min(first_ns, counts.message_start_time) if counts.message_count else first_ns
             )
-            counts.message_end_time = max(last, counts.message_end_time)
-            counts.message_count += len(rows)
-            counts.channel_message_counts[channel] = counts.channel_message_counts.get(channel, 0) + len(rows)
+            counts.message_end_time = max(last_ns, counts.message_end_time)
+            counts.message_count += count
+            counts.channel_message_counts[channel] = counts.channel_message_counts.get(channel, 0) + count
 
     def end(self, offset: int, crc: int) -> bytes:
         """Return the end of a file.

@@ -29,13 +29,15 @@ import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from keyword import kwlist
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-import numpy as np
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.tag_names import element_of, without_ranges
 
 from .named_words import SEPARATOR
+
+if TYPE_CHECKING:
+    import numpy as np
 
 VALUES_MAX = 10_000
 """Most values in a row; each element of an array counts."""
@@ -104,6 +106,11 @@ class Tag:
         return self.length or 1
 
     @property
+    def size(self) -> int:
+        """Bytes of its values in a row."""
+        return self.count * FORMATS[self.type].size
+
+    @property
     def addresses(self) -> tuple[str, ...]:
         """The program's own name of each of its values."""
         if not self.length:
@@ -158,11 +165,18 @@ class TagPlan:
     @cached_property
     def dtype(self) -> np.dtype[np.void]:
         """The row as a numpy type; its fields have the names of the schema."""
+        import numpy as np  # readers use it, a recorder does not
+
         layout: list[Any] = []
         for field in self.fields:
             kind = f"<{FORMATS[field.tag.type].letter}"
             layout.append((field.name, kind, (field.tag.length,)) if field.tag.length else (field.name, kind))
         return np.dtype(layout)
+
+    @property
+    def size(self) -> int:
+        """Bytes of a row."""
+        return sum(field.tag.size for field in self.fields)
 
     @property
     def values(self) -> int:
@@ -177,7 +191,7 @@ class TagPlan:
         about = round(self.values * VALUE_NS / 1000)
         return (
             f"{self.values:,} values of tags are recorded in every scan: about {about} µs, "
-            f"and {self.dtype.itemsize:,} bytes before compression"
+            f"and {self.size:,} bytes before compression"
         )
 
     @property
@@ -243,7 +257,7 @@ def plan_of(tags: Sequence[Tag]) -> TagPlan:
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
         raise ValueError(f"tag {twice} is given twice")
-    values, size = sum(tag.count for tag in tags), sum(tag.count * FORMATS[tag.type].size for tag in tags)
+    values, size = sum(tag.count for tag in tags), sum(tag.size for tag in tags)
     if values > VALUES_MAX or size > ROW_BYTES_MAX:
         raise ValueError(
             f"the tags have {values:,} values in {size:,} bytes; "

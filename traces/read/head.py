@@ -22,7 +22,6 @@ from ..format.schema import (
     METADATA,
     NAME_STEM,
     SCHEMA_ENCODING,
-    image_fields,
     layout_of,
     rest_bytes,
     scan_schema,
@@ -144,7 +143,7 @@ def _rest_bytes(
 ) -> int:
     """Return the bytes of a scan after the tags; TraceError if the fields before them are unknown."""
     text = "" if schema is None else schema.data.decode("utf-8", "replace")
-    known = scan_schema(slots, tags, images=image_fields(text))
+    known = scan_schema(slots, tags)
     found = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
     wanted = (MESSAGE_ENCODING, SCHEMA_ENCODING, known.name)
     if found == wanted:

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import seconds_column
 
-from ..format.batch import message_layout
+from ..format.message_layout import message_layout
 from ..format.records import (
     BROKEN,
     RECORD_HEAD,
@@ -49,7 +49,7 @@ _PREFIX_AT = 31
 """Place of the payload's prefix in the record of a scan."""
 
 ScanRows = NDArray[np.void]
-"""Successive scans, with the layout of `batch.message_layout`."""
+"""Successive scans, with the layout of `message_layout`."""
 
 
 class Part(NamedTuple):

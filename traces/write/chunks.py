@@ -12,15 +12,12 @@ from __future__ import annotations
 
 import zlib
 from array import array
-from collections.abc import Mapping
 from struct import Struct
 from typing import Protocol
 
-import numpy as np
 import zstandard
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Header, Metadata, Schema
-from numpy.typing import NDArray
 
 from ..format.records import MAGIC
 from ..format.summary import Entries, Summary, encoded
@@ -30,6 +27,9 @@ _MESSAGE = Struct("<BQHIQQ")
 _MESSAGE_OPCODE = int(Opcode.MESSAGE)
 _MESSAGE_FIELDS_BYTES = 22
 _ZSTD_LEVEL = 1
+_NEVER_NS = 1 << 64
+"""After all times."""
+
 _GAPS, _GAP_MORE = 2, 1 << 16
 """The room for a chunk before its draft: a multiple of its uncompressed size, and additional bytes."""
 
@@ -59,7 +59,9 @@ class ChunkWriter:
         self._chunk_bytes = chunk_bytes
         self._compressor = zstandard.ZstdCompressor(level=_ZSTD_LEVEL)
         self._records = bytearray()
-        self._entries: dict[int, array[int]] = {}  # channel -> time, offset, time, offset, ...
+        self._entries: dict[int, Entries] = {}  # by channel
+        self._first_ns, self._last_ns = _NEVER_NS, 0  # the least and greatest time in the open chunk
+        self._offsets = array("Q")  # of messages of one size from the begin of a chunk on
         self._summary = Summary()
         self._crc = 0
         self._drafted = 0
@@ -104,19 +106,44 @@ class ChunkWriter:
         offset, length = len(records), _MESSAGE_FIELDS_BYTES + len(data)
         records += _MESSAGE.pack(_MESSAGE_OPCODE, length, channel_id, sequence, log_time, publish_time) + data
         self._entries[channel_id].extend((log_time, offset))
+        self._note_times(log_time, log_time)
         if len(records) >= self._chunk_bytes:
             self._write_chunk()
 
-    def add_block(self, channel_id: int, log_times: NDArray[np.uint64], block: bytes | memoryview) -> None:
-        """Add message records of one size, already laid out, with their times in ns."""
-        start, stride = len(self._records), len(block) // len(log_times)
-        entries = np.empty((len(log_times), 2), np.uint64)
-        entries[:, 0] = log_times
-        entries[:, 1] = start + stride * np.arange(len(log_times), dtype=np.uint64)
-        self._entries[channel_id].frombytes(entries.tobytes())
-        self._records += block
+    def add_block(self, channel_id: int, log_times: array[int], block: bytearray) -> None:
+        """Add message records of one size, already laid out, with their times in ns, 64-bit, ascending.
+
+        The block becomes the writer's own.
+        """
+        count = len(log_times)
+        entries = array("Q", bytes(2 * log_times.itemsize * count))
+        entries[::2] = log_times
+        entries[1::2] = self._offsets_of(count, len(block) // count)
+        self._entries[channel_id] += entries
+        self._note_times(log_times[0], log_times[-1])
+        if self._records:
+            self._records += block
+        else:
+            self._records = block  # not copied
         if len(self._records) >= self._chunk_bytes:
             self._write_chunk()
+
+    def _offsets_of(self, count: int, stride: int) -> array[int]:
+        """Return the offsets of the next messages, of `stride` bytes each: in most chunks the same."""
+        start = len(self._records)
+        first, gap = divmod(start, stride)
+        known = self._offsets[first : first + count]
+        if gap or len(known) < count or known[-1] != start + (count - 1) * stride:
+            known = array("Q", range(start, start + count * stride, stride))
+            if not start:
+                self._offsets = known
+        return known
+
+    def _note_times(self, first_ns: int, last_ns: int) -> None:
+        if first_ns < self._first_ns:
+            self._first_ns = first_ns
+        if last_ns > self._last_ns:
+            self._last_ns = last_ns
 
     def draft(self, file: TraceFile) -> None:
         """Write the new messages of the open chunk uncompressed.
@@ -137,17 +164,14 @@ class ChunkWriter:
 
     def _write_chunk(self) -> None:
         records = self._records
-        used = {
-            channel: np.array(entries, np.uint64).reshape(-1, 2)
-            for channel, entries in self._entries.items()
-            if entries
-        }
-        chunk = chunk_of(records, used, self._compressor)
+        used = {channel: entries for channel, entries in self._entries.items() if entries}
+        chunk = chunk_of(records, self._first_ns, self._last_ns, self._compressor)
         content = encoded(chunk)
         indexes = self._summary.chunk(self._file.tell(), len(content), chunk, used)
-        records.clear()
-        for channel in used:
-            del self._entries[channel][:]
+        self._records = bytearray()
+        for entries in used.values():
+            del entries[:]
+        self._first_ns, self._last_ns = _NEVER_NS, 0
         self._write(content + indexes)
 
     def _write(self, data: bytes) -> None:
@@ -159,21 +183,23 @@ class ChunkWriter:
 
 def chunk_of(
     records: bytes | bytearray,
-    used: Mapping[int, Entries],
+    first_ns: int,
+    last_ns: int,
     compressor: zstandard.ZstdCompressor | None = None,
 ) -> Chunk:
     """Return the chunk of some messages.
 
     Args:
-        used: their times and offsets, by channel.
+        first_ns: least of their times.
+        last_ns: greatest of their times.
         compressor: of level 1; None = a new one.
     """
     compressor = compressor or zstandard.ZstdCompressor(level=_ZSTD_LEVEL)
     return Chunk(
         compression="zstd",
         data=compressor.compress(records),
-        message_end_time=max(int(entries[:, 0].max()) for entries in used.values()),
-        message_start_time=min(int(entries[:, 0].min()) for entries in used.values()),
+        message_end_time=last_ns,
+        message_start_time=first_ns,
         uncompressed_crc=zlib.crc32(records),
         uncompressed_size=len(records),
     )

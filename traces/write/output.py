@@ -25,6 +25,7 @@ import errno
 import os
 import tempfile
 from contextlib import nullcontext, suppress
+from functools import cache
 from io import FileIO
 from pathlib import Path
 from typing import Any, Protocol
@@ -87,6 +88,14 @@ class ReservedSpace(Protocol):
         """Release all of it."""
 
 
+NOISE_BYTES = 1024 * 1024
+
+
+@cache
+def _noise() -> memoryview:
+    return memoryview(os.urandom(NOISE_BYTES))
+
+
 class DiskReserve:
     """Space reserved by an anonymous file in a directory; it ends with the process.
 
@@ -104,11 +113,11 @@ class DiskReserve:
         Raises:
             OSError: the disk has no room for them.
         """
-        noise = memoryview(os.urandom(size))
-        while noise:
-            written = self._file.write(noise)
+        while size:
+            place = int.from_bytes(os.urandom(2))  # anywhere: a file system may store equal blocks once
+            written = self._file.write(_noise()[place:][:size])
             self.size += written
-            noise = noise[written:]
+            size -= written
 
     def release(self) -> None:
         """Release the space."""

@@ -23,7 +23,7 @@ from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.versions import version_of
 
 from ..files.keeping import RecordingKeeper
-from ..format.batch import ScanBatch, TagBatch, message_layout
+from ..format.batch import HEAD_BYTES, ScanBatch, TagBatch
 from ..format.layout import SlotInfo, block_layout, check_slots
 from ..format.named_words import facts_of
 from ..format.schema import (
@@ -128,7 +128,7 @@ class ScanRecorder:
         files.append(Attachment("words.json", word_map(self._slots).encode(), "application/json"))
         if plan is not None:
             files.append(Attachment("tags.json", plan.to_json().encode(), "application/json"))
-        message = message_layout(len(memory), None if plan is None else plan.dtype).itemsize
+        message = HEAD_BYTES + len(memory) + (0 if plan is None else plan.size)
         self._batch_scans = max(1, min(chunk_scans, CHUNK_BYTES_MAX // message))
         self._chunk_bytes = chunk_bytes = self._batch_scans * message
         if not isinstance(target, TraceFile):

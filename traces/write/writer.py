@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import Protocol
-
-import numpy as np
-from numpy.typing import NDArray
 
 from .output import TraceFile
 
@@ -34,8 +32,11 @@ class TraceWriter(Protocol):
     ) -> None:
         """Add one message; times in ns."""
 
-    def add_block(self, channel_id: int, log_times: NDArray[np.uint64], block: bytes | memoryview) -> None:
-        """Add message records of one size, already laid out, with their times in ns."""
+    def add_block(self, channel_id: int, log_times: array[int], block: bytearray) -> None:
+        """Add message records of one size, already laid out, with their times in ns, 64-bit, ascending.
+
+        The block becomes the writer's own.
+        """
 
     def draft(self, file: TraceFile) -> None:
         """Write the new messages of the open chunk uncompressed."""

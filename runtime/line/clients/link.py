@@ -9,7 +9,6 @@ from threading import Event
 from typing import Protocol, TypeVar
 
 import serial
-from scanrack.io_images.renamed import renamed
 from typing_extensions import override
 
 from ..hosts import join_address
@@ -225,7 +224,3 @@ class TcpLink(Link):
     @override
     def close(self) -> None:
         self._socket.close()
-
-
-def __getattr__(name: str) -> object:
-    return renamed(__name__, name)

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from scanrack.io_images.pmc006.frame import FACTORY_ADDRESS
-from scanrack.io_images.renamed import renamed
 
 from .. import pcl601_ascii as ascii
 from .. import pcl601_frames as rtu
@@ -138,7 +137,3 @@ def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iter
     digits = heard.removesuffix(b"\r\n")
     if digits != heard and digits.isdigit() and (chosen is None or int(digits) in chosen):
         yield FoundDevice("PCL601", int(digits), "AA ASCII", line_format)
-
-
-def __getattr__(name: str) -> object:
-    return renamed(__name__, name)

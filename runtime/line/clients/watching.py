@@ -17,8 +17,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import ClassVar, Generic, TypeVar
 
-from scanrack.io_images.renamed import renamed
-
 from .link import (
     POLL_S,
     TRIES,
@@ -261,7 +259,3 @@ class MotionClient(ABC, Generic[SeenType]):
                 self.address = former
                 raise
         self.address = value
-
-
-def __getattr__(name: str) -> object:
-    return renamed(__name__, name)

@@ -134,7 +134,7 @@ class DriveLayer:
         self.armed: Callable[[int], None] | None = None
         self.session: AssembledSession | None = None
         self.in_configuration = False
-        self.enabled = self.faulty = self.frozen = self.linked_again = False
+        self.enabled = self.faulty = self.frozen = False
         self.current = self.jerk = 0
         self._events = events
         self._levels = 0

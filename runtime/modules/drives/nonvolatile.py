@@ -7,9 +7,6 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field
 from scanrack.io_images.drives.models import WORDS
 
-FLASH_WRITES = 10_000
-"""Writes that the flash is good for [SMD p. 72]."""
-
 _Word = Annotated[int, Field(ge=0, le=0xFFFF)]
 _Words = Annotated[tuple[_Word, ...], Field(strict=False, min_length=WORDS, max_length=WORDS)]
 

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict
-from io import StringIO
 from itertools import islice
 from pathlib import Path
 from typing import Annotated, Generic, TypeVar
 
 import typer
+from rich.cells import cell_len
 from rich.console import Console
-from rich.measure import Measurement
 from rich.table import Table
 from scanrack.io_images.times import seconds_column
 from scanrack.jobs.trust.extracting import attached_files, extract
@@ -268,17 +267,18 @@ def print_block(block: str | Table) -> None:
 
 
 def plain_lines(block: str | Table) -> list[str]:
-    """Return a block as lines of any length."""
+    """Return a block as lines of any length: what Rich prints on a console that is wide enough."""
     if isinstance(block, str):
         return [block]
-    console = Console(color_system=None, highlight=False, markup=False, emoji=False)
-    width = Measurement.get(console, console.options.update(width=1_000_000), block).maximum
-    plain = Console(
-        file=StringIO(), width=width, color_system=None, highlight=False, markup=False, emoji=False
-    )
-    with plain.capture() as capture:
-        plain.print(block)
-    return [line.rstrip() for line in capture.get().splitlines()]
+    columns = []
+    for column in block.columns:
+        header = [str(column.header)] if block.show_header else []
+        cells = [*header, *map(str, column.cells)]
+        widths = [cell_len(each) for each in cells]
+        width, right = max(widths, default=0), column.justify == "right"
+        gaps = [" " * (width - each) for each in widths]
+        columns.append([gap + cell if right else cell + gap for cell, gap in zip(cells, gaps, strict=True)])
+    return ["  ".join(row).rstrip() for row in zip(*columns, strict=True)]
 
 
 def _show_command(

@@ -10,7 +10,6 @@ from types import TracebackType
 from typing import Any, Protocol, Self, runtime_checkable
 
 from scanrack.io_images.addresses import Address, parse_address
-from scanrack.io_images.renamed import OldName
 from scanrack.io_images.times import parse_duration, seconds
 from scanrack.ladder.debug import CauseLink, Remedies
 from scanrack.ladder.python.online.editing import edit_logic
@@ -366,8 +365,6 @@ class Bench:
         """
         return self._asked().suggest_inputs(tag, wanted, scans)
 
-    what_would = OldName()
-
     def _asked(self) -> Why:
         recording = self._journal.recording()
         debugger = self.logic if self._observed else None
@@ -425,8 +422,6 @@ class Bench:
     def rules(self) -> SequenceOf[str]:
         """Ids of the manual's rules that have fired, in their order."""
         return [each.name for each in self.events if each.kind == "rule"]
-
-    told = OldName()
 
     def __str__(self) -> str:
         lines = [f"after {self.scans:,} scans, {seconds(self.now_ns)} s", *map(str, self.slot.values())]

@@ -7,7 +7,6 @@ from typing import Any
 
 from scanrack.io_images.amci3601.words import profile_of
 from scanrack.io_images.image import Image
-from scanrack.io_images.renamed import OldName
 from scanrack.runtime.loop.exposed import incident_event
 from scanrack.runtime.loop.incidents import TROUBLES, FaultKind
 from scanrack.runtime.loop.rack import Slot
@@ -117,8 +116,6 @@ class SlotBench:
         else:
             self._device.inject(None if how is None else names[how])
         self._tell(None if how is None else FaultKind(how), begins=how is not None)
-
-    fail = OldName()
 
     def _tell(self, what: FaultKind | None, *, begins: bool) -> None:
         """Report what a test did to the module with the next scan, as an incident of a rack file is."""

@@ -13,8 +13,6 @@ check.py           a whole check
 
 from __future__ import annotations
 
-from scanrack.io_images.renamed import renamed
-
 from .alone import load_any
 from .check import CheckReport, Finding, ProofFinding, Prover, check_rack, check_replacement, refused
 from .facts import FileLine
@@ -34,7 +32,3 @@ __all__ = [
     "load_any",
     "refused",
 ]
-
-
-def __getattr__(name: str) -> object:
-    return renamed(__name__, name)

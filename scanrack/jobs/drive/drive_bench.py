@@ -15,8 +15,6 @@ from scanrack.runtime.modules.drives.registers import DriveRegisters
 from .image_bench import NS_PER_MS, time_ms
 from .requests import Milliseconds, RequestError, Steps, Strict, Tables, read
 
-OBSERVED = ("position", "encoder_counts", "flash_writes")
-
 
 class SwitchRange(Strict):
     """A closed range of the shaft's steps from power-up, in which an input is on; null is open-ended."""

@@ -16,8 +16,6 @@ Random conditions (`scenario`) are tried one after the other (`trial`), each wit
 and the rack is built again; what breaks an invariant is made small by `shrink`.
 """
 
-from scanrack.io_images.renamed import renamed
-
 from .invariants.goals import maximize, sometimes
 from .invariants.invariants import Invariant, InvariantError, always, eventually, load_invariants, never
 from .invariants.scan_view import SlotSnapshot, Snapshot
@@ -49,7 +47,3 @@ __all__ = [
     "sometimes",
     "undisturbed",
 ]
-
-
-def __getattr__(name: str) -> object:
-    return renamed(__name__, name)

@@ -27,7 +27,7 @@ GIVES: Mapping[str, str] = {
     "check": "other solvers that check proofs: scanrack prove --check",
     "cluster": "searches on a cluster: scanrack fuzz --dask",
     "conform": "scanrack conform: a real 3601 against its manual",
-    "editor": "diagnostics, hover and completion in editors: scanrack lsp",
+    "editor": "diagnostics, hover and completion in editors: scanrack editor lsp",
     "frames": "recordings as frames of pandas and Polars: trace.to_pandas()",
     "opcua": "tags over OPC UA: scanrack run --server opc-ua",
     "parquet": "scanrack export --parquet",

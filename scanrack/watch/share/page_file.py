@@ -22,6 +22,8 @@ from typing import Any
 from scanrack.traces.files.guard import TRACE, FileKind
 from scanrack.traces.files.newfile import new_file
 
+from ..page_files import SCRIPT, SOURCE_OF_SHARED_PAGES, STYLE_LINK
+
 MOST_BYTES = 10_000_000
 """Most bytes of a page."""
 
@@ -32,7 +34,6 @@ SHARED_PAGE = FileKind("a shared page", lambda content: GENERATOR.encode() in co
 _RECORDING = re.compile(rb'<script type="application/octet-stream" id="recording">([A-Za-z0-9+/=]+)</script>')
 _PREFIX = "scanrack/"
 _START = f'import "{_PREFIX}main.js";'
-_ABSENT = {"socket.js"}  # a shared page has no server
 
 
 def page_of(data: Any, trace: bytes | None = None) -> bytes:
@@ -50,7 +51,8 @@ def page_of(data: Any, trace: bytes | None = None) -> bytes:
     modules = {
         each.name: each.read_text(encoding="utf-8") for each in web.iterdir() if each.name.endswith(".js")
     }
-    imports = {f"{_PREFIX}{name}": _module(modules[name]) for name in sorted(set(modules) - _ABSENT)}
+    modules["socket.js"] = modules.pop(SOURCE_OF_SHARED_PAGES)  # a shared page has no server
+    imports = {f"{_PREFIX}{name}": _module(modules[name]) for name in sorted(modules)}
     mapped = json.dumps({"imports": imports})
     style = (web / "watch.css").read_text(encoding="utf-8")
     packed = zlib.compress(json.dumps(data, separators=(",", ":")).encode(), 9)
@@ -61,8 +63,8 @@ def page_of(data: Any, trace: bytes | None = None) -> bytes:
     policy = f'{GENERATOR}\n<meta http-equiv="Content-Security-Policy" content="{_policy(mapped)}">'
     for old, new in {
         '<link rel="icon" href="icon.svg">': policy,
-        '<link rel="stylesheet" href="watch.css">': f"<style>{style}</style>",
-        '<script type="module" src="main.js"></script>': inside,
+        STYLE_LINK: f"<style>{style}</style>",
+        SCRIPT: inside,
     }.items():
         assert text.count(old) == 1, old
         text = text.replace(old, new)

@@ -37,6 +37,7 @@ export const lacksWrite = first(closed, unwritable), lacksForce = first(closed, 
 export const lacksBreak = first(untimed, ({ tag }) => (isImage(tag) ? "" : python()));
 
 // What a breakpoint on a rung waits for: the end of its place, and words.
+/** @type {[string, string, string][]} */
 export const WAITS = [["", "true", "is true"], [" changes", "changes", "changes"], [" executes", "executes", "executes"]];
 export const breakpointsAt = (ident, list = run.breakpoints) => WAITS.filter(([end]) => list.includes(ident + end));
 

@@ -16,7 +16,9 @@ export const between = el("output", { class: "between figure", "aria-label": "Be
 export const cursorLayer = el("div", { class: "layer" }, ...lines);
 export const cursorButton = button("Cursors A B", both, { text: "A B", title: "Two cursors with the time between them, or none (c sets one at the scan shown)", "aria-pressed": "false" });
 
-let scans = [], axis = null, edge = () => null; // of A and of B, as far as they are set
+let scans = [], axis = null; // of A and of B, as far as they are set
+/** @type {(time: number, within: number) => number | null} */
+let edge = () => null;
 
 onHello(() => { scans = []; paint(); });
 

@@ -2,6 +2,12 @@
 
 const SVG = "http://www.w3.org/2000/svg";
 
+/**
+ * @template {Element} T
+ * @param {T} node
+ * @param {Record<string, any>} properties
+ * @param {any[]} children
+ */
 function fill(node, properties, children) {
   for (const [name, value] of Object.entries(properties)) {
     if (typeof value === "function") node.addEventListener(name, value);
@@ -12,15 +18,28 @@ function fill(node, properties, children) {
   return node;
 }
 
-// An HTML element; a property that is a function listens to the event of that name.
-// An output is a live region by itself: what changes thirty times a second must not be read aloud.
+/**
+ * An HTML element; a property that is a function listens to the event of that name.
+ * An output is a live region by itself: what changes thirty times a second must not be read aloud.
+ * @param {string} name
+ * @param {Record<string, any>} properties
+ * @param {...any} children
+ * @returns {any}
+ */
 export const el = (name, properties = {}, ...children) =>
   fill(document.createElement(name), name === "output" ? { "aria-live": "off", ...properties } : properties, children);
 
-// An SVG element.
+/**
+ * An SVG element.
+ * @param {string} name
+ * @param {Record<string, any>} properties
+ * @param {...any} children
+ * @returns {any}
+ */
 export const svg = (name, properties = {}, ...children) =>
   fill(document.createElementNS(SVG, name), properties, children);
 
+/** @returns {any} */
 export const at = id => document.getElementById(id);
 
 export function setText(node, text) {
@@ -35,7 +54,12 @@ export function setAttribute(node, name, value) {
 
 export const setFlag = (node, name, on) => setAttribute(node, name, on ? "" : null);
 
-// A button with an icon or a word on it; `name` is its accessible name.
+/**
+ * A button with an icon or a word on it; `name` is its accessible name.
+ * @param {string} name
+ * @param {(event: any) => any} press
+ * @param {Record<string, any>} properties
+ */
 export function button(name, press, { text = name, title = name, ...more } = {}) {
   return el("button", { type: "button", "aria-label": name, title, click: press, ...more }, text);
 }

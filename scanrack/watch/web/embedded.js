@@ -195,11 +195,14 @@ function addressOf(tag) {
 const isAddress = tag => ADDRESS.test(addressOf(tag));
 const unknown = tags => tags.filter(tag => !isTag(tag) && !isAddress(tag));
 
-// The lists of an address of an image are its word's.
+/**
+ * The lists of an address of an image are its word's.
+ * @returns {[string, (value: any) => any]}
+ */
 function listOf(tag) {
   const [, slot, image, word, bit] = ADDRESS.exec(addressOf(tag)) ?? [];
   if (!slot) return [`tags\n${number}\n${tag}`, value => value];
-  return [`words\n${slot}\n${Number(word) + (image === "O" ? sizes[slot]?.in : 0)}`, value => bit === undefined ? value : Boolean((value >> bit) & 1)];
+  return [`words\n${slot}\n${Number(word) + (image === "O" ? sizes[slot]?.in : 0)}`, value => bit === undefined ? value : Boolean((value >> Number(bit)) & 1)];
 }
 
 // Its points: of a bit those of its word at which it changes.

@@ -13,6 +13,7 @@ export function clock(ns) {
   return min < 60 ? `${two(min)}:${tail}` : `${Math.floor(min / 60)}:${two(min % 60)}:${tail}`;
 }
 
+/** @type {[number, string][]} */
 const UNITS = [[1e9, "s"], [1e6, "ms"], [1e3, "µs"], [1, "ns"]];
 
 // A time in whole ns as `time_text` of io_images/times.py writes it.

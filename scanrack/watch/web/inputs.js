@@ -21,6 +21,8 @@ function paintInputs(inputs, levels) {
 }
 
 class Input {
+  slot; name; rest; byHand; on; held; timer; springs; // what the constructor assigns
+
   constructor(slot, { name, title, kind, rest = false, word, bit }) {
     Object.assign(this, { slot: slot.number, name, rest, byHand: kind === "button", on: false, held: false, timer: 0, springs: false });
     this.node = el("button", {

@@ -12,6 +12,7 @@ import { place } from "./values.js";
 
 const MANY = 60; // rungs; of so many only those in view are laid out
 
+/** @type {(name: string) => void} */
 let openRoutine = () => {};
 let rungs = new Map(); // Main.3 -> { row, elements, power, stop }
 
@@ -87,6 +88,7 @@ export function moveTo(sheet, from, by) {
   return here < 0 ? all[by > 0 ? 0 : all.length - 1] : all[Math.min(Math.max(here + by, 0), all.length - 1)];
 }
 
+/** @param {{ power?: any, breakpoints?: any, tags?: any }} changes */
 export function paintRungs({ power, breakpoints, tags }) {
   for (const [ident, now] of Object.entries(power ?? {})) {
     const rung = rungs.get(ident);

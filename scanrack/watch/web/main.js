@@ -4,33 +4,29 @@ import { button } from "./dom.js";
 import { hush, tell } from "./notice.js";
 import { allowed, reload } from "./orders.js";
 import { connect } from "./source.js";
-import { exchange, greet, handles, onHello, run, take } from "./state.js";
-import { forget } from "./values.js";
-
-onHello(forget); // before all parts: they name their places again
-
-await import("./layout.js");
-await import("./statebar.js");
-await import("./machine.js");
-await import("./strip.js");
-await import("./program.js");
-await import("./words.js");
-await import("./tag.js");
-await import("./watchtable.js");
-await import("./compare.js");
-await import("./events.js");
-const panel = await import("./panel.js");
-await import("./keys.js");
-await import("./drag.js");
-const { erred } = await import("./causeband.js");
-const { caused } = await import("./failed.js");
-const { explain } = await import("./tag.js");
-const { taken, waits } = await import("./editing.js");
-const { heard } = await import("./draft.js");
-const { keyOf, wanted } = await import("./link.js");
-const { lookAt } = await import("./scrub.js");
-const { showRung } = await import("./program.js");
-const { paintMode } = await import("./statebar.js");
+import { exchange, greet, handles, run, take } from "./state.js";
+import "./layout.js";
+import "./statebar.js";
+import "./machine.js";
+import "./strip.js";
+import "./program.js";
+import "./words.js";
+import "./tag.js";
+import "./watchtable.js";
+import "./compare.js";
+import "./events.js";
+import * as panel from "./panel.js";
+import "./keys.js";
+import "./drag.js";
+import { erred } from "./causeband.js";
+import { caused } from "./failed.js";
+import { explain } from "./tag.js";
+import { taken, waits } from "./editing.js";
+import { heard } from "./draft.js";
+import { keyOf, wanted } from "./link.js";
+import { lookAt } from "./scrub.js";
+import { showRung } from "./program.js";
+import { paintMode } from "./statebar.js";
 
 function hear(message) {
   if (message.hello) {

@@ -85,9 +85,13 @@ function partOf(item, bound) {
   return part;
 }
 
+/**
+ * @param {HTMLElement | SVGElement} cell
+ * @param {{ at: number[], size: number[] }} item
+ */
 export function lay(cell, { at: [column, row], size: [width, height] }) {
   cell.style.gridArea = `${row + 1} / ${column + 1} / span ${height} / span ${width}`;
-  cell.style.setProperty("--narrow", width < NARROW ? NARROW / 2 : NARROW);
+  cell.style.setProperty("--narrow", String(width < NARROW ? NARROW / 2 : NARROW));
 }
 
 // What an item shows: a button whether it is pressed, by the level of its input or else by the last order.
@@ -150,7 +154,9 @@ function confirm() {
   if (held.size) confirming = setTimeout(confirm, CONFIRM_MS);
 }
 
-for (const [target, event] of [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"]]) {
+/** @type {[EventTarget, string][]} */
+const LEAVINGS = [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"]];
+for (const [target, event] of LEAVINGS) {
   target.addEventListener(event, () => { if (event !== "visibilitychange" || document.hidden) release(); });
 }
 

@@ -77,7 +77,11 @@ function step(item, [x, y], sizes) {
   touched();
 }
 
-// Whether an item has its cells for itself; `own` is the one that it replaces.
+/**
+ * Whether an item has its cells for itself; `own` is the one that it replaces.
+ * @param {{ at: number[], size: number[] }} item
+ * @param {any} [own]
+ */
 function fits({ at: [column, row], size: [width, height] }, own) {
   const inside = column >= 0 && row >= 0 && width > 0 && height > 0 && height <= 8 && column + width <= told.columns && row + height <= 60;
   return inside && draft.every(each => each === own || each.at[0] >= column + width || column >= each.at[0] + each.size[0] || each.at[1] >= row + height || row >= each.at[1] + each.size[1]);

@@ -11,6 +11,10 @@ const STEPS = { ArrowUp: 1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
 const caption = item => el("span", { class: "caption" }, item.name);
 const isNumber = value => typeof value === "number" || typeof value === "bigint";
 
+/**
+ * @param {any} value
+ * @param {{ decimals?: number, unit?: string }} item
+ */
 export function figure(value, { decimals, unit }) {
   if (value === null || value === undefined) return "–";
   const text = decimals !== undefined && isNumber(value) ? Number(value).toFixed(decimals) : Number.isInteger(value) ? count(value) : shown(value);

@@ -1,3 +1,3 @@
-// Where the page's data come from: out of the page itself if it was shared, else from the server.
+// Where the page's data come from: the server. A shared page has embedded.js in the place of socket.js.
 
-export const { connect, ask, Refused } = document.getElementById("data") ? await import("./embedded.js") : await import("./socket.js");
+export { ask, connect, Refused } from "./socket.js";

@@ -10,7 +10,9 @@ import { nameOf } from "./words.js";
 
 export const MOST = 16;
 
-let names = [], key = "", points = new Map(), told = () => {};
+let names = [], key = "", points = new Map();
+/** @type {(others: boolean) => void} */
+let told = () => {};
 let have = { from: 0, to: 0 }, asking = null; // the time that was asked for, and where the present question begins
 
 export const tagNames = () => names;

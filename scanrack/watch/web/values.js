@@ -2,17 +2,17 @@
 
 import { setAttribute, setText } from "./dom.js";
 import { plain, shown } from "./format.js";
-import { onPaint, run } from "./state.js";
+import { onHello, onPaint, run } from "./state.js";
 
 const places = new Map(); // name -> [{ node, say }]
 const known = new Map(); // name -> value
 const addresses = new Map(); // name of a word or bit of an image -> its address
 
-export function forget() {
+onHello(() => { // before the parts that have places: they name them again
   places.clear();
   known.clear();
   addresses.clear();
-}
+});
 
 // Shows the value of a name in a node from now on; say(value) makes its text.
 export function place(node, name, say = shown) {

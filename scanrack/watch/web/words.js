@@ -107,7 +107,7 @@ export function paintAddressed() {
     const [, slot, image, word, bit] = /^Local:(\d+):([IO])\.Data\[(\d+)\](?:\.(\d+))?$/.exec(address) ?? [];
     const words = run.words[slot], place = Number(word) + (image === "O" ? slots.get(slot)?.words.in : 0);
     if (words?.[place] === undefined || name in run.tags) return;
-    give(name, bit === undefined ? signed(words[place]) : Boolean(words[place] >> bit & 1));
+    give(name, bit === undefined ? signed(words[place]) : Boolean(words[place] >> Number(bit) & 1));
   });
 }
 

@@ -469,7 +469,7 @@ def test_of_a_session_in_real_time_the_flag_of_late_scans_alone_is_of_the_wall_c
         options = RunOptions(folder / "live.mcap", pacer=NowAndThenLate(), handled=True)
         run = JobRun(load_job("rack.toml"), ports, options)
         run.run(400)
-    result = scanrack("rerun", "live.mcap", "--record", "again.mcap")
+    result = scanrack("replay", "--into", "session", "live.mcap", "--record", "again.mcap")
     assert result.exit_code == 0, result.output
     live, again = (messages_of(folder / name) for name in ("live.mcap", "again.mcap"))
     assert [each[:2] for each in live] == [each[:2] for each in again]

@@ -17,7 +17,7 @@ from drive_unit import ENABLE, VALID
 from scanrack.io_images.drives.models import MODELS
 from scanrack.jobs.serve.drives import DriveService
 from scanrack.jobs.serve.line import wire
-from scanrack.runtime.loop.pace import Clock
+from scanrack.runtime import Clock
 
 STOPPED, ACKNOWLEDGE = 0x0008, 0x2000
 SECONDS = 20

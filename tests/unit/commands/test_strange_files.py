@@ -47,7 +47,7 @@ COMMANDS = {
     "l5x line.L5X": "line.L5X",
     "l5x line.SLC": "line.SLC",
     "l5x other": "other",
-    "pclt check unit.pclt": "unit.pclt",
+    "check unit.pclt": "unit.pclt",
     "serve pcl601 --program unit.pclt": "unit.pclt",
     "serve pmc006 --program listing": "listing",
     "fuzz good.toml --scenario scenario.json": "scenario.json",
@@ -55,7 +55,7 @@ COMMANDS = {
     "show run.mcap": "run.mcap",
     "query run.mcap Run": "run.mcap",
     "repair run.mcap": "run.mcap",
-    "rerun run.mcap": "run.mcap",
+    "replay run.mcap --into session": "run.mcap",
     "compare run.mcap run.mcap": "run.mcap",
 }
 """Commands, and the file of theirs that is none."""

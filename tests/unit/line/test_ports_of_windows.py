@@ -41,9 +41,9 @@ def asked(monkeypatch):
 @pytest.mark.parametrize(
     ("words", "status"),
     [
-        ("pcl601 --port {} status", 1),
-        ("pmc006 --port {} status", 1),
-        ("probe {}", 1),
+        ("device pcl601 --serial {} status", 1),
+        ("device pmc006 --serial {} status", 1),
+        ("device identify {}", 1),
         ("serve pcl601 --serial {}", 2),
         ("run rack.toml --live --realtime --no-record", 2),
     ],

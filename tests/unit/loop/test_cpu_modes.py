@@ -1,6 +1,5 @@
 """Program, run, test and single-scan mode, and what the modules are told of them."""
 
-import pytest
 from scanrack.runtime import Cpu, CpuMode, ScanFlag
 from scanrack.runtime.loop.exchange import EveryRpi
 
@@ -84,12 +83,17 @@ def test_leaving_run_mode_before_the_exchange_takes_the_news_back(rack, module):
     assert ("plc_run", True) not in module.log
 
 
+def single_scan(cpu):
+    cpu.mode = CpuMode.SINGLE_SCAN
+    cpu.run(1)
+
+
 def test_single_scan_is_one_scan_as_in_test_mode(rack, module, diary):
     cpu = Cpu(rack, counting, 2 * MS, mode=CpuMode.PROGRAM, listeners=[diary])
     cpu.run(1)
-    cpu.single_scan()
+    single_scan(cpu)
     assert cpu.mode is CpuMode.PROGRAM
-    cpu.single_scan()
+    single_scan(cpu)
     cpu.run(1)
     assert [flags & 3 for _, _, flags in diary.scans] == [0, 3, 3, 0]
     assert [diary.word(scan) for scan in range(4)] == [0, 1, 2, 2]
@@ -105,17 +109,12 @@ def test_single_scan_by_mode_returns_to_program_mode(rack, diary):
     assert [flags & 3 for _, _, flags in diary.scans] == [3, 0, 0]
 
 
-def test_single_scan_needs_program_mode(rack):
-    with pytest.raises(ValueError, match="needs program mode, the CPU is in run mode"):
-        Cpu(rack, counting).single_scan()
-
-
 def test_first_means_since_program_mode_was_left_but_not_with_every_single_scan(rack, diary):
     firsts = []
     cpu = Cpu(rack, lambda scan: firsts.append(scan.first), mode=CpuMode.PROGRAM, listeners=[diary])
     cpu.run(1)
-    cpu.single_scan()  # the first since power-up
-    cpu.single_scan()
+    single_scan(cpu)  # the first since power-up
+    single_scan(cpu)
     cpu.mode = CpuMode.RUN
     cpu.run(2)
     cpu.mode = CpuMode.TEST

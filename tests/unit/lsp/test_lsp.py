@@ -1,4 +1,4 @@
-"""`scanrack lsp` over its pipes: mistakes of unsaved texts, meaning, completion, declarations."""
+"""`scanrack editor lsp` over its pipes: mistakes of unsaved texts, meaning, completion, declarations."""
 
 from __future__ import annotations
 
@@ -286,7 +286,7 @@ def test_a_declaration_is_found_in_units_of_the_protocol(client: Client, tmp_pat
 
 @pytest.mark.slow
 def test_the_command_serves_standard_input_and_output(feeder: Path) -> None:
-    words = [sys.executable, "-m", "scanrack", "lsp"]
+    words = [sys.executable, "-m", "scanrack", "editor", "lsp"]
     with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as server:
         assert server.stdin is not None
         assert server.stdout is not None

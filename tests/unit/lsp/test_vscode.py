@@ -62,7 +62,10 @@ def paths(node: Any) -> list[str]:
 def test_what_the_description_names_is_there() -> None:
     assert [path for path in paths(PACKAGE) if not (FOLDER / path).is_file()] == []
     assert PACKAGE["version"] == PROJECT["project"]["version"]
-    assert PACKAGE["contributes"]["configuration"]["properties"]["scanrack.command"]["default"][1:] == ["lsp"]
+    assert PACKAGE["contributes"]["configuration"]["properties"]["scanrack.command"]["default"][1:] == [
+        "editor",
+        "lsp",
+    ]
     for each in PACKAGE["contributes"]["grammars"]:
         assert json.loads((FOLDER / each["path"]).read_text("utf-8"))["scopeName"] == each["scopeName"]
 

@@ -61,7 +61,7 @@ RETIRED = {
     r"what must hold": Retired("property, invariant", 2, 0, 0),
     r"broken scenarios?": Retired("counterexample", 0, 0, 0),
     r"Most (?:rows|records|that)": Retired("maximum", 0, 0, 2),
-    r"(?:de-)?energiz\w*|behaviours?|colou\w*|licence|neighbor\w*|(?:sett|mod|lab)elled|towards": Retired(
+    r"(?:de-)?energi[s]\w*|behaviours?|colou\w*|licence|neighbo[u]r\w*|\w+[bdt]elled|towards": Retired(
         "American spelling", 1, 0, 6
     ),
 }
@@ -120,6 +120,8 @@ def messages() -> str:
 def grown(text: str, place: Callable[[Retired], int]) -> list[str]:
     """Return the words that are more than were left, each with what to write instead and where it stands."""
     found = []
+    sentences = text.splitlines(keepends=True)
+    text = "".join(each for each in sentences if ANY.search(each))  # few have one of many words
     for word, retired in RETIRED.items():
         hits = [text[max(0, hit.start() - 40) : hit.end() + 30] for hit in FINDERS[word].finditer(text)]
         if len(hits) > place(retired):

@@ -11,8 +11,7 @@ import formats_page
 import numpy as np
 import pytest
 from made_traces import idle, record
-from scanrack import commands
-from scanrack.commands import build
+from scanrack.commands import application, build
 from scanrack.traces import open_trace
 from scanrack.traces.export import formats, write_jsonl
 from scanrack.traces.export.format import ExportFormat
@@ -74,9 +73,9 @@ LOUD = ExportFormat(
 def added(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """One more format, in a command that is built with it."""
     monkeypatch.setattr(formats, "FORMATS", (*formats.FORMATS, LOUD))
-    commands._command.cache_clear()
+    application._command.cache_clear()
     yield
-    commands._command.cache_clear()
+    application._command.cache_clear()
 
 
 @pytest.mark.usefixtures("added")

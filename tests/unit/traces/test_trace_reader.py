@@ -14,7 +14,7 @@ from mcap.opcode import Opcode
 from mcap.writer import Writer
 from scanrack.io_images.times import seconds_column
 from scanrack.traces import ScanRecorder, SlotInfo, TraceError, open_trace
-from scanrack.traces.format.schema import IMAGE_FIELDS, scan_schema
+from scanrack.traces.format.schema import scan_schema
 from scanrack.traces.read import finding
 from scanrack.traces.read.finding import find_records
 
@@ -311,10 +311,9 @@ def foreign(
     topic: str = "/scan",
     metadata: dict[str, str] | None = None,
     name: str = "",
-    images: tuple[str, str] = IMAGE_FIELDS,
 ) -> None:
     """Write an MCAP file that is not quite a trace, with the stock writer."""
-    schema = scan_schema(SLOTS, images=images)
+    schema = scan_schema(SLOTS)
     with path.open("wb") as file:
         writer = Writer(file)
         writer.start("ros2", "somebody else")
@@ -337,11 +336,9 @@ GOOD = {
 }
 
 
-@pytest.mark.parametrize("images", [IMAGE_FIELDS, ("out", "in")])
-def test_a_trace_that_another_tool_wrote_is_read(tmp_path: Path, images: tuple[str, str]) -> None:
-    """Recordings of 0.2 called the images `out` and `in`."""
+def test_a_trace_that_another_tool_wrote_is_read(tmp_path: Path) -> None:
     path = tmp_path / "other.mcap"
-    foreign(path, metadata=GOOD, images=images)
+    foreign(path, metadata=GOOD)
     with open_trace(path) as trace:
         (scan,) = trace.scans()
         assert (scan.scan, scan.now_ns, scan.memory) == (3, 6, bytes(64))

@@ -326,3 +326,20 @@ def test_equal_runs_in_two_processes_give_equal_bytes(tmp_path: Path) -> None:
     assert len(files[0]) > 20_000
     with open_trace(tmp_path / "1" / "run.mcap") as trace:
         assert sum(isinstance(entry, Scan) for entry in trace) == 3000
+
+
+def test_a_recorder_writes_without_numpy(tmp_path: Path) -> None:
+    code = (
+        "import sys\n"
+        "from scanrack.traces.format.layout import SlotInfo\n"
+        "from scanrack.traces.write.recorder import ScanRecorder\n"
+        "slots = [SlotInfo(1, 'amci3601', '4.1')]\n"
+        "recorder = ScanRecorder('one.mcap', bytearray(32), slots, scan_period_ns=2_000_000)\n"
+        "recorder.scan(0, 0, 1)\n"
+        "recorder.close()\n"
+        "print('numpy' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, check=True)
+    assert done.stdout.split() == [b"False"]
+    with open_trace(tmp_path / "one.mcap") as trace:
+        assert [scan.scan for scan in trace.scans()] == [0]

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 import typer
-from scanrack.commands.recordings.show import register
+from scanrack.commands.recordings.show import new_table, plain_lines, register
 from scanrack.io_images.image import Image
 from scanrack.io_images.times import seconds_column
 from scanrack.terminal.trace_options import parse_range
@@ -234,3 +234,16 @@ def test_no_range_is_a_usage_error(path: Path) -> None:
 )
 def test_seconds_are_exact(time_ns: int, text: str) -> None:
     assert seconds_column(time_ns) == text
+
+
+def test_a_line_of_a_table_is_as_long_as_its_cells() -> None:
+    """Wide characters take two columns; a last column without text takes none."""
+    table = new_table("scan>", "what", "")
+    table.add_row("7", "a move, 速度 5", "")
+    table.add_row("1,000", "x" * 300 + "\n", "")
+    last = "x" * 300 + "\\n"
+    assert plain_lines(table) == [" scan  what", "    7  a move, 速度 5", f"1,000  {last}"]
+    table.show_header = False
+    table.add_row("8", "速", "end")
+    assert plain_lines(table)[-1] == f"    8  速{' ' * (len(last) - 2)}  end"
+    assert plain_lines("a sentence") == ["a sentence"]

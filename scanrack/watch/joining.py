@@ -1,0 +1,269 @@
+"""Joins the page's modules to one script, so that a browser asks once: comments go, names get a number.
+
+    dom.js     export const at = …            const at$1 = …;
+    notice.js  import { at } from "./dom.js"
+               at("notice").hidden = true     at$1("notice").hidden = true
+    page.js                                   export { at$1, … }
+    /dom.js    what scripts import            export { at$1 as at } from "./page.js";
+
+A name of a module gets its number wherever it stands in that module, also where a function's own variable
+has the same name: the pairs still belong together. Names of properties stay.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+PAGE = "page.js"
+"""Name of the joined script."""
+
+MAIN = "main.js"
+
+_IMPORT = re.compile(
+    r'^import (?:(?P<names>\{[^}]*\}|\* as \w+) from )?"\./(?P<file>[\w.]+)";\n', re.MULTILINE
+)
+_AGAIN = re.compile(r'^export \{(?P<names>[^}]*)\} from "\./(?P<file>[\w.]+)";\n', re.MULTILINE)
+_DECLARED = re.compile(
+    r"^(?P<export>export )?(?:(?:const|let) (?P<all>)|(?:async )?function\*? (?P<function>[\w$]+)"
+    r"|class (?P<class>[\w$]+))",
+    re.MULTILINE,
+)
+_NAME = re.compile(r"[A-Za-z_$][\w$]*")
+_OPAQUE = re.compile(
+    r"""//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|[`{}]"""
+    r"|(?<=[(,=:!&|?{};\[\n])\s*/(?![*/])(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\n\[])+/[a-z]*",
+    re.DOTALL,
+)
+_TEXT = re.compile(r"(?:\\.|[^`\\$]|\$(?!\{))*(?:`|\$\{)", re.DOTALL)
+_BLOCK_BEFORE = re.compile(r"(?:[);{}>]|\b(?:else|try|catch|finally|do)|^)\s*$")
+_CLASS_BEFORE = re.compile(r"\bclass [\w$]+(?: extends [\w$.]+)?\s*$")
+_KEY_BEFORE = re.compile(r"[{,;}]\s*(?:(?:get|set|static|async) )*$")
+
+
+class Joined(NamedTuple):
+    """The modules as one script."""
+
+    script: str
+    facades: Mapping[str, str]
+    """By name: what a module is for scripts that import it beside the joined one."""
+
+
+class _Module(NamedTuple):
+    code: str  # without imports; what can't have names in it is cut out
+    texts: list[str]  # what is cut out
+    imports: dict[str, tuple[str, str]]  # own name -> file, and its name there; "*" = all of it
+    files: list[str]  # in the order of its imports
+    names: dict[str, bool]  # declared at the top: whether exported
+    again: dict[str, tuple[str, str]]  # exported name -> file, and its name there
+
+
+def joined(modules: Mapping[str, str]) -> Joined:
+    """Join modules, by name, in the order in which `main.js` runs them.
+
+    Raises:
+        ValueError: a module imports a name that the other one does not export.
+    """
+    read = {name: _read(text) for name, text in modules.items()}
+    order = list(dict.fromkeys(_order(read, MAIN, set())))
+    numbers = {name: number for number, name in enumerate(order)}
+    parts, facades, exported = [], {}, []
+    for name in order:
+        module = read[name]
+        own = {each: f"{each}${numbers[name]}" for each in module.names}
+        spaces = {each: file for each, (file, what) in module.imports.items() if what == "*"}
+        taken = {
+            each: _final(read, numbers, name, *place)
+            for each, place in module.imports.items()
+            if each not in spaces
+        }
+        finals = {file: _exports(read, numbers, file) for file in spaces.values()}
+        code = _renamed(module.code, own | taken, {each: finals[file] for each, file in spaces.items()})
+        parts.append(_restored(re.sub(r"\n\s+", "\n", code), module.texts))
+        exports = _exports(read, numbers, name)
+        exported += [own[each] for each, shown in module.names.items() if shown]
+        listed = ", ".join(f"{final} as {each}" for each, final in exports.items())
+        facades[name] = f'export {{ {listed} }} from "./{PAGE}";\n'
+    return Joined(f"{''.join(parts)}export {{ {', '.join(exported)} }};\n", facades)
+
+
+def _order(read: Mapping[str, _Module], name: str, seen: set[str]) -> Iterator[str]:
+    """Yield the modules in the order in which a browser runs them [ECMA-262, section 16.2.1.6]."""
+    if name in seen:
+        return
+    seen.add(name)
+    for each in read[name].files:
+        yield from _order(read, each, seen)
+    yield name
+
+
+def _exports(read: Mapping[str, _Module], numbers: Mapping[str, int], file: str) -> dict[str, str]:
+    """Return the names that a module exports, and what they are called in the joined script."""
+    own = {each: f"{each}${numbers[file]}" for each, shown in read[file].names.items() if shown}
+    return own | {each: _final(read, numbers, file, *place) for each, place in read[file].again.items()}
+
+
+def _final(read: Mapping[str, _Module], numbers: Mapping[str, int], by: str, file: str, name: str) -> str:
+    found = _exports(read, numbers, file).get(name)
+    if found is None:
+        raise ValueError(f"{by} imports {name!r} of {file}, which does not export it")
+    return found
+
+
+# --- one module
+
+
+def _read(text: str) -> _Module:
+    imports: dict[str, tuple[str, str]] = {}
+    again: dict[str, tuple[str, str]] = {}
+    files = []
+    for found in _IMPORT.finditer(text):
+        files.append(found["file"])
+        names = (found["names"] or "").strip()
+        if names.startswith("*"):
+            imports[names.split()[-1]] = found["file"], "*"
+        for own, theirs in _listed(names.strip("{}")) if names.startswith("{") else ():
+            imports[own] = found["file"], theirs
+    for found in _AGAIN.finditer(text):
+        files.append(found["file"])
+        again |= {own: (found["file"], theirs) for own, theirs in _listed(found["names"])}
+    code, texts = _cut_out(_AGAIN.sub("", _IMPORT.sub("", text)))
+    names = dict(_declared(code))
+    return _Module(re.sub(r"^export ", "", code, flags=re.MULTILINE), texts, imports, files, names, again)
+
+
+def _listed(names: str) -> Iterator[tuple[str, str]]:
+    """Yield for `a, b as c` each new name and the old one."""
+    for each in filter(None, map(str.strip, names.split(","))):
+        old, _, new = each.partition(" as ")
+        yield new or old, old
+
+
+def _cut_out(text: str) -> tuple[str, list[str]]:
+    """Return code with the place of each text and pattern, and these; without comments."""
+    parts: list[str] = []
+    texts: list[str] = []
+    depths: list[int] = []  # of braces, in each template around
+    place = 0
+
+    def keep(kept: str) -> str:
+        texts.append(kept)
+        return f"\0{len(texts) - 1}\0"
+
+    while found := _OPAQUE.search(text, place):
+        parts.append(text[place : found.start()])
+        place, token = found.end(), found[0]
+        if token in "{}" and not (token == "}" and depths and not depths[-1]):
+            parts.append(token)
+            if depths:
+                depths[-1] += 1 if token == "{" else -1
+        elif token in "`}":
+            end = _TEXT.match(text, place)
+            assert end is not None, text[place : place + 40]
+            if token == "}":
+                depths.pop()
+            if end[0].endswith("{"):
+                depths.append(0)
+            parts.append(keep(token + end[0]))
+            place = end.end()
+        else:
+            parts.append("" if token.startswith(("//", "/*")) else keep(token))
+    return "".join([*parts, text[place:]]), texts
+
+
+def _restored(code: str, texts: list[str]) -> str:
+    return re.sub(r"\0(\d+)\0", lambda found: texts[int(found[1])], code)
+
+
+def _declared(code: str) -> Iterator[tuple[str, bool]]:
+    """Yield the names that a module declares at the top, and whether it exports them."""
+    for found in _DECLARED.finditer(code):
+        shown = found["export"] is not None
+        one = found["function"] or found["class"]
+        if one is not None:
+            yield one, shown
+        else:
+            for name in _variables(code, found.end()):
+                yield name, shown
+
+
+def _variables(code: str, place: int) -> Iterator[str]:
+    """Yield the variables of a declaration that begins at a place: `a = 1, [b, c] = d, { e, f: g } = h;`."""
+    depth, begins, target = 0, True, ""
+    for token in re.finditer(r"[\w$]+|\S", code[place:]):
+        each = token[0]
+        if begins and depth and each in "]}":
+            depth, begins = depth - 1, False
+        elif begins and each in "[{":
+            depth += 1
+        elif begins and _NAME.fullmatch(each):
+            target = each
+            rest = code[place + token.end() :].lstrip()
+            if not (depth and rest.startswith(":")):
+                yield target
+            begins = bool(depth)
+        elif begins:
+            continue
+        elif each in "([{":
+            depth += 1
+        elif each in ")]}":
+            depth -= 1
+        elif not depth and each == ",":
+            begins = True
+        elif not depth and each == ";":
+            return
+
+
+def _renamed(code: str, names: Mapping[str, str], spaces: Mapping[str, Mapping[str, str]]) -> str:
+    """Return code with other names for its own; `orders.look` of a module as a whole is the name itself."""
+    if not names and not spaces:
+        return code
+    all_names = "|".join(sorted(map(re.escape, (*names, *spaces)), key=len, reverse=True))
+    pattern = re.compile(rf"[(){{}}\[\]]|(?<![\w$])(?:{all_names})(?![\w$])")
+    kinds: list[str] = []  # of the brackets around a place
+    parts, place = [], 0
+    for found in pattern.finditer(code):
+        token = found[0]
+        if token in "([{":
+            kinds.append(_kind(code, found.start()) if token == "{" else token)
+        elif token in ")]}":
+            kinds.pop()
+        elif found.start() >= place:
+            new, end = _new_name(code, found, names, spaces, kinds[-1] if kinds else "")
+            parts += [code[place : found.start()], new]
+            place = end
+    return "".join([*parts, code[place:]])
+
+
+def _kind(code: str, place: int) -> str:
+    """Say what a brace begins: a class, a block, or an object or a pattern."""
+    before = code[max(0, place - 80) : place]
+    if _CLASS_BEFORE.search(before):
+        return "class"
+    return "block" if _BLOCK_BEFORE.search(before) else "object"
+
+
+def _new_name(
+    code: str,
+    found: re.Match[str],
+    names: Mapping[str, str],
+    spaces: Mapping[str, Mapping[str, str]],
+    kind: str,
+) -> tuple[str, int]:
+    """Return what stands in the place of a name, and where the code continues."""
+    name, end = found[0], found.end()
+    before, after = (
+        code[max(0, found.start() - 40) : found.start()].rstrip(" \n"),
+        code[end : end + 40].lstrip(),
+    )
+    if before.endswith(".") and not before.endswith("..."):
+        return name, end
+    if kind in ("object", "class") and _KEY_BEFORE.search(code[max(0, found.start() - 40) : found.start()]):
+        short = kind == "object" and (after[:1] in ",}" or re.match(r"=[^=>]", after))
+        return (f"{name}: {names[name]}" if short else name), end
+    if name in spaces:
+        member = re.compile(r"\s*\.\s*([\w$]+)").match(code, end)
+        assert member is not None, f"{name} is a whole module: only its members are used"
+        return spaces[name][member[1]], member.end()
+    return names[name], end

@@ -1,0 +1,94 @@
+"""The files of the page, as a browser gets them: the modules as one script, the style within the page.
+
+/              index.html with watch.css in it: 1 request
+/page.js       all modules, see `joining`: 1 request
+/dom.js        what scripts of a test import: the names of a module out of /page.js
+"""
+
+from __future__ import annotations
+
+import gzip
+from base64 import b64encode
+from functools import cached_property
+from hashlib import sha256
+from importlib.resources import files
+
+from .joining import MAIN, PAGE, Joined, joined
+
+TYPES = {
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+    ".svg": "image/svg+xml",
+    ".png": "image/png",
+    ".ico": "image/x-icon",
+    ".woff2": "font/woff2",
+}
+"""Served files of `web/`, by suffix."""
+
+SOURCE_OF_SHARED_PAGES = "embedded.js"
+STYLE_LINK = '<link rel="stylesheet" href="watch.css">'
+SCRIPT = f'<script type="module" src="{MAIN}"></script>'
+
+
+class ServedFile:
+    """A file as it is sent.
+
+    Attributes:
+        kind: its media type.
+        style: SHA-256 of the style within it, in base64; "" without one.
+    """
+
+    def __init__(self, body: bytes, kind: str, style: str = "") -> None:
+        self.body, self.kind, self.style = body, kind, style
+
+    @cached_property
+    def packed(self) -> bytes:
+        """The body, compressed by gzip."""
+        return gzip.compress(self.body, 9, mtime=0)
+
+    @cached_property
+    def digest(self) -> str:
+        """A name of this content."""
+        return sha256(self.body).hexdigest()[:32]
+
+
+class PageFiles:
+    """The files by path."""
+
+    def __init__(self) -> None:
+        self._folder = files(__package__).joinpath("web")
+        self._names = {each.name for each in self._folder.iterdir()}
+        self._made: dict[str, ServedFile] = {}
+
+    def get(self, path: str) -> ServedFile | None:
+        """Return the file at a path; None if there is none."""
+        name, suffix = path.removeprefix("/"), path[path.rfind(".") :]
+        known = path.startswith("/") and (name in self._names or name == PAGE) and suffix in TYPES
+        if known and name not in self._made:
+            self._made[name] = self._make(name, TYPES[suffix])
+        return self._made[name] if known else None
+
+    def _make(self, name: str, kind: str) -> ServedFile:
+        if name == "index.html":
+            return self._index(kind)
+        if name == PAGE:
+            return ServedFile(self._joined.script.encode(), kind)
+        facade = self._joined.facades.get(name) if name.endswith(".js") else None
+        return ServedFile(
+            self._folder.joinpath(name).read_bytes() if facade is None else facade.encode(), kind
+        )
+
+    def _index(self, kind: str) -> ServedFile:
+        style = self._text("watch.css")
+        text = self._text("index.html").replace(SCRIPT, SCRIPT.replace(MAIN, PAGE))
+        text = text.replace(STYLE_LINK, f"<style>{style}</style>")
+        return ServedFile(text.encode(), kind, b64encode(sha256(style.encode()).digest()).decode())
+
+    def _text(self, name: str) -> str:
+        return self._folder.joinpath(name).read_text(encoding="utf-8")
+
+    @cached_property
+    def _joined(self) -> Joined:
+        modules = (each for each in self._names if each.endswith(".js") and each != SOURCE_OF_SHARED_PAGES)
+        return joined({each: self._text(each) for each in modules})

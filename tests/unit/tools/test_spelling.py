@@ -1,0 +1,53 @@
+"""Parts of names are spelled as in American English; codespell sees whole words of a text only."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from importlib import resources
+
+import pytest
+from house import ROOMS, ROOT
+
+pytest.importorskip("codespell_lib", reason="codespell is not installed")
+
+PARTS = re.compile(r"[A-Z]?[a-z]+|[A-Z]+(?![a-z])")
+OF_LIBRARIES = frozenset({"acknowledgement", "acknowledgements", "cancelled"})  # of asyncio and OPC UA
+NOT_LISTED = frozenset({"energise", "energised", "energises", "energising", "unlabelled", "unmodelled"})
+"""British spellings that codespell's list lacks."""
+
+
+def british() -> frozenset[str]:
+    """Return the words that codespell's list of British spellings replaces."""
+    name = "dictionary_en-GB_to_en-US.txt"
+    lines = (resources.files("codespell_lib") / "data" / name).read_text(encoding="utf-8").splitlines()
+    return frozenset(line.partition("->")[0] for line in lines) - OF_LIBRARIES | NOT_LISTED
+
+
+def identifiers(tree: ast.AST) -> Iterator[str]:
+    """Yield the names that a file defines, reads or passes."""
+    for node in ast.walk(tree):
+        for field in ("id", "name", "attr", "arg", "asname"):
+            if isinstance(name := getattr(node, field, None), str):
+                yield name
+
+
+def found_in(text: str, words: frozenset[str]) -> set[str]:
+    """Return the names of a source with a part in `words`."""
+    names = set(identifiers(ast.parse(text)))
+    return {name for name in names if words & {part.lower() for part in PARTS.findall(name)}}
+
+
+@pytest.mark.slow
+def test_identifiers_are_american() -> None:
+    words = british()
+    folders = (*ROOMS, "tests", "benchmarks", "examples")
+    files = (path for folder in folders for path in (ROOT / folder).rglob("*.py"))
+    found = {str(path.relative_to(ROOT)): found_in(path.read_text("utf-8"), words) for path in files}
+    assert {path: names for path, names in found.items() if names} == {}
+
+
+def test_a_part_of_a_name_is_found() -> None:
+    source = "class UnmodelledError(Exception):\n    de_energised = grey_level = 1\n"
+    assert found_in(source, british()) == {"UnmodelledError", "de_energised", "grey_level"}

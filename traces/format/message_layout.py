@@ -1,0 +1,36 @@
+"""The layout of a scan's message record in a chunk, as a numpy type: for readers and exports, see `batch`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .tagplan import FIELD
+
+
+def message_layout(
+    image_bytes: int, tags: np.dtype[np.void] | None = None, rest: np.dtype[np.void] | None = None
+) -> np.dtype[np.void]:
+    """Return the layout of a scan's message record in a chunk.
+
+    >>> message_layout(32).itemsize
+    75
+    """
+    more: list[Any] = [] if tags is None else [(FIELD, tags)]
+    more += [] if rest is None else [("rest", rest)]
+    return np.dtype(
+        [
+            ("opcode", "u1"),
+            ("length", "<u8"),
+            ("channel", "<u2"),
+            ("sequence", "<u4"),
+            ("log_time", "<u8"),
+            ("publish_time", "<u8"),
+            ("prefix", "<u4"),
+            ("scan", "<u4"),
+            ("flags", "<u4"),
+            ("images", f"V{image_bytes}"),
+            *more,
+        ]
+    )
