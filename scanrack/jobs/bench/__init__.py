@@ -18,6 +18,8 @@ if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
     from .moment import NotReachedError
     from .slot import SlotBench
 
+__all__ = ["Bench", "BenchEvent", "NotReachedError", "ObservedLogic", "SlotBench"]
+
 
 def __getattr__(name: str) -> object:
     from scanrack.io_images.front_door import listed_in
