@@ -8,6 +8,7 @@ import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.j
 import { clock, count, timeText } from "./format.js";
 import { keep, kept } from "./kept.js";
 import { Lanes, missing, range, stretches, valueOf } from "./lanes.js";
+import { colorOf, marksAxis, marksButtons, marksIn } from "./marks.js";
 import * as orders from "./orders.js";
 import { pen, colors } from "./pen.js";
 import { lookAt, scrubber } from "./scrub.js";
@@ -48,7 +49,7 @@ onHello(hello => {
   chosen = kept(key, {});
   signal.replaceChildren();
   at("strip").replaceChildren(
-    heading("Timing", scrubber(), el("span", { class: "tools" }, between, cursorButton, button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
+    heading("Timing", scrubber(marksAxis, ...marksButtons), el("span", { class: "tools" }, between, cursorButton, button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
     el("div", { class: "over" }, canvas, fold, cursorLayer), times, el("div", { class: "line" }, choice, details));
   beginTags(hello, changed);
   zoom(0);
@@ -193,6 +194,8 @@ function draw() {
     top += LANE;
   }
   if (!names.length && !tags.length && !axes.length) to.text("Nothing has changed yet.", left, TOP + 2 * LANE, colors.soft);
+  const period = run.hello.period_ns;
+  for (const [scan, kind] of marksIn(from / period, end / period)) to.rect(x(scan * period) - 1, 0, 2, TOP, colorOf(kind));
   numbered(to, causes.filter(({ t }) => t >= from && t <= end), x, high);
   const now = x(run.t ?? 0);
   to.line(now, 0, now, high, run.state === "past" ? colors.mark : colors.edge, run.state === "past" ? 1.5 : 1);
