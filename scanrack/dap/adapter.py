@@ -82,22 +82,28 @@ class Adapter:
 
     # --- messages
 
-    def serve(self, seconds: float | None) -> None:
-        """Answer the requests that wait; wait for the first one, at most this long."""
+    def serve(self, seconds: float | None) -> bool:
+        """Answer the requests that wait; return whether there were any.
+
+        Args:
+            seconds: longest wait for the first one; None = without limit.
+        """
+        served = False
         while not self.over:
             try:
                 message = self.wire.next(seconds)
             except Empty:
-                return
+                break
             if message is None:
                 self.over = True
                 if self.driver is not None:
                     self.driver.end()
-                return
+                break
             self.answer(message)
+            served, seconds = True, 0
             if self.start is not None:
-                return
-            seconds = 0
+                break
+        return served
 
     def answer(self, message: Json | NonsenseError) -> None:
         """Answer one message; whatever it is, the session goes on."""

@@ -93,6 +93,11 @@ def _spelled(adapter: Adapter, routine: str) -> str:
     return found
 
 
+def _program(adapter: Adapter, run: LineRun | None) -> str:
+    """Return the program of a rung; "" in a program without tasks, and outside of rungs."""
+    return "" if run is None else program_of(_spelled(adapter, run.routine))
+
+
 def _task(adapter: Adapter, run: LineRun) -> str:
     """Return the task of a routine; "" without one."""
     schedule = adapter.place().view.engine.lowered.schedule
@@ -136,7 +141,7 @@ def scopes(adapter: Adapter, said: Json) -> Json:
         reference = tree.add(node)  # type: ignore[arg-type]  # a node
         found.append({"name": name, "variablesReference": reference, "expensive": expensive, **more})
 
-    program = "" if run is None else program_of(run.routine)
+    program = _program(adapter, run)
     if run is not None:
         add("Rung", Names(tree, lambda: _named_in(adapter, run)))
         if run.instance and run.instance in engine.tags:
@@ -157,7 +162,7 @@ def scopes(adapter: Adapter, said: Json) -> Json:
 
 def _named_in(adapter: Adapter, run: LineRun) -> list[tuple[str, str]]:
     """Return the tags that a rung names, by the name in the rung and the full one."""
-    tags, program = adapter.place().view.engine.tags, program_of(run.routine)
+    tags, program = adapter.place().view.engine.tags, _program(adapter, run)
     found: dict[str, str] = {}
     for step in run.line.all_steps:
         for operand in step.operands:
@@ -273,7 +278,7 @@ def _tag_named(adapter: Adapter, name: str, frame: object) -> str | None:
     """Return the full name of a tag as a rung of the frame names it; None for anything else."""
     tags = adapter.place().view.engine.tags
     run = _run_of(adapter, frame) if type(frame) is int else None
-    program = "" if run is None else program_of(run.routine)
+    program = _program(adapter, run)
     scoped = [f"\\{program}.{name}"] if program else []
     own = [f"{run.instance}.{name}"] if run is not None and run.instance else []
     return next((each for each in (*own, *scoped, name) if each in tags), None)
@@ -393,7 +398,10 @@ def completions(adapter: Adapter, said: Json) -> Json:
         tree = tree_of(adapter)
         names = [f"{head}.{each['name']}" for each in Parts(tree, head, where).children()]
     else:
-        names = [full for _short, full in tags_of(engine, "")] + list(COMMANDS)
+        stop = adapter.place().stop
+        program = _program(adapter, None if stop is None else stop.run)
+        own = tags_of(engine, program) if program else []
+        names = [short for short, _full in own + tags_of(engine, "")] + list(COMMANDS)
     fitting = [each for each in names if each.lower().startswith(word.lower())]
     start = column - 1 - len(word)
     return {
