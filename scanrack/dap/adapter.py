@@ -9,6 +9,7 @@ Requests are carried out between two scans, in the thread that does the scans.
 from __future__ import annotations
 
 import traceback
+from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -28,6 +29,9 @@ from .wire import NonsenseError, Wire
 
 THREAD = 1
 """The one thread: the scan."""
+
+VIEWS = 16
+"""Scans that are kept as they were executed."""
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
@@ -63,6 +67,7 @@ class Adapter:
         self.tree: Tree | None = None
         self.reason: Json = {}
         self.asked_past = False
+        self._views: deque[ExecutedScan] = deque(maxlen=VIEWS)
         self._later: list[Callable[[], object]] = []
 
     def run(self) -> None:
@@ -180,6 +185,7 @@ class Adapter:
         again = self.subject is not None
         self.subject, self.driver = subject, driver
         self.cursor, self.running = None, False
+        self._views.clear()
         if not again:
             self.configured = False
             self.event("initialized")
@@ -218,9 +224,15 @@ class Adapter:
     def look_at(self, scan: int, spot: str = "start") -> Cursor:
         """Stand in a scan: at its `start`, its `last` rung, or its `end`."""
         self.leave()
-        self.cursor = Cursor(ExecutedScan(self.the_subject().replayer(scan), scan))
-        if spot != "start":
-            self.cursor.go(getattr(self.cursor, spot))
+        replayer = self.the_subject().replayer(scan)
+        view = next(
+            (each for each in self._views if each.scan == scan and each.engine is replayer.engine), None
+        )
+        if view is None:
+            view = ExecutedScan(replayer, scan)
+            self._views.append(view)
+        self.cursor = Cursor(view)
+        self.cursor.go(getattr(self.cursor, spot))
         return self.cursor
 
     def go_to(self, spot: Spot) -> None:

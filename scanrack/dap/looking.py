@@ -13,7 +13,7 @@ from scanrack.ladder.model.operands import Calculation, Group, Place
 from scanrack.ladder.model.tags import program_of
 from scanrack.ladder.model.types import HIDDEN
 from scanrack.ladder.run.view import Tags
-from scanrack.ladder.state.lowered import AddOnCall
+from scanrack.ladder.state.lowered import AddOnCall, LoweredLine
 from scanrack.runtime.live import actions
 
 from .conditions import ExpressionError, Surroundings, compiled
@@ -71,7 +71,7 @@ def _frames(adapter: Adapter) -> Iterator[Json]:
     where = f"{at} {scan:,}, {seconds(subject.now_ns(scan))} s"
     past = " (past)" if adapter.in_past() else ""
     last = _last_line(adapter) if not runs else None
-    more = {} if last is None else places.source(last.line.origin)
+    more = {} if last is None else places.source(last.origin)
     yield {"id": SCAN_FRAME, "name": where + past, **NOWHERE, **more}
 
 
@@ -81,9 +81,13 @@ def _runs(adapter: Adapter) -> list[LineRun]:
     return [] if stop is None else [stop.run, *(each.run for each in callers(stop.run))]
 
 
-def _last_line(adapter: Adapter) -> LineRun | None:
-    stops = adapter.place().view.stops
-    return next((each.run for each in reversed(stops) if each.depth == 0), None)
+def _last_line(adapter: Adapter) -> LoweredLine | None:
+    """Return the last rung of the main routine, which is shown at the end of a scan."""
+    lowered = adapter.place().view.engine.lowered
+    tasks = () if lowered.schedule is None else lowered.schedule.tasks
+    mains = [lowered.main, *(each.main or "" for task in tasks for each in task.programs)]
+    routine = next((lowered.routines[each] for each in mains if each in lowered.routines), None)
+    return None if routine is None or not routine.lines else routine.lines[-1]
 
 
 def _spelled(adapter: Adapter, routine: str) -> str:
