@@ -134,13 +134,15 @@ class Adapter:
 
     def _act(self, act: Callable[[], object]) -> None:
         """Move as a request has asked; a move that fails ends where it began, with the reason."""
-        place = None if self.cursor is None else (self.cursor.scan, self.cursor.spot)
+        before = self.cursor
         try:
             act()
         except (ValueError, OSError) as error:
             self.output(f"{error}\n", "stderr")
-            if place is not None:
-                self.look_at(place[0]).go(place[1])
+            if before is not None:
+                self.leave()
+                self.cursor = before
+                before.go(before.spot)
                 self.stopped("step", str(error))
 
     def _carry_out(self, command: str, arguments: object) -> Json | None:
@@ -280,6 +282,8 @@ class Adapter:
         """Go to the next breakpoint in the same scan, or the one before; return whether there is one."""
         cursor = self.place()
         scan, spot = cursor.scan, cursor.spot
+        if scan < self.the_subject().extent[0]:
+            return False  # of the program before an edit
         hits = self.hits_in(scan)
         cursor = self.look_at(scan)
         cursor.go(spot)

@@ -365,12 +365,18 @@ def _branch_command(adapter: Adapter, _rest: str) -> str:
     return f"a new session goes on from scan {scan:,}"
 
 
+def _reload_command(adapter: Adapter, _rest: str) -> str:
+    adapter.the_driver().give(actions.Reload())
+    return "the saved program is loaded, and goes on from the present values"
+
+
 COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
     "set": _set_command,
     "force": _force_command,
     "release": _release_command,
     "why": _why_command,
     "branch": _branch_command,
+    "reload": _reload_command,
 }
 """Commands of the console, by their first word."""
 

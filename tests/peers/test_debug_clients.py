@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -29,10 +29,10 @@ PROGRAMS = {
 
 
 @pytest.fixture
-def adapter(tmp_path: Path) -> Iterator[Path]:
+def adapter(tmp_path: Path) -> Path:
     file = tmp_path / "adapter.py"
     file.write_text(ADAPTER, encoding="utf-8")
-    yield file
+    return file
 
 
 def tried(adapter: Path, launch: dict[str, Any], file: Path, line: int, tag: str) -> dict[str, Any]:
@@ -66,3 +66,34 @@ def test_every_request_of_the_table_with_the_protocols_own_client(adapter: Path,
     assert stops["reverseContinue"]["reason"] in ("breakpoint", "entry")
     assert {"line": line} in answers["breakpointLocations"]["breakpoints"]
     assert tag in [each["label"] for each in answers["completions"]["targets"]]
+
+
+def test_neovim_steps_forwards_and_backwards() -> None:
+    """With nvim-dap, whose folder NVIM_DAP names."""
+    nvim, plugin = shutil.which("nvim"), os.environ.get("NVIM_DAP")
+    if nvim is None or plugin is None:
+        pytest.skip("neovim is not installed, or NVIM_DAP does not name the folder of nvim-dap")
+    rack, name, text, _tag = PROGRAMS["rungs"]
+    source = (EXAMPLES / name).read_text(encoding="utf-8")
+    line = source[: source.index(text)].count("\n") + 1
+    told = {
+        "DEBUG_PYTHON": sys.executable,
+        "DEBUG_FILE": str(EXAMPLES / name),
+        "DEBUG_LINE": str(line),
+        "DEBUG_RACK": str(EXAMPLES / rack),
+    }
+    script = Path(__file__).with_name("debug_steps.lua")
+    words = [nvim, "--headless", "-u", "NONE", "--cmd", f"set rtp+={plugin}", "-c", f"luafile {script}"]
+    done = subprocess.run(
+        words, capture_output=True, text=True, env=os.environ | told, timeout=120, check=False
+    )
+    rung = f"Main, rung 7|{line}"
+    assert done.stdout.splitlines() == [
+        "Main, rung 0|29",
+        rung,
+        "Main, rung 8|40",
+        rung,
+        rung,  # of the next scan
+        rung,
+        "0",
+    ], done.stderr
