@@ -9,6 +9,7 @@ Requests are carried out between two scans, in the thread that does the scans.
 from __future__ import annotations
 
 import traceback
+from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
@@ -28,6 +29,9 @@ from .wire import NonsenseError, Wire
 
 THREAD = 1
 """The one thread: the scan."""
+
+VIEWS = 16
+"""Scans that are kept as they were executed."""
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
@@ -63,6 +67,7 @@ class Adapter:
         self.tree: Tree | None = None
         self.reason: Json = {}
         self.asked_past = False
+        self._views: deque[ExecutedScan] = deque(maxlen=VIEWS)
         self._later: list[Callable[[], object]] = []
 
     def run(self) -> None:
@@ -82,22 +87,28 @@ class Adapter:
 
     # --- messages
 
-    def serve(self, seconds: float | None) -> None:
-        """Answer the requests that wait; wait for the first one, at most this long."""
+    def serve(self, seconds: float | None) -> bool:
+        """Answer the requests that wait; return whether there were any.
+
+        Args:
+            seconds: longest wait for the first one; None = without limit.
+        """
+        served = False
         while not self.over:
             try:
                 message = self.wire.next(seconds)
             except Empty:
-                return
+                break
             if message is None:
                 self.over = True
                 if self.driver is not None:
                     self.driver.end()
-                return
+                break
             self.answer(message)
+            served, seconds = True, 0
             if self.start is not None:
-                return
-            seconds = 0
+                break
+        return served
 
     def answer(self, message: Json | NonsenseError) -> None:
         """Answer one message; whatever it is, the session goes on."""
@@ -123,13 +134,15 @@ class Adapter:
 
     def _act(self, act: Callable[[], object]) -> None:
         """Move as a request has asked; a move that fails ends where it began, with the reason."""
-        place = None if self.cursor is None else (self.cursor.scan, self.cursor.spot)
+        before = self.cursor
         try:
             act()
         except (ValueError, OSError) as error:
             self.output(f"{error}\n", "stderr")
-            if place is not None:
-                self.look_at(place[0]).go(place[1])
+            if before is not None:
+                self.leave()
+                self.cursor = before
+                before.go(before.spot)
                 self.stopped("step", str(error))
 
     def _carry_out(self, command: str, arguments: object) -> Json | None:
@@ -174,6 +187,7 @@ class Adapter:
         again = self.subject is not None
         self.subject, self.driver = subject, driver
         self.cursor, self.running = None, False
+        self._views.clear()
         if not again:
             self.configured = False
             self.event("initialized")
@@ -212,9 +226,15 @@ class Adapter:
     def look_at(self, scan: int, spot: str = "start") -> Cursor:
         """Stand in a scan: at its `start`, its `last` rung, or its `end`."""
         self.leave()
-        self.cursor = Cursor(ExecutedScan(self.the_subject().replayer(scan), scan))
-        if spot != "start":
-            self.cursor.go(getattr(self.cursor, spot))
+        replayer = self.the_subject().replayer(scan)
+        view = next(
+            (each for each in self._views if each.scan == scan and each.engine is replayer.engine), None
+        )
+        if view is None:
+            view = ExecutedScan(replayer, scan)
+            self._views.append(view)
+        self.cursor = Cursor(view)
+        self.cursor.go(getattr(self.cursor, spot))
         return self.cursor
 
     def go_to(self, spot: Spot) -> None:
@@ -262,6 +282,8 @@ class Adapter:
         """Go to the next breakpoint in the same scan, or the one before; return whether there is one."""
         cursor = self.place()
         scan, spot = cursor.scan, cursor.spot
+        if scan < self.the_subject().extent[0]:
+            return False  # of the program before an edit
         hits = self.hits_in(scan)
         cursor = self.look_at(scan)
         cursor.go(spot)

@@ -11,10 +11,13 @@ from scanrack.ladder.debug.executed import Write
 from .breakpoints import CHANGES, Breakpoint
 from .executed_scan import ExecutedScan, Stop
 
+END = 1 << 30
+"""Index of the end of a scan, which is known before its instructions are."""
+
 
 @dataclass(frozen=True, slots=True)
 class Spot:
-    """A place in a scan: before a stop, or after a write of it; `index` behind the last stop is the end."""
+    """A place in a scan: before a stop, or after a write of it; the end of a scan has `END` as index."""
 
     index: int
     order: int | None  # see `ExecutedScan.show`
@@ -23,10 +26,10 @@ class Spot:
 class Cursor:
     """A place in a scan that is run again."""
 
-    def __init__(self, view: ExecutedScan, spot: Spot | None = None) -> None:
-        self.view = view
-        self.spot = spot or self.start
-        self.view.show(self.spot.order)
+    end = Spot(END, None)
+
+    def __init__(self, view: ExecutedScan) -> None:
+        self.view, self.spot = view, self.end
 
     @property
     def scan(self) -> int:
@@ -36,18 +39,12 @@ class Cursor:
     @property
     def stop(self) -> Stop | None:
         """The instruction that is next; None at the end of the scan."""
-        stops = self.view.stops
-        return stops[self.spot.index] if self.spot.index < len(stops) else None
+        return None if self.spot.index == END else self.view.stops[self.spot.index]
 
     @property
     def start(self) -> Spot:
         """The first instruction of the scan."""
         return self._spot(0)
-
-    @property
-    def end(self) -> Spot:
-        """The end of the scan."""
-        return Spot(len(self.view.stops), None)
 
     @property
     def last(self) -> Spot:
@@ -63,7 +60,7 @@ class Cursor:
 
     def _spot(self, index: int) -> Spot:
         stops = self.view.stops
-        return Spot(index, stops[index].order) if index < len(stops) else Spot(len(stops), None)
+        return Spot(index, stops[index].order) if index < len(stops) else self.end
 
     # --- steps
 
@@ -83,7 +80,8 @@ class Cursor:
         """Return the rung or instruction before, see `onward`; None at the begin of the scan."""
         stop = self.stop
         after_write = stop is not None and self.spot.order != stop.order
-        for index in range(self.spot.index - (not after_write), -1, -1):
+        last = min(self.spot.index - (not after_write), len(self.view.stops) - 1)
+        for index in range(last, -1, -1):
             if self._fits(self.view.stops[index], depth, each=each):
                 return self._spot(index)
         return None

@@ -12,6 +12,7 @@ executed, forwards and backwards at the same cost.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 from scanrack.ladder.debug.executed import Execution, LineRun, StepRun, TracedEngine
@@ -31,7 +32,7 @@ class Stop(NamedTuple):
 
 
 class ExecutedScan:
-    """One scan, run again in the interpreter.
+    """One scan, run again: compiled for the values at its end, in the interpreter for its instructions.
 
     Args:
         replayer: runs the scans; used for nothing else until `leave`.
@@ -41,20 +42,28 @@ class ExecutedScan:
     """
 
     def __init__(self, replayer: Replayer, scan: int) -> None:
-        engine = replayer.engine
-        assert isinstance(engine, TracedEngine)
-        engine.traced = True
+        assert isinstance(replayer.engine, TracedEngine)
+        self.scan, self.engine = scan, replayer.engine
+        self._replayer = replayer
+        if not replayer.show(scan):
+            raise DebugError(f"scan {scan:,} can no longer be repeated")
+        self._end = snapshot(self.engine.memory)
+
+    @cached_property
+    def execution(self) -> Execution:
+        """What was executed; the memory is then that at the end of the scan."""
+        self.engine.traced = True
         try:
-            replayer.again(scan)
-        except ValueError as error:
-            raise DebugError(str(error)) from error
+            self._replayer.again(self.scan)
         finally:
-            engine.traced = False
-        found = engine.execution
-        self.execution = found if found is not None and found.scan == scan else Execution(scan)
-        self.scan, self.engine = scan, engine
-        self._replayer, self._end = replayer, snapshot(engine.memory)
-        self.stops: Sequence[Stop] = sorted(self._stops(), key=lambda each: (each.order, each.depth))
+            self.engine.traced = False
+        found = self.engine.execution
+        return found if found is not None and found.scan == self.scan else Execution(self.scan)
+
+    @cached_property
+    def stops(self) -> Sequence[Stop]:
+        """The places before rungs and instructions, in the order of execution."""
+        return sorted(self._stops(), key=lambda each: (each.order, each.depth))
 
     def _stops(self) -> Iterator[Stop]:
         for run in self.execution.runs.values():

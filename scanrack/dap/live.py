@@ -22,11 +22,12 @@ from scanrack.runtime.loop.listeners import QuietListener
 from typing_extensions import override
 
 from .adapter import Adapter, Driver
-from .breakpoints import Breakpoint, Event, Hit, Looker
+from .breakpoints import Breakpoint, Event, Hit, Looker, described
 from .conditions import ExpressionError, Surroundings
 from .places import Places
 from .protocol import DebugError
 from .subject import Images, Subject
+from .together import foreign, of_page
 
 REMEMBERED = 8_000
 """Snapshots of the program, one per 64 scans: half a million scans can be stepped back to."""
@@ -43,7 +44,7 @@ class LiveSubject(Subject):
     def __init__(self, run: JobRun) -> None:
         debugger = run.program.debugger
         if debugger is None:
-            raise DebugError("this program has no rungs: it is debugged as Python")
+            raise DebugError("this program has no rungs")
         self._run, self._debugger = run, debugger
         self.words = {slot.number: slot.words for slot in run.rack.slots.values()}
         self._period_ns = run.cpu.period_ns
@@ -121,6 +122,7 @@ class Live(QuietListener, Driver):
         self._wanted: list[Breakpoint] = []
         self._program = self._subject.debugger.program
         self._stepping = False
+        self._seen: list[str] = []  # breakpoints of the session, as the editor knows them
         self._attend, session.attend = session.attend, self._rest
         session.inbox = _PatientInbox(session.inbox)
         run.cpu.add_listener(self)
@@ -136,9 +138,13 @@ class Live(QuietListener, Driver):
     @override
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         self._subject.note_scan(bytes(self._run.rack.memory))
+        if self._subject.debugger.program is not self._program:
+            self._follow_edit()
         if self._looker is not None:
             self._look(self._looker, scan)
         adapter = self._adapter
+        if self._session.state.breakpoints != self._seen:
+            self._take_breakpoints()
         if adapter.wire.waiting:
             adapter.serve(0)
         if not adapter.running and not self._session.state.paused:
@@ -147,9 +153,6 @@ class Live(QuietListener, Driver):
             adapter.event("continued", threadId=1, allThreadsContinued=True)
 
     def _look(self, looker: Looker, scan: int) -> None:
-        if self._subject.debugger.program is not self._program:
-            self.set_breakpoints(self._wanted)  # the program was edited
-            return
         hits = looker.stops(scan, self._say)
         if hits and not self._session.repeats:
             self._hits = hits
@@ -165,11 +168,63 @@ class Live(QuietListener, Driver):
         scan = subject.extent[1] + 1
         self._session.obey(order, scan * cpu.period_ns, scan)
 
+    def _follow_edit(self) -> None:
+        """Set the breakpoints in the edited program; one whose line has gone is taken from the editor."""
+        adapter, self._program = self._adapter, self._subject.debugger.program
+        places, self._wanted = self._subject.places(0), []
+        adapter.output("the program was edited; the scans before can't be stepped back to\n")
+        for kind in adapter.breakpoints.values():
+            for each in [each for each in kind if each.path]:
+                try:
+                    each.line, keys = places.at(each.path, each.line)
+                    each.keys = tuple(keys)
+                except DebugError as error:
+                    kind.remove(each)
+                    gone = {"id": each.number, "verified": False, "message": str(error)}
+                    adapter.event("breakpoint", reason="changed", breakpoint=gone)
+        self.set_breakpoints(adapter.all_breakpoints())
+
+    # --- breakpoints of pages
+
+    def _share_breakpoints(self, wanted: list[Breakpoint]) -> None:
+        """Set the editor's breakpoints on the pages, too, as far as pages have such."""
+        there = self._session.state.breakpoints
+        lowered = self._subject.debugger.engine.lowered
+        _others, before = foreign(there, self._wanted, lowered)
+        _others, names = foreign(there, wanted, lowered)
+        for name in before.keys() - names.keys() & set(there):
+            self._order(actions.RemoveBreakpoint(name))
+        for name in names.keys() - set(there):
+            self._order(actions.Breakpoint(name))
+        self._seen = list(self._session.state.breakpoints)
+
+    def _take_breakpoints(self) -> None:
+        """Follow pages: tell the editor what they have set and removed."""
+        adapter, there = self._adapter, self._session.state.breakpoints
+        lowered, places = self._subject.debugger.engine.lowered, self._subject.places(0)
+        others, names = foreign(there, self._wanted, lowered)
+        for name in names.keys() - set(there):
+            gone = names[name]
+            for kind in adapter.breakpoints.values():
+                kind[:] = [each for each in kind if each is not gone]
+            adapter.event("breakpoint", reason="removed", breakpoint={"id": gone.number, "verified": False})
+        for name in others:
+            adapter.numbers += 1
+            made = of_page(name, adapter.numbers, places)
+            adapter.breakpoints.setdefault(f"line {made.path}" if made.path else "page", []).append(made)
+            adapter.event("breakpoint", reason="new", breakpoint=described(made))
+        self._seen = list(there)
+        self.set_breakpoints(adapter.all_breakpoints())
+
     # --- during a pause
 
     def _rest(self) -> None:
         self._attend()
         adapter = self._adapter
+        if self._subject.debugger.program is not self._program:
+            self._follow_edit()
+        if self._session.state.breakpoints != self._seen and adapter.configured:
+            self._take_breakpoints()
         if adapter.running:
             self._tell_stop()
         adapter.serve(WAIT_S if not self._session.inbox.pending() else 0)
@@ -241,6 +296,8 @@ class Live(QuietListener, Driver):
             raise DebugError(str(error)) from error
         if looker is not None and debugger.scans:
             looker.prime(debugger.scans - 1)
+        if not self._session.live:
+            self._share_breakpoints(wanted)
         self._looker, self._wanted, self._program = looker, wanted, debugger.program
         debugger.note_lines(() if looker is None else looker.lines)
 

@@ -13,7 +13,7 @@ from scanrack.ladder.model.operands import Calculation, Group, Place
 from scanrack.ladder.model.tags import program_of
 from scanrack.ladder.model.types import HIDDEN
 from scanrack.ladder.run.view import Tags
-from scanrack.ladder.state.lowered import AddOnCall
+from scanrack.ladder.state.lowered import AddOnCall, LoweredLine
 from scanrack.runtime.live import actions
 
 from .conditions import ExpressionError, Surroundings, compiled
@@ -71,7 +71,7 @@ def _frames(adapter: Adapter) -> Iterator[Json]:
     where = f"{at} {scan:,}, {seconds(subject.now_ns(scan))} s"
     past = " (past)" if adapter.in_past() else ""
     last = _last_line(adapter) if not runs else None
-    more = {} if last is None else places.source(last.line.origin)
+    more = {} if last is None else places.source(last.origin)
     yield {"id": SCAN_FRAME, "name": where + past, **NOWHERE, **more}
 
 
@@ -81,9 +81,13 @@ def _runs(adapter: Adapter) -> list[LineRun]:
     return [] if stop is None else [stop.run, *(each.run for each in callers(stop.run))]
 
 
-def _last_line(adapter: Adapter) -> LineRun | None:
-    stops = adapter.place().view.stops
-    return next((each.run for each in reversed(stops) if each.depth == 0), None)
+def _last_line(adapter: Adapter) -> LoweredLine | None:
+    """Return the last rung of the main routine, which is shown at the end of a scan."""
+    lowered = adapter.place().view.engine.lowered
+    tasks = () if lowered.schedule is None else lowered.schedule.tasks
+    mains = [lowered.main, *(each.main or "" for task in tasks for each in task.programs)]
+    routine = next((lowered.routines[each] for each in mains if each in lowered.routines), None)
+    return None if routine is None or not routine.lines else routine.lines[-1]
 
 
 def _spelled(adapter: Adapter, routine: str) -> str:
@@ -91,6 +95,11 @@ def _spelled(adapter: Adapter, routine: str) -> str:
     lowered = adapter.place().view.engine.lowered
     found: str = lowered.routines[routine].name
     return found
+
+
+def _program(adapter: Adapter, run: LineRun | None) -> str:
+    """Return the program of a rung; "" in a program without tasks, and outside of rungs."""
+    return "" if run is None else program_of(_spelled(adapter, run.routine))
 
 
 def _task(adapter: Adapter, run: LineRun) -> str:
@@ -136,7 +145,7 @@ def scopes(adapter: Adapter, said: Json) -> Json:
         reference = tree.add(node)  # type: ignore[arg-type]  # a node
         found.append({"name": name, "variablesReference": reference, "expensive": expensive, **more})
 
-    program = "" if run is None else program_of(run.routine)
+    program = _program(adapter, run)
     if run is not None:
         add("Rung", Names(tree, lambda: _named_in(adapter, run)))
         if run.instance and run.instance in engine.tags:
@@ -157,7 +166,7 @@ def scopes(adapter: Adapter, said: Json) -> Json:
 
 def _named_in(adapter: Adapter, run: LineRun) -> list[tuple[str, str]]:
     """Return the tags that a rung names, by the name in the rung and the full one."""
-    tags, program = adapter.place().view.engine.tags, program_of(run.routine)
+    tags, program = adapter.place().view.engine.tags, _program(adapter, run)
     found: dict[str, str] = {}
     for step in run.line.all_steps:
         for operand in step.operands:
@@ -273,7 +282,7 @@ def _tag_named(adapter: Adapter, name: str, frame: object) -> str | None:
     """Return the full name of a tag as a rung of the frame names it; None for anything else."""
     tags = adapter.place().view.engine.tags
     run = _run_of(adapter, frame) if type(frame) is int else None
-    program = "" if run is None else program_of(run.routine)
+    program = _program(adapter, run)
     scoped = [f"\\{program}.{name}"] if program else []
     own = [f"{run.instance}.{name}"] if run is not None and run.instance else []
     return next((each for each in (*own, *scoped, name) if each in tags), None)
@@ -356,12 +365,18 @@ def _branch_command(adapter: Adapter, _rest: str) -> str:
     return f"a new session goes on from scan {scan:,}"
 
 
+def _reload_command(adapter: Adapter, _rest: str) -> str:
+    adapter.the_driver().give(actions.Reload())
+    return "the saved program is loaded, and goes on from the present values"
+
+
 COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
     "set": _set_command,
     "force": _force_command,
     "release": _release_command,
     "why": _why_command,
     "branch": _branch_command,
+    "reload": _reload_command,
 }
 """Commands of the console, by their first word."""
 
@@ -393,7 +408,10 @@ def completions(adapter: Adapter, said: Json) -> Json:
         tree = tree_of(adapter)
         names = [f"{head}.{each['name']}" for each in Parts(tree, head, where).children()]
     else:
-        names = [full for _short, full in tags_of(engine, "")] + list(COMMANDS)
+        stop = adapter.place().stop
+        program = _program(adapter, None if stop is None else stop.run)
+        own = tags_of(engine, program) if program else []
+        names = [short for short, _full in own + tags_of(engine, "")] + list(COMMANDS)
     fitting = [each for each in names if each.lower().startswith(word.lower())]
     start = column - 1 - len(word)
     return {

@@ -96,6 +96,14 @@ class Places:
         wanted = int(number) if dot and number.isdigit() else min(numbers, default=-1)
         return [(found[0], wanted)] if wanted in numbers else None
 
+    def of(self, key: LineKey) -> tuple[str, int]:
+        """Return file and line of a rung; an empty name and 0 if the file is not on this machine."""
+        for path, lines in self.lines.items():
+            for line, keys in lines.items():
+                if key in keys:
+                    return str(path), line
+        return "", 0
+
     def source(self, origin: Origin) -> Json:
         """Return file and line of a rung as the protocol has them; empty if it is not on this machine."""
         path = self.path(origin)

@@ -24,6 +24,9 @@ from .subject import Past, Subject
 WINDOW = 512
 """Scans whose images are read at once."""
 
+IDLE_S = 0.2
+"""Silence of a client after which a recording is run on."""
+
 TOPICS = frozenset({"/events", "/faults"})
 
 
@@ -42,8 +45,11 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
             raise ValueError(f"{path} has no scan {scan}: it has {first} to {last}")
         driver = Recorded(adapter, subject, first if scan is None else scan)
         adapter.begin(subject, driver)
+        more = True  # scans whose first run is not over: it goes on while the client is silent
         while not driver.over and not adapter.over:
-            adapter.serve(0 if adapter.running or monitor.tick() else None)
+            served = adapter.serve(0 if adapter.running else IDLE_S if more else None)
+            if not served and not adapter.running:
+                more = monitor.tick()
             driver.look_on()
 
 

@@ -30,6 +30,7 @@ _OF_CLIENTS = ("name", "type", "request", "noDebug", "restart", "presentation", 
 def launch(adapter: Adapter, said: Json) -> None:
     """Run a rack, or open a trace."""
     from scanrack.jobs.load.loading import load_job, runs
+    from scanrack.ladder import LadderLogic
 
     wanted = _checked(adapter, said)
     program = text(said, "program")
@@ -37,6 +38,10 @@ def launch(adapter: Adapter, said: Json) -> None:
         attach(adapter, said)
         return
     job = load_job(program)
+    if not isinstance(job.logic, LadderLogic):
+        raise DebugError(
+            f"{job.program.name} is Python without rungs: stepping needs rungs, structured text or a chart"
+        )
     adapter.stop_on_entry = wanted.get("stopOnEntry", True) is True
     adapter.start = lambda adapter: _play(adapter, job, wanted)
 
