@@ -43,7 +43,7 @@ def generated_scan(logic: Logic, plain: object) -> Callable[[LogicScan], None]:
         "clock": logic._logic_clock,
         "slots": logic._logic_slots,
         "begin": logic._logic_begin,
-        "logic": logic,
+        EVERY_SCAN: logic.every_scan,
     }
     before, after = [], []
     devices = [each for each in logic._logic_parts if isinstance(each, Device)]
@@ -51,7 +51,7 @@ def generated_scan(logic: Logic, plain: object) -> Callable[[LogicScan], None]:
         texts = _turns(device, f"device{number}", names)
         before.append(next(texts))
         after.append(next(texts))
-    middle = [] if getattr(type(logic), EVERY_SCAN) is plain else ["logic.every_scan()"]
+    middle = [] if getattr(type(logic), EVERY_SCAN) is plain else [f"{EVERY_SCAN}()"]
     for number, sequence in enumerate(logic._logic_sequences):
         names[own := f"sequence{number}"] = sequence
         middle.append(_SEQUENCE.format(own=own))
