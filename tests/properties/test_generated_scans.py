@@ -1,15 +1,16 @@
-"""A logic's generated scan does what its slow and clear one does: images, fields, steps, waits, locals, faults.
+"""A logic's generated scan does what its slow and clear one does: images, fields, steps, locals, faults.
 
 Random programs with sequences run twice with the same inputs, edits, restarts, losses of the link and
 writes of others.
 
 Broken on purpose: a watch without the mode bit, without the first scan of a level, one that is not noted
-again after a turn, a device that is idle in spite of another writer, a scan that stays after an edit.
+again after a turn, a device that is idle in spite of another writer or of new inputs.
 """
 
 from __future__ import annotations
 
 import random
+from itertools import product
 
 import edited_sequences
 import pytest
@@ -17,9 +18,11 @@ from amounts import amount
 from bench3601 import CONFIGURATION
 from edited_sequences import Author, Run, text_of
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.image import Image
 from scanrack.ladder.python.online.editing import edit_logic
 from scanrack.ladder.python.online.field_plan import EditRefusal
 from scanrack.ladder.python.sequences import Logic, Sequence, logic
+from scanrack.ladder.python.sequences.signals import _reader
 from scanrack.runtime import CpuFault
 
 SCANS = 250
@@ -132,3 +135,19 @@ def test_generated_scans_do_what_slow_ones_do(tmp_path, monkeypatch):
         faults.add(fast_fault[-20:])
     assert sum(stepped[1::2]) < sum(stepped[::2]) * 0.7  # otherwise nothing is compared
     assert len(faults) > 1
+
+
+@pytest.mark.parametrize("guarded", [False, True])
+@pytest.mark.parametrize("word", [0, 1, 2])
+@pytest.mark.parametrize("bit", [0, 4, 15])
+def test_an_input_stays_while_all_that_it_reads_stays(bit, word, guarded):
+    image = Image()
+    read, place = _reader(image, word, bit, guarded=guarded)
+    assert (place is None) == (guarded and word == 2)  # two words too far apart
+    words, index, mask = place or (image.words, word, 0)
+    seen: dict[int, set[bool]] = {}
+    for pair in product((0, 1, 0x10, -1, -32768, 32767, -32752), repeat=2):
+        image.words[0], image.words[word] = pair
+        seen.setdefault(words[index] & mask, set()).add(read())
+    assert place is None or all(len(levels) == 1 for levels in seen.values())
+    assert {level for levels in seen.values() for level in levels} == {False, True}
