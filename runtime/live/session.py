@@ -50,7 +50,9 @@ class Inbox(Protocol):
 class Stops(Protocol):
     """A program with breakpoints: a debugger."""
 
-    stops: tuple[Any, ...]
+    @property
+    def stops(self) -> tuple[Any, ...]:
+        """The breakpoints met in the latest scan."""
 
     def break_at(self, routine: str, rung: int, when: Any = "true") -> None:
         """Set a breakpoint at a rung, see `Debugger.break_at`; ValueError for an unknown one."""
@@ -276,6 +278,8 @@ class Session:
             self._tell({"mistake": {"text": str(error), "file": "", "line": None}})
             return
         self.state.breakpoints, self.state.met = [], []
+        if self._stops is not None:
+            self._stops.clear_breakpoints()
         self._show()
         self.give()
 
@@ -374,7 +378,7 @@ class Session:
 
     def _with_breakpoints(self) -> Stops:
         if self._stops is None:
-            raise ValueError("the program is a Python function: it has no rungs to stop at")
+            raise ValueError("the program has no breakpoints")
         return self._stops
 
     def _begin_branch(self, order: actions.Branch) -> None:

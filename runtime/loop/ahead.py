@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from scanrack.io_images.image import Image
 
-from .module import ForeseeingModule
+from .module import foreseeing
 from .rack import Rack
 
 if TYPE_CHECKING:
@@ -88,7 +88,7 @@ class RackPrediction:
         self._inputs = [each.inputs for each in places]
         self._outputs = [each.outputs for each in places]
         modules = [slot.module for slot in rack.slots.values()]
-        self._modules = [module for module in modules if isinstance(module, ForeseeingModule)]
+        self._modules = [each for module in modules if (each := foreseeing(module)) is not None]
         self._sent = sent
         self._block: NDArray[np.int16] | None = None
         self.possible = bool(modules) and len(self._modules) == len(modules)
@@ -158,11 +158,12 @@ class Patience:
 
     def __init__(self) -> None:
         self.wait = self.SHORTEST_WAIT  # ordinary scans to run first
+        self.longest_wait = self.LONGEST_WAIT
         self.most_rows = self.FEWEST_ROWS  # most scans to foresee while an axis moves
 
     def not_calm(self, scans: int) -> None:
         """Wait because an event comes within `scans` scans; 0 = the modules can't tell."""
-        self.wait = scans + 1 if scans else min(2 * self.wait, self.LONGEST_WAIT)
+        self.wait = scans + 1 if scans else min(2 * self.wait, self.longest_wait)
 
     def ended(self, used: int, count: int) -> None:
         """Adapt to a block of which `used` scans were run."""
@@ -171,6 +172,6 @@ class Patience:
             self.most_rows = min(2 * self.most_rows, self.MOST_ROWS)
             return
         paid = used >= PAYING_SCANS
-        self.wait = self.SHORTEST_WAIT if paid else min(2 * self.wait, self.LONGEST_WAIT)
+        self.wait = self.SHORTEST_WAIT if paid else min(2 * self.wait, self.longest_wait)
         if 4 * used < self.most_rows:
             self.most_rows = max(self.most_rows // 2, self.FEWEST_ROWS)

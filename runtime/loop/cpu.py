@@ -22,8 +22,8 @@ from .listeners import Listeners, ScanListener
 from .pace import FreeRun, Pacer, Watchdog, WatchdogTimeout, stopping_on_interrupt
 from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
-from .scan import AttachedLogic, CpuMode, LogicScan, ScanFlag, ScanLogic, mode_name
-from .scans_ahead import LOGIC_CALLERS, ScansAhead
+from .scan import CpuMode, LogicScan, ScanFlag, ScanLogic, attached, mode_name
+from .scans_ahead import LOGIC_CALLERS, RepeatFinder, ScansAhead
 
 __all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "LogicScan", "ScanFlag", "ScanLogic"]
 
@@ -97,8 +97,8 @@ class Cpu:
         if mode is not CpuMode.RUN:
             self._phases.stop_modules()
         self._prepare()
-        if isinstance(logic, AttachedLogic):
-            logic.__attach_logic__(self._view.slot)
+        if (prepared := attached(logic)) is not None:
+            prepared.__attach_logic__(self._view.slot)
 
     @property
     def program(self) -> ScanLogic:
@@ -144,6 +144,10 @@ class Cpu:
         """Close a listener, which is told nothing more; nothing if it is closed."""
         self._ahead.before_new_listeners()
         self._listeners.dismiss(listener)
+
+    def pass_over_repeats(self, finder: RepeatFinder) -> None:
+        """Let scans that repeat the one before them only take their time, see `runtime.loop.scans_ahead`."""
+        self._ahead.pass_over_repeats(finder)
 
     def announce(self, event: Event) -> None:
         """Announce an event of the program's own to the listeners with the next scan."""
@@ -220,8 +224,8 @@ class Cpu:
         self._closed = True
         with ExitStack() as stack:
             stack.callback(self._listeners.close)
-            if isinstance(self.program, AttachedLogic):
-                stack.callback(self.program.__close_logic__)
+            if (prepared := attached(self.program)) is not None:
+                stack.callback(prepared.__close_logic__)
 
     def __enter__(self) -> Self:
         return self

@@ -10,6 +10,9 @@
 New outputs, a request, a stop, or any action on a module ends the block in the same scan, which
 continues with its phases.
 
+Where all rows are equal, a `RepeatFinder` may find that the coming scans repeat the latest one. Such scans
+only take their time: neither logic nor listeners are called.
+
 If all listeners are `RowListener`s, they receive many scans at once, the rows as images. Otherwise, and while
 one of them needs every scan by itself, each scan is passed on as it ends: the same, slow and clear.
 """
@@ -18,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import repeat
+from typing import Protocol
 
 from .ahead import LEAST_ROWS, Block, Patience, numpy_is_worth_it
 from .exchange import Exchange
@@ -28,6 +32,25 @@ from .scan import LogicScan, ScanLogic
 _WHOLE = slice(None)
 _NO_ROWS: tuple[list[int], list[int], list[bytes]] = [], [], []
 """Scans that are not passed on yet: numbers, times, images; of all that are foreseen, at first."""
+
+MOST_APART = 63
+"""Scans between two questions to a `RepeatFinder` while the program changes in each of them."""
+
+
+class RepeatFinder(Protocol):
+    """Finds scans that repeat the one before them: the same inputs, program state and listeners' answers."""
+
+    def keep(self) -> None:
+        """Keep the program's state before the next scan."""
+
+    def repeats(self, scan: int, now_ns: int, most: int) -> int:
+        """Return how many of the coming scans repeat the latest one, and move the program's clocks on.
+
+        Args:
+            scan: number of the next scan.
+            now_ns: time of the latest scan, before which the state was kept.
+            most: the largest number.
+        """
 
 
 class ScansAhead:
@@ -41,6 +64,7 @@ class ScansAhead:
     """
 
     def __init__(self, phases: ScanPhases, rack: Rack, exchange: Exchange, period_ns: int) -> None:
+        self._finder: RepeatFinder | None = None
         self.enabled = True
         self.stop_requested = False
         self.present: Phase = phases.input_latch
@@ -52,6 +76,11 @@ class ScansAhead:
         self._ends = False  # whether the present scan ends its block
         self._pending = _NO_ROWS
         exchange.tell_before_change(self.catch_up)
+
+    def pass_over_repeats(self, finder: RepeatFinder) -> None:
+        """Pass over scans that repeat the one before them, and look ahead more often for that."""
+        self._finder = finder
+        self.patience.longest_wait = self.patience.SHORTEST_WAIT
 
     def run(self, scans: int) -> None:
         """Run scans until they are done or a stop is requested."""
@@ -95,7 +124,8 @@ class ScansAhead:
     def _ahead(self, most: int) -> int:
         """Run foreseen scans by rows; return their number."""
         view, patience = self._phases.view, self.patience
-        if not (self._phases.plain and self.enabled and numpy_is_worth_it(view.number)):
+        worth = self._finder is not None or numpy_is_worth_it(view.number)
+        if not (self._phases.plain and self.enabled and worth):
             patience.not_calm(0)
             return 0
         self._ends = False  # what ends a block from here on is not missed
@@ -110,12 +140,33 @@ class ScansAhead:
         count = min(calm, most)
         block = self._exchange.foresee(view.now_ns, self._period_ns, count, patience.most_rows)
         first = view.number
-        self._scan_block(block)
+        if self._finder is not None and isinstance(block.rows, bytes) and block.updated is None:
+            self._scan_repeats(self._finder, block)
+        else:
+            self._scan_block(block)
         used = view.number - first
         patience.ended(used, block.length)
         return used
 
-    def _scan_block(self, block: Block) -> None:
+    def _scan_repeats(self, finder: RepeatFinder, block: Block) -> None:
+        """Run scans of one row, less those that repeat another one."""
+        view, period_ns = self._phases.view, self._period_ns
+        end, apart = view.number + block.length, 0
+        while view.number < end:
+            if apart and not self._scan_block(block._replace(length=min(apart, end - view.number - 1))):
+                return
+            finder.keep()
+            if not self._scan_block(block._replace(length=1)):
+                return
+            repeated = finder.repeats(view.number, view.now_ns - period_ns, end - view.number)
+            apart = 0 if repeated else min(2 * apart + 1, MOST_APART)
+            if repeated:
+                view.number += repeated
+                view.now_ns += repeated * period_ns
+                self._exchange.catch_up(view.now_ns - period_ns)
+
+    def _scan_block(self, block: Block) -> bool:
+        """Run scans by their rows; return whether the last one ended by its row."""
         view, done = self._phases.view, 0
         self._by_rows = True
         try:
@@ -128,10 +179,12 @@ class ScansAhead:
                     count = block.length - done
                     self._scan_one_by_one(block.scans(done))
                 done += count
-            if self._by_rows:
+            ended = self._by_rows
+            if ended:
                 self.present = self._phases.input_latch
                 self._by_rows = False
                 self._exchange.catch_up(view.now_ns - self._period_ns)
+            return ended
         except BaseException:
             self.catch_up()
             raise
