@@ -174,12 +174,13 @@ def per_chunk(path: Path) -> list[list[int]]:
     if content in CHUNKS:
         return CHUNKS[content]
     cut = path.with_name("cut.mcap")
-    chunks = CHUNKS[content] = []
+    chunks: list[list[int]] = []
     for _, end in spans(path, Opcode.CHUNK):
         cut.write_bytes(content[:end])
         scans, _ = numbers(cut)
         chunks.append(scans[sum(map(len, chunks)) :])
     assert all(chunks)
+    CHUNKS[content] = chunks
     return chunks
 
 
