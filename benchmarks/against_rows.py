@@ -8,12 +8,15 @@ A row is a function that does the same work each time and returns its seconds of
 
 from __future__ import annotations
 
+import atexit
 import json
 import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from importlib import import_module
+from itertools import count
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -139,6 +142,62 @@ BENCHMARKS: dict[str, tuple[str, Callable[[Any, Path], Iterator[Row]]]] = {
 """The file of benchmarks/, and what makes its rows."""
 
 
+def searches(its: Any, folder: Path) -> Iterator[tuple[str, Callable[[], list[Any]]]]:
+    """Yield the planted programs: each call searches with the next seed."""
+
+    def search_of(name: str) -> Callable[[], list[Any]]:
+        seeds = count()
+        targets = ExitStack()
+        atexit.register(targets.close)
+        known: list[Any] = []
+
+        def search() -> list[Any]:
+            known[:] = known or [targets.enter_context(its.target_of(name))]
+            took = its.aimed(known[0], next(seeds), its.BUDGET)
+            return [took.seconds, took.runs, took.scans]
+
+        return search
+
+    for name in its.NAMES:
+        yield name, search_of(name)
+
+
+def questions(_its: Any, folder: Path) -> Iterator[tuple[str, Callable[[], list[Any]]]]:
+    """Yield programs: each call asks the built-in questions of `scanrack prove`.
+
+    It returns the seconds, those of the first answers (None where they come together), what is found, and
+    how many questions are open.
+    """
+    proving = import_module("scanrack.jobs.prove.proving")
+    subject_of = import_module("scanrack.jobs.prove.subject").subject_of
+    listens = hasattr(proving, "AnswerListener")
+
+    def ask_about(rack: Path) -> list[Any]:
+        subject = subject_of(str(rack))
+        first: list[float] = []
+        listener = proving.AnswerListener() if listens else None
+        if listener is not None:
+            listener.found = lambda _answer: first.append(process_time())
+            listener.left = lambda _count, _most_s: first.append(process_time())
+        start = process_time()
+        with proving.ScenarioFolder(folder / rack.stem) as scenarios:
+            found = proving.ask_questions(subject, scenarios, (), *([listener] if listens else []))
+        took = process_time() - start
+        texts = sorted(f"{each.finding.rule} {each.finding.site} {each.finding.text}" for each in found.found)
+        return [took, first[0] - start if first else None, texts, sum(found.open.values())]
+
+    examples = Path(__file__).parents[1] / "examples"
+    for rack in (examples / "feeder/feeder.toml", examples / "three_stations_ladder/line.toml"):
+        yield rack.parent.name, lambda rack=rack: ask_about(rack)  # type: ignore[misc]
+
+
+LONG: dict[str, tuple[str, Callable[[Any, Path], Iterator[tuple[str, Callable[[], Any]]]]]] = {
+    "fuzz": ("fuzz", searches),
+    "prove": ("prove", questions),
+}
+"""The same for rows that are no slices: fuzz.py and prove.py compare them."""
+
+
 def on_one_core() -> None:
     """Run where the other side runs, where a system allows that: both meet the same neighbors."""
     if hasattr(os, "sched_setaffinity"):
@@ -153,11 +212,11 @@ def main(folder: str, name: str) -> None:
     sys.stdout = sys.stderr  # what a benchmark prints is no answer
     with tempfile.TemporaryDirectory() as work:
         try:
-            file, make = BENCHMARKS[name]
+            file, make = (BENCHMARKS | LONG)[name]
             rows = dict(make(import_module(file), Path(work)))
             print(json.dumps(list(rows)), file=answer, flush=True)
             for line in sys.stdin:
-                print(rows[line.rstrip("\n")](), file=answer, flush=True)
+                print(json.dumps(rows[line.rstrip("\n")]()), file=answer, flush=True)
         except Exception as error:  # every mistake of a commit is told to the one that compares
             print(json.dumps({"error": f"{type(error).__name__}: {error}"}), file=answer, flush=True)
 

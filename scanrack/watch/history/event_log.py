@@ -51,6 +51,10 @@ class States(Protocol):
     def formats(self) -> NumberFormats:
         """The formats of the numbers of modules whose configuration selects them."""
 
+    @property
+    def version(self) -> tuple[int, ...]:
+        """What changes with each further event that is known."""
+
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
 
@@ -68,6 +72,9 @@ class States(Protocol):
 
     def up_to(self, scan: int, most: int) -> list[Json]:
         """Return the latest events up to a scan, in their order."""
+
+    def missing(self) -> int:
+        """Return how much is not read yet, or no longer kept: chunks of a recording, or events."""
 
 
 class EventLog:
@@ -103,6 +110,11 @@ class EventLog:
     def end(self) -> int:
         """Number of the next event."""
         return self.begin + len(self._events)
+
+    @property
+    def version(self) -> tuple[int, ...]:
+        """What changes with each further event."""
+        return self.begin, self.end, *(() if self.earlier is None else self.earlier.version)
 
     @property
     def first_of_page(self) -> int:
@@ -148,6 +160,7 @@ class EventLog:
                 "name": event.get("name", ""),
                 "text": event.get("text") or _spoken(event),
                 **({"module": event.get("module")} if topic == INDICATORS else {}),
+                **({"bits": event["bits"]} if event.get("bits") else {}),
                 **({"order": event["order"]} if "order" in event else {}),
             }
         )
@@ -202,6 +215,10 @@ class EventLog:
             return own
         before = min(scan, self._events[0]["scan"] - 1) if self._events else scan
         return [*self.earlier.up_to(before, most - len(own)), *own]
+
+    def missing(self) -> int:
+        """Return how many events are no longer kept, or chunks of an earlier recording not read yet."""
+        return self.begin or (0 if self.earlier is None else self.earlier.missing())
 
     def _before(self, scan: int | None) -> int:
         """Return the scan for which the earlier states are asked: a growing recording repeats ours."""

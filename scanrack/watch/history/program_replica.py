@@ -202,6 +202,10 @@ class ProgramReplica(Replayer):
         self.is_impure = bool(program.functions)  # whether routines in Python prevent repetition of scans
         self._kept = kept
 
+    def snapshots(self, scan: int) -> Iterator[int]:
+        """Yield the scans with values, back from a scan."""
+        return iter(()) if self.is_impure else (each for each in self._source.snapshots(scan) if each <= scan)
+
     def keep(self, scan: int) -> None:
         """Keep the present values, those before a scan: its questions are answered from there."""
         place = self._kept.place(scan)

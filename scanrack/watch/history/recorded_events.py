@@ -55,12 +55,28 @@ class RecordedEvents:
     def tick(self) -> bool:
         """Read a further chunk; return whether there may be more."""
         self._go_on()
-        missing = [place for place in self._telling if place not in self._known]
+        missing = self._missing()
         if not missing or self.read >= MOST_EVENTS:
             return False
         before = bisect_right(missing, self._trace.place_of(self._looked_at))
         self._log(missing[before - 1])
         return len(missing) > 1
+
+    def _missing(self) -> list[int]:
+        return [place for place in self._telling if place not in self._known]
+
+    def missing(self) -> int:
+        """Return how many chunks with events are not read yet."""
+        return len(self._missing())
+
+    @property
+    def version(self) -> tuple[int, ...]:
+        """What changes with each further chunk that is read."""
+        return len(self._known), self.read
+
+    def known(self) -> Iterator[Json]:
+        """Yield the known events, in their order."""
+        return (event for place in sorted(self._known) for event in self._known[place].since(0))
 
     # --- states of a scan
 

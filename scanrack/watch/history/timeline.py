@@ -70,6 +70,10 @@ class Timeline:
             )
         return np.concatenate([self._read(first, begins - 1), rows])
 
+    def apart(self, first: int, last: int) -> Rows:
+        """Return rows of the trace that are read once: the kept windows stay as they are."""
+        return self._columns(Selection(first, last))
+
     def values(self, scan: int) -> dict[str, Any]:
         """Return the recorded tags of a scan, by name; empty without any."""
         if self._known is None or self._known[0] != scan:

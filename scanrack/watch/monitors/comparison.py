@@ -11,12 +11,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
+from datetime import datetime
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from scanrack.io_images.memory_layout import ImagePlaces
+from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.traces.format.records import TraceError
+from scanrack.traces.read.reader import open_trace
 
 from ..history.catalog import NOTHING_SHOWN
 from .asked import Said, strip_in
@@ -45,6 +48,30 @@ def recordings_beside(record: Path) -> list[str]:
             if each.is_file() and each.resolve() != record.resolve():
                 found.append((each.stat().st_mtime_ns, each.name))
     return [name for _, name in sorted(found, reverse=True)[:MOST_LISTED]]
+
+
+def described(path: Path, rack: RackSpec, own: Path, parent: str | None) -> Json | None:
+    """Return a recording for the list of a page; None if it is of another rack, or can't be read.
+
+    Args:
+        rack: of the page.
+        own: the recording of the page, and `parent` the name of the one that it branches from.
+    """
+    try:
+        with open_trace(path) as trace:
+            metadata, slots = trace.head.metadata, [(each.number, each.module) for each in trace.head.slots]
+        changed_s = path.stat().st_mtime
+    except (OSError, TraceError):
+        return None
+    if metadata.get("name") != rack.name or slots != sorted((each.number, each.module) for each in rack.slot):
+        return None
+    branches = metadata.get("parent") == own.name
+    return {
+        "name": path.name,
+        "date": datetime.fromtimestamp(changed_s).astimezone().isoformat(timespec="seconds"),
+        "relation": "parent" if path.name == parent else "branch" if branches else "",
+        "scan": int(metadata.get("parent_scan", 0)) if branches else None,
+    }
 
 
 class Comparison:
@@ -108,9 +135,11 @@ class Comparison:
             scan: where the search begins; that scan is none.
             way: 1 forwards, -1 backwards.
         """
-        searched = scan
+        searched, low = scan, self._common()[0]
         for first, last in self._pieces(scan, way):
             scans, differs = self._differing_words(first - 1, last)
+            if len(scans) and scans[0] == low:  # before the first scan nothing differs
+                scans, differs = np.insert(scans, 0, low - 1), np.insert(differs, 0, False, axis=0)
             other = (differs[1:] != differs[:-1]).any(axis=1) & differs[1:].any(axis=1)
             changed = np.flatnonzero(other & (np.diff(scans) == 1)) + 1
             found = [int(scans[at]) for at in changed if first <= scans[at] <= last]
@@ -121,17 +150,21 @@ class Comparison:
 
     def _pieces(self, scan: int, way: int) -> Iterator[tuple[int, int]]:
         """Yield the first and last scans of the pieces that both recordings have, beginning beside a scan."""
-        extents = [each.subject.timeline.extent for each in (self._own, self.other)]
-        known = [each for each in extents if each is not None]
-        if len(known) < len(extents):
-            return
-        low, high = max(each[0] for each in known), min(each[1] for each in known)
+        low, high = self._common()
         if way > 0:
             for first in range(max(scan + 1, low), min(high, scan + MOST_SEARCHED) + 1, PIECE):
                 yield first, min(first + PIECE - 1, high)
         else:
             for last in range(min(scan - 1, high), max(low, scan - MOST_SEARCHED) - 1, -PIECE):
                 yield max(last - PIECE + 1, low), last
+
+    def _common(self) -> tuple[int, int]:
+        """Return the first and the last scan that both recordings may have; 0 and -1 without any."""
+        extents = [each.subject.timeline.extent for each in (self._own, self.other)]
+        known = [each for each in extents if each is not None]
+        if len(known) < len(extents):
+            return 0, -1
+        return max(each[0] for each in known), min(each[1] for each in known)
 
     def _differing_words(self, first: int, last: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
         """Return the scans of a stretch that both have, and for each, a row, whether each word differs."""
@@ -142,7 +175,7 @@ class Comparison:
             rows["words"][at][:, self._columns(each)]
             for rows, at, each in ((mine, here, self._own), (others, there, self.other))
         ]
-        return scans, pair[0] != pair[1]
+        return scans.astype(np.int64), pair[0] != pair[1]
 
     def _columns(self, monitor: Monitor) -> np.ndarray[Any, Any]:
         """Return the words, in rows of a monitor, of the slots with as many words in both recordings."""
@@ -176,8 +209,12 @@ def _words(mine: list[int], others: list[int] | None) -> Json:
 
 
 def recordings(monitor: Monitor, _page: Page, _said: Said) -> Json:
-    """List the recordings that a page may compare with."""
-    return {"recordings": recordings_beside(_record_of(monitor))}
+    """List the recordings of this rack that a page may compare with, the newest first."""
+    record, trace = _record_of(monitor), monitor.subject.timeline.opened()
+    parent = None if trace is None else trace.head.metadata.get("parent")
+    rack = monitor.subject.spec
+    found = (described(record.parent / each, rack, record, parent) for each in recordings_beside(record))
+    return {"recordings": [each for each in found if each is not None]}
 
 
 def compare(monitor: Monitor, page: Page, said: Said) -> Json:

@@ -17,7 +17,8 @@ from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.ring import Row
 
 from ..history.catalog import NOTHING_SHOWN, shown_value, value_of
-from ..history.event_log import States
+from ..history.event_log import LAST_SCAN, States
+from ..history.event_table import EventTable, table_of
 from ..history.lanes import ValueHistory
 from ..history.recent import RecentRows
 from ..history.stretch import Stretch, Stretches
@@ -27,6 +28,7 @@ from ..history.watched_program import Inputs, Values
 from ..panels.bindings import Bindings
 from ..panels.kept_panel import KeptPanel
 from .hello import incidents_of, slots_of
+from .marks import Marks
 from .page import Page
 from .picture import Places, changed, mode_of
 from .question_process import QuestionProcesses
@@ -39,6 +41,9 @@ ENVELOPE_ROWS, ENVELOPE_MOST = 16, 128
 
 BACK = 16_384
 """Scans of images and recorded values that a question looks back; the recording may lack them yet."""
+
+EVERY = 1 << 40
+"""More events than there are."""
 
 SPEED_SCANS = 50
 """Scans over which the speed of an axis is measured."""
@@ -134,6 +139,8 @@ class Monitor(ABC):
         self._joined = 0
         self.elsewhere = QuestionProcesses()
         self.opener: Callable[[Path], Any] | None = None  # opens another recording; see `open_beside`
+        self.marks: Marks | None = None  # of a recording
+        self._table: EventTable | None = None
         self.latest: Row | None = None  # the row of the latest scan; None before the first
         self.ran: SessionProgram | None = None  # the files of the program that runs; None of a recording
         self.over = False  # whether the server is to end
@@ -236,6 +243,19 @@ class Monitor(ABC):
             page.program = program
             page.show(NOTHING_SHOWN)
             page.send({"program": program.described(self.subject.values)})
+
+    def event_table(self, scan: int) -> EventTable:
+        """Return the known events up to a scan at least."""
+        states = self.states
+        if states.missing():
+            return table_of((), states.up_to(scan, EVERY), self.subject.words)
+        if self._table is None or self._table.version != states.version:
+            self._table = table_of(states.version, self.all_events(), self.subject.words)
+        return self._table
+
+    def all_events(self) -> Sequence[Json]:
+        """Return all events, in order."""
+        return self.states.up_to(LAST_SCAN, EVERY)
 
     def _before_the_first_scan(self) -> Json:
         return {

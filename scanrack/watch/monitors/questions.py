@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from ..history.catalog import COLUMNS, MOST_HITS, tag_hits
+from ..history.event_table import piece_of
 from ..history.lanes import MOST_LANES
 from . import comparison, drafts
 from .asked import Said, addresses_in, names_in, own_name, program_of, scans_in, strip_in, text_in
 from .hello import addresses_of
+from .marks import Marks
 from .monitor import Json, Monitor
 from .page import Page
 from .panel_questions import PANEL_QUESTIONS
@@ -18,7 +20,8 @@ from .why_questions import want, why
 MOST_WATCHED = 500
 """Most tags that a page may watch."""
 
-EVENTS_MOST = 100
+EVENTS_MOST, KINDS_MOST = 200, 30
+"""Most events of an answer, and most kinds in a question."""
 
 
 def show(monitor: Monitor, page: Page, said: Said) -> Json:
@@ -121,22 +124,68 @@ def window(monitor: Monitor, _page: Page, said: Said) -> Json:
 
 
 def events(monitor: Monitor, _page: Page, said: Said) -> Json:
-    """Return the latest events up to a scan."""
-    scan = said.get("to")
+    """Return a piece of the events up to a scan, how many there are, and whether all are read."""
+    scan, skip, most, hidden = (
+        said.get("to"),
+        said.get("skip", 0),
+        said.get("most", EVENTS_MOST),
+        said.get("hide", []),
+    )
     if type(scan) is not int:
         raise ValueError("to must be a scan number")
-    return {"events": monitor.states.up_to(scan, EVENTS_MOST)}
+    if type(skip) is not int or skip < 0 or type(most) is not int or not 0 < most <= EVENTS_MOST:
+        raise ValueError(f"skip must be 0 or more, and most 1 to {EVENTS_MOST}")
+    if (
+        not isinstance(hidden, list)
+        or len(hidden) > KINDS_MOST
+        or not all(isinstance(each, str) for each in hidden)
+    ):
+        raise ValueError(f"hide must be a list of up to {KINDS_MOST} kinds of events")
+    found, total = piece_of(monitor.event_table(scan), scan, hidden, skip, most)
+    return {"events": found, "total": total, "whole": not monitor.states.missing()}
+
+
+def marks(monitor: Monitor, page: Page, _said: Said) -> Json:
+    """Return the marks on the axis of a recording, and the failure that the page has a line for."""
+    found, row = _marks_of(monitor), monitor.row_of(page)
+    failure = found.failure(int(row["scan"]) if row is not None else 0) if found.whole else None
+    rest = {"total": len(found.all), "whole": found.whole}
+    return {"marks": found.shown(), **rest, "failure": failure and failure.fields}
+
+
+def mark(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """Return the next mark after a scan, or the one before."""
+    scan, way, found = said.get("from"), said.get("way"), _marks_of(monitor)
+    if type(scan) is not int or way not in (1, -1):
+        raise ValueError("from is the number of a scan, and way 1 or -1")
+    following = found.next(scan, way)
+    return {"mark": following and following.fields, "whole": found.whole}
+
+
+def _marks_of(monitor: Monitor) -> Marks:
+    if monitor.marks is None:
+        raise ValueError("marks are of recordings: this rack runs")
+    return monitor.marks
 
 
 def since(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Say since when a tag has its value in the scan of the page, and what it was before."""
-    tag, row = text_in(said, "tag"), monitor.row_of(page)
-    found = None if row is None else last_change(monitor, tag, int(row["scan"]))
+    """Say since when a tag has its value in the scan of the page, and what it was before.
+
+    One question looks at a stretch of scans; `from` is the scan from which the next question goes on back,
+    null where nothing is left.
+    """
+    tag, row, end = text_in(said, "tag"), monitor.row_of(page), said.get("from")
+    if end is not None and type(end) is not int:
+        raise ValueError("from must be a scan number")
+    if row is None:
+        return {"since": None, "from": None}
+    found, left = last_change(monitor, tag, int(row["scan"]) if end is None else end)
     if found is None:
-        return {"since": None}
+        extent = monitor.subject.timeline.extent
+        return {"since": None, "from": None if left <= (extent[0] if extent else 0) else left}
     changed = monitor.subject.timeline.row(found.scan)
     now_ns = None if changed is None else int(changed["now_ns"])
-    return {"since": {"scan": found.scan, "t": now_ns, "before": found.before}}
+    return {"since": {"scan": found.scan, "t": now_ns, "before": found.before}, "from": left}
 
 
 def share(monitor: Monitor, page: Page, said: Said) -> None:
@@ -180,6 +229,8 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "stop": stop,
     "window": window,
     "events": events,
+    "marks": marks,
+    "mark": mark,
     "why": why,
     "since": since,
     "want": want,

@@ -21,8 +21,16 @@ class LastChange(NamedTuple):
     before: Any  # the value in the scan before
 
 
-def last_change(monitor: Monitor, tag: str, scan: int) -> LastChange | None:
-    """Return the last known change of a tag or a value up to a scan; None without one."""
+Found = tuple[LastChange | None, int]
+"""A change, and the scan up to which the next look back goes."""
+
+
+def last_change(monitor: Monitor, tag: str, scan: int) -> Found:
+    """Look for the last change of a tag or a value up to a scan, in a stretch of bounded length.
+
+    Raises:
+        ValueError: the program calls routines in Python, so that its scans are not run again.
+    """
     program = monitor.subject.programs.at(scan)
     place = program.address(tag)
     if place is not None:
@@ -30,27 +38,28 @@ def last_change(monitor: Monitor, tag: str, scan: int) -> LastChange | None:
     return _of_python(monitor, tag, scan) if program.past is None else _of_ladder(program.past, tag, scan)
 
 
-def _of_image(monitor: Monitor, place: Address, scan: int) -> LastChange | None:
-    rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
+def _of_image(monitor: Monitor, place: Address, scan: int) -> Found:
+    first = max(0, scan - BACK)
+    rows = monitor.subject.timeline.between(first, scan)
     values = values_at(rows, monitor.subject.spec.layout, place)
     changes = np.flatnonzero(values[1:] != values[:-1])
     if not len(changes):
-        return None
-    return LastChange(int(rows["scan"][changes[-1] + 1]), values[changes[-1]].item())
+        return None, first
+    return LastChange(int(rows["scan"][changes[-1] + 1]), values[changes[-1]].item()), first
 
 
-def _of_ladder(replica: ProgramReplica, tag: str, scan: int) -> LastChange | None:
+def _of_ladder(replica: ProgramReplica, tag: str, scan: int) -> Found:
     if replica.is_impure:
-        return None
+        raise ValueError("the program calls routines in Python: its scans are not run again")
     found = replica.last_change(lambda engine: value_of(engine.tags, tag), scan)
     before = None
     if found and replica.show(found - 1):
         before = shown_value(value_of(replica.engine.tags, tag))
     replica.show(scan)
-    return None if found is None else LastChange(found, before)
+    return None if found is None else LastChange(found, before), replica.looked_back(scan)
 
 
-def _of_python(monitor: Monitor, name: str, scan: int) -> LastChange | None:
+def _of_python(monitor: Monitor, name: str, scan: int) -> Found:
     """Look into the recorded values, and into those that were read some thirty times a second."""
     subject = monitor.subject
     first = max(0, scan - BACK)
@@ -58,6 +67,6 @@ def _of_python(monitor: Monitor, name: str, scan: int) -> LastChange | None:
     values = recorded.get(name, [])
     for place in range(len(values) - 1, 0, -1):
         if not same(values[place], values[place - 1]):
-            return LastChange(first + place, shown_value(values[place - 1]))
+            return LastChange(first + place, shown_value(values[place - 1])), first
     told = subject.told.last_change(name, scan)
-    return None if told is None else LastChange(*told)
+    return None if told is None else LastChange(*told), first if values else 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -22,6 +23,7 @@ from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents
 from ..history.watched_machines import PER_SLOT
 from ..panels.kept_panel import KeptPanel
+from .marks import Marks
 from .monitor import Json, Monitor, SessionFacts, Subject
 from .page import Page
 
@@ -75,6 +77,7 @@ class TraceMonitor(Monitor):
         rack = address_name(trace.head.metadata.get("rack_file", ""))
         super().__init__(about, subject, self._recorded, KeptPanel(rack, _panel_in(trace, rack)))
         self._branch = branch
+        self.marks: Marks = Marks(subject.timeline, self._recorded, subject.words)
         extent = subject.timeline.extent
         if extent is None and not trace.may_grow:
             raise ValueError(f"{path}: no scan in it")
@@ -119,9 +122,25 @@ class TraceMonitor(Monitor):
         extent = self.subject.timeline.extent
         if extent is not None and extent[1] > self._last:
             self._go_on_to(extent[1])
-        more = self._recorded.tick()
+        more = self._recorded.tick() | self.marks.tick()
         self._look_for_lost_edits()
-        return self._index() or more
+        return more or self._index()
+
+    @override
+    def all_events(self) -> Sequence[Json]:
+        """Return the events, and the error bits that no event tells."""
+        own = [
+            {
+                "scan": each.scan,
+                "t": each.t,
+                "slot": each.slot,
+                "kind": each.kind,
+                "name": each.name,
+                "text": each.text,
+            }
+            for each in (self.marks.untold if self.marks.all else ())
+        ]
+        return sorted([*super().all_events(), *own], key=itemgetter("scan"))
 
     def run_once(self) -> None:
         """Leave the first run of the scans to a walk over all of them, where only images go into them."""

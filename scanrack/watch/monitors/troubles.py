@@ -7,12 +7,13 @@ bit        0       0       1       1        a page that follows the scans stops 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from operator import itemgetter
 from typing import Any, NamedTuple
 
 import numpy as np
 from scanrack.io_images.memory_layout import memory_layout
 from scanrack.io_images.module_words import BitPlace, ModuleWords
-from scanrack.runtime.live.ring import Rows
+from scanrack.runtime.live.ring import Row, Rows
 
 
 class ErrorBit(NamedTuple):
@@ -43,18 +44,27 @@ class ErrorWatch:
         """Restart: another session."""
         self._last = None
 
+    def is_on(self, row: Row, bit: ErrorBit) -> bool:
+        """Whether an error bit is on in a row."""
+        (start, _module), _bit = next(each for each in self._bits if each[1] == bit)
+        return bool(int(row["words"][start + bit.place.word]) >> bit.place.bit & 1)
+
     def first(self, rows: Rows) -> tuple[int, ErrorBit] | None:
         """Return the first of these rows in which an error bit comes on, and the bit; None without one."""
+        return min(self.all(rows), key=itemgetter(0), default=None)
+
+    def all(self, rows: Rows) -> list[tuple[int, ErrorBit]]:
+        """Return each of these rows in which an error bit comes on, and the bit."""
         if not len(rows):
-            return None
+            return []
         both = rows if self._last is None else np.concatenate([self._last, rows])
         skipped = len(both) - len(rows)
         self._last = rows[-1:].copy()
-        found = [(place, bit) for at, bit in self._bits if (place := _rise(both, at, bit)) is not None]
-        if not found:
-            return None
-        place, bit = min(found, key=lambda each: each[0])
-        return place - skipped, bit
+        return [(place - skipped, bit) for at, bit in self._bits for place in _rises(both, at, bit)]
+
+    def bit(self, slot: int, name: str) -> ErrorBit | None:
+        """Return an error bit; None without one of that name."""
+        return next((each for _, each in self._bits if (each.slot, each.name) == (slot, name)), None)
 
 
 def _bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, ModuleWords], ErrorBit]]:
@@ -68,12 +78,12 @@ def _bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, ModuleW
                     yield (start, names), ErrorBit(slot, name, group[name])
 
 
-def _rise(rows: Rows, at: tuple[int, ModuleWords], bit: ErrorBit) -> int | None:
-    """Return the first row in which a bit comes on that was off in the row before."""
+def _rises(rows: Rows, at: tuple[int, ModuleWords], bit: ErrorBit) -> list[int]:
+    """Return the rows in which a bit comes on that was off in the row before."""
     start, module = at
     images: Any = rows["words"]
     on = (images[:, start + bit.place.word] >> bit.place.bit & 1).astype(bool)
     if module.modes is not None and not module.live("I", bit.place.word) >> bit.place.bit & 1:
         on &= images[:, start + module.modes.input] >= 0  # a configuration's mirror has no status
-    rises = np.flatnonzero(on[1:] & ~on[:-1])
-    return int(rises[0]) + 1 if len(rises) else None
+    rises: list[int] = (np.flatnonzero(on[1:] & ~on[:-1]) + 1).tolist()
+    return rises

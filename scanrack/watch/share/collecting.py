@@ -86,6 +86,7 @@ def collect(
         "inputs": {name: bit.value for name, bit in INPUT_NAMES.items()},
         "lists": lists.packed(lead),
         "events": before + [each for each in events if each["scan"] >= first],
+        "marks": [each.fields for each in monitor.marks.all if first <= each.scan <= last],
         "whys": _answers(monitor, lists, scan, tags, others),
         "notes": [IMPURE] if any(_is_impure(each) for each in subject.programs.all) else [],
     }

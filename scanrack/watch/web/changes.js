@@ -4,6 +4,7 @@ import { count } from "./format.js";
 import { valueOf } from "./lanes.js";
 import { tell } from "./notice.js";
 import { lookAt } from "./scrub.js";
+import { lastChange } from "./since.js";
 import { ask } from "./source.js";
 import { run } from "./state.js";
 import { bitName } from "./words.js";
@@ -31,12 +32,12 @@ async function go(tag, search, where) {
 }
 
 // A tag that has changed in the scan shown is looked at one scan earlier.
-async function previous(tag, from) {
-  const { since } = await ask("since", { tag });
+async function previous(tag, from, goesOn) {
+  const since = await lastChange(tag, goesOn);
   if (!since || since.scan < from) return since?.scan ?? null;
   if (from <= run.range[0]) return null;
   await ask("look", { scan: from - 1 });
-  return (await ask("since", { tag })).since?.scan ?? null;
+  return (await lastChange(tag, goesOn))?.scan ?? null;
 }
 
 async function next(tag, from, goesOn) {

@@ -1,38 +1,53 @@
 // Compare with: another recording in the same scan. The band says what differs, and rungs that differ are marked.
 
 import { at, button, dialogOf, el, setAttribute, setFlag, setText } from "./dom.js";
-import { count, shown } from "./format.js";
+import { clock, count, shown } from "./format.js";
 import { tell } from "./notice.js";
 import { beginBeside, endBeside } from "./besidelanes.js";
 import { lookAt } from "./scrub.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
+import { bitName } from "./words.js";
 
-const MOST = 16, SEARCHES = 64; // tags in the band; questions for one difference
+const MOST = 16, SEARCHES = 1000, NAMED = 3; // tags in the band; questions for one difference; names in its line
 
 const dialog = dialogOf("Compare with", "Close the list");
 const title = el("strong", {}), summary = el("span", {}), list = el("ul", { "aria-label": "Tags that differ" });
 
+const sinceLine = button("First difference", () => { if (typeof first === "number") lookAt(first); },
+  { class: "plain", title: "Look at the first difference" });
+
 let name = null;
+let first; // the scan of the first difference, null without one, undefined while it is looked for
+let differs = ""; // what differs in it
 
 export const compareButton = () => button("Compare with a recording", choose, { text: "Compare", title: "Compare with a branch or another recording in the folder", hidden: Boolean(run.hello.shared) });
 
 async function choose() {
   try {
     const { recordings } = await ask("recordings");
-    dialog.open(recordings.length ? el("ul", { class: "choices" }, ...recordings.map(each => el("li", {}, button(`Compare with ${each}`, () => compare(each), { text: each })))) : el("p", {}, "There is no other recording in the folder."));
+    const none = el("p", {}, "There is no other recording of this rack in the folder.");
+    dialog.open(recordings.length ? el("ul", { class: "choices" }, ...recordings.map(choiceOf)) : none);
   } catch (refused) {
     tell(refused.message);
   }
 }
 
-// Compares with a recording of the folder, if it is there.
+const RELATIONS = { parent: () => "the parent of this branch", branch: scan => `a branch from scan ${count(scan)}` };
+
+const choiceOf = ({ name: other, date, relation, scan }) => el("li", {},
+  button(`Compare with ${other}`, () => compare(other, true), { text: other }),
+  el("span", { class: "soft" }, ` ${date.slice(0, 16).replace("T", " ")} `),
+  relation && el("strong", {}, RELATIONS[relation](scan)));
+
+// Compares with a recording of the folder, if it is there. The page stays at its scan.
 export async function compareWith(other) {
   const { recordings } = await ask("recordings").catch(() => ({ recordings: [] }));
-  if (recordings.includes(other)) await compare(other);
+  if (recordings.some(each => each.name === other)) await compare(other);
 }
 
-async function compare(other) {
+// Compares with another recording, or with none for null; opens the first difference if wished.
+async function compare(other, goes = false) {
   dialog.node.close();
   run.other = null;
   try {
@@ -42,19 +57,38 @@ async function compare(other) {
     tell(refused.message);
   }
   name ? beginBeside() : endBeside();
+  first = undefined;
   paint(run.other);
+  if (name) await toFirst(goes);
+}
+
+// Finds the first difference of the words, for the line that says since when they differ.
+async function toFirst(goes) {
+  const mine = name;
+  try {
+    const found = await search(-1, 1);
+    if (mine !== name) return;
+    first = found;
+    if (found !== null && goes) await lookAt(found);
+    paint(run.other);
+  } catch { /* the line says nothing of it */ }
+}
+
+async function search(from, way) {
+  for (let searches = 0; searches < SEARCHES; searches += 1) {
+    const { scan, searched } = await ask("difference", { from, way });
+    if (scan !== null || searched === from) return scan;
+    from = searched;
+  }
+  return null;
 }
 
 // The next scan in which the words differ otherwise than in the scan before.
 export async function toDifference(way) {
   if (!name) return tell("Compare with a recording first.");
   try {
-    for (let from = run.scan, searches = 0; searches < SEARCHES; searches += 1) {
-      const { scan, searched } = await ask("difference", { from, way });
-      if (scan !== null) return lookAt(scan);
-      if (searched === from) break;
-      from = searched;
-    }
+    const scan = await search(run.scan, way);
+    if (scan !== null) return lookAt(scan);
     tell(`No other difference of the words is known ${way > 0 ? "after" : "before"} scan ${count(run.scan)}.`);
   } catch (refused) {
     tell(refused.message);
@@ -65,7 +99,7 @@ function build() {
   name = null;
   endBeside();
   at("compared").replaceChildren(
-    el("div", { class: "row" }, title, summary,
+    el("div", { class: "row" }, title, sinceLine, summary,
       el("span", { class: "tools" },
         button("Previous difference", () => toDifference(-1), { text: "◀", title: "The previous difference of the words (D)", class: "sign" }),
         button("Next difference", () => toDifference(1), { text: "▶", title: "The next difference of the words (d)", class: "sign" }),
@@ -83,12 +117,33 @@ function paint(other) {
   if (!name || !other) return;
   const tags = Object.entries(other.tags), words = Object.values(other.words).reduce((sum, each) => sum + Object.keys(each).length, 0);
   setText(title, name);
+  if (run.scan === first) differs = namesOf(other).join(", ");
+  setText(sinceLine, sinceText());
+  sinceLine.disabled = typeof first !== "number";
   setAttribute(at("compared"), "data-words", String(words));
   const differing = [[words, "word"], [tags.length, "tag"], [Object.keys(power).length, "rung"]].filter(([number]) => number);
   setText(summary, !other.there ? "does not have this scan" : other.known === false ? "is not known so far yet" :
     differing.length ? `differs here in ${differing.map(([number, thing]) => some(number, thing)).join(", ")}` : "does not differ in this scan");
   list.replaceChildren(...tags.slice(0, MOST).map(([tag, value]) => el("li", { "data-tag": tag }, `${tag} ${shown(run.tags[tag])}, there ${shown(value)}`)),
     ...(tags.length > MOST ? [el("li", {}, `and ${tags.length - MOST} more`)] : []));
+}
+
+function sinceText() {
+  if (first === undefined) return "looking for the first difference …";
+  if (first === null) return "has the same words in all scans that both have";
+  const when = `scan ${count(first)}, ${clock(first * run.hello.period_ns)}`;
+  return `differs since ${when}${differs ? `: ${differs}` : ""}`;
+}
+
+// The names of what differs in a scan: tags, else bits and words.
+function namesOf({ tags, words }) {
+  const bits = run.hello.slots.flatMap(slot => Object.entries(words[slot.number] ?? {}).flatMap(([place, there]) => {
+    const here = run.words[slot.number]?.[place], inputs = slot.words.in, output = Number(place) >= inputs;
+    const word = Number(place) - (output ? inputs : 0), own = slot.bits.filter(bit => bit.word === word && bit.output === output);
+    const named = own.filter(({ bit }) => (here ^ there) >> bit & 1).map(bit => bitName(slot, bit));
+    return named.length ? named : [`Local:${slot.number}:${output ? "O" : "I"}.Data[${word}]`];
+  }));
+  return [...new Set([...Object.keys(tags), ...bits])].slice(0, NAMED);
 }
 
 onHello(build);

@@ -1,11 +1,12 @@
 // The source of a shared page: everything is in the page, as lists of changes. It connects to nothing.
 
+import { isHidden } from "./eventkinds.js";
 import { read } from "./exact.js";
 
 export class Refused extends Error {}
 
 const PARTS = ["power", "tags"], STATES = ["mode", "forced", "lines", "rules", "pressed", "faults"];
-const BACK = 50, EVENTS = 100, HITS = 200; // scans of a speed, as the server has it; rows of an answer
+const BACK = 50, EVENTS = 200, HITS = 200; // scans of a speed, as the server has it; rows of an answer
 
 const lists = new Map(); // key -> { scans, values }
 let data = null, sizes = {}, heard = null, at = null, number = 0, sent = {}; // sizes: words in and out of each slot
@@ -263,9 +264,21 @@ const QUESTIONS = {
     const [first, last] = clamped(from, to);
     return { strip: first > last ? {} : stripOf(first, last, signals) };
   },
-  events: ({ to }) => ({ events: data.events.filter(each => each.scan <= to).slice(-EVENTS) }),
-  since({ tag }) {
-    const found = changesOf(tag).filter(each => each.scan <= at).at(-1);
+  events({ to, skip = 0, most = EVENTS, hide = [] }) {
+    const shown = data.events.filter(each => each.scan <= to && !isHidden(each, data.hello.slots, hide));
+    const end = Math.max(shown.length - skip, 0);
+    return { events: shown.slice(Math.max(end - most, 0), end), total: shown.length, whole: true };
+  },
+  marks() {
+    const failure = data.hello.failure ? null : data.marks.findLast(({ scan, tag }) => tag && scan <= at) ?? null;
+    return { marks: data.marks.map(({ scan, kind }) => [scan, kind, 1]), total: data.marks.length, whole: true, failure };
+  },
+  mark({ from, way }) {
+    const next = data.marks.find(({ scan }) => scan > from), before = data.marks.findLast(({ scan }) => scan < from);
+    return { mark: (way > 0 ? next : before) ?? null, whole: true };
+  },
+  since({ tag, from = at }) {
+    const found = changesOf(tag).filter(each => each.scan <= Math.min(at, from)).at(-1);
     return { since: found ? { ...found, t: timeOf(found.scan) } : null };
   },
   why({ tag, fault }) {

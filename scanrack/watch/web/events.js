@@ -1,46 +1,123 @@
-// What has happened up to the scan that is shown, the latest at the top; a click looks at that scan.
+// What has happened up to the scan that is shown, the latest at the top; a click looks at that scan. The list has all of it:
+// further events come as it is scrolled. Kinds of events can be hidden.
 
-import { at, el, heading } from "./dom.js";
-import { clock } from "./format.js";
+import { at, button, el, heading, setAttribute, setText } from "./dom.js";
+import { rowsOf } from "./eventrows.js";
+import { clock, count } from "./format.js";
 import { stopBox } from "./causeband.js";
+import { isHidden, kindsOf } from "./eventkinds.js";
+import { keep, kept } from "./kept.js";
 import { lookAt } from "./scrub.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 
-const MOST = 200; // rows that are kept
+const MOST = 200, PIECE = 100; // rows that are kept of a rack that runs; events of a question
+const AGAIN_MS = 300; // events that are read in the background are asked for again
+const GROUPS = {
+  Errors: ["error", "fault", "faults"], Rules: ["rule"], Buttons: ["stimulus", "order"], Moves: ["move", "step"],
+  Lights: ["indicator"],
+};
+const FIRST = ["Lights"]; // that are hidden at first
 
 const list = el("ol", { class: "events", "aria-label": "Events, the latest first", tabindex: "0" });
+const end = el("p", { class: "soft end" });
+const filters = Object.keys(GROUPS).map(name => button(name, () => toggle(name), { "aria-pressed": "true" }));
+const bar = el("div", { class: "filters", role: "group", "aria-label": "Events that are listed" }, ...filters);
 
-let latest = [], asking = false; // the latest events of all, the earliest first
+let latest = [], listed = [], total = 0, whole = true; // the latest events of a rack that runs; those listed, in order
+let hidden = FIRST, asking = false, more = false;
+
+const key = () => `scanrack events ${run.hello.path}`;
+const hide = () => hidden.flatMap(name => GROUPS[name]);
 
 onHello(() => {
   latest = [];
-  list.replaceChildren();
-  at("events").replaceChildren(heading("Events", stopBox), list);
+  hidden = kept(key(), FIRST).filter(name => name in GROUPS);
+  paintFilters();
+  show([]);
+  at("events").replaceChildren(heading("Events", stopBox), bar, list, end);
 });
 
 onPaint(({ events, scan, state }) => {
   if (events) latest = [...latest, ...events].slice(-MOST);
-  if (run.state === "past") { if (scan !== undefined || state) lookBack(); } else if (events || state) show(latest);
+  if (run.state === "past") { if (scan !== undefined || state) lookBack(); } else if (events || state) showLatest();
 });
 
+function toggle(name) {
+  hidden = hidden.includes(name) ? hidden.filter(each => each !== name) : [...hidden, name];
+  keep(key(), hidden);
+  paintFilters();
+  list.replaceChildren();
+  if (run.state === "past") lookBack(true); else showLatest();
+}
+
+function paintFilters() {
+  for (const each of filters) setAttribute(each, "aria-pressed", String(!hidden.includes(each.textContent)));
+}
+
+function showLatest() {
+  const kinds = hide();
+  more = true;
+  show(latest.filter(event => !isHidden(event, run.hello.slots, kinds)));
+  say(listed.length < PIECE ? "" : "Scroll for earlier events.");
+  if (listed.length < PIECE) further();
+}
+
 // Asks for the events up to the scan of the past that is shown; while an answer is awaited only the latest wish is kept.
-async function lookBack() {
+async function lookBack(again = false) {
   if (asking) return;
   asking = true;
-  for (let end = null; run.state === "past" && end !== run.scan;) {
-    end = run.scan;
+  for (let to = null; run.state === "past" && (again || to !== run.scan);) {
+    again = false;
+    to = run.scan;
     try {
-      const answer = await ask("events", { to: end });
-      if (run.state === "past") show(answer.events);
+      const answer = await ask("events", { to, hide: hide(), most: PIECE });
+      if (run.state === "past") take(answer);
     } catch { break; } // the next hello asks again
   }
   asking = false;
 }
 
+function take(answer) {
+  ({ total, whole } = answer);
+  more = total > answer.events.length;
+  show(answer.events);
+  sayEnd();
+  if (!whole) setTimeout(() => { if (!whole && run.state === "past") lookBack(true); }, AGAIN_MS);
+}
+
+// Asks for events before the first one that is listed.
+async function further() {
+  if (asking || !more) return;
+  asking = true;
+  const known = new Set(listed.map(keyOf)), [first] = listed, to = first?.scan ?? run.scan ?? 0;
+  try {
+    for (let skip = 0, found = []; more && !found.length; skip += PIECE) {
+      const answer = await ask("events", { to, skip, hide: hide(), most: PIECE });
+      found = answer.events.filter(event => !known.has(keyOf(event)));
+      more = answer.total > skip + answer.events.length;
+      ({ whole } = answer);
+      if (run.state !== "past") total = listed.length + answer.total;
+      if (found.length) show([...found, ...listed]);
+    }
+    sayEnd();
+  } catch { more = false; }
+  asking = false;
+}
+
+function sayEnd() {
+  if (more) return say(`${count(list.children.length)} of ${count(total)} events: scroll for earlier ones.`);
+  say(whole ? `These are all events up to here: ${count(list.children.length)}.` : "Earlier events are being read.");
+}
+
+const say = text => setText(end, text);
+
+new IntersectionObserver(([{ isIntersecting }]) => { if (isIntersecting && listed.length) further(); }).observe(end);
+
 // Shows events; rows that stay are not touched, since one may have the focus.
 function show(events) {
-  const wanted = events.filter((event, place) => event.name !== "step" || events[place + 1]?.name !== "step").reverse(); // one row for many steps
+  listed = events;
+  const wanted = rowsOf(events).reverse();
   const known = new Set(wanted.map(keyOf));
   for (const row of [...list.children]) if (!known.has(row.key)) row.remove();
   let next = list.firstChild;
@@ -54,9 +131,10 @@ const keyOf = ({ scan, t, slot, text }) => `${scan} ${t} ${slot} ${text}`;
 
 function rowOf(event) {
   const { scan, t, slot, text, kind, name } = event;
-  const row = el("li", { "data-kind": kind, "data-event": name, "data-scan": scan },
+  const said = slot && run.hello.slots.length > 1 ? `${slot}: ${text}` : text;
+  const row = el("li", { "data-kind": kind, "data-event": name, "data-scan": scan, "data-error": kindsOf(event, run.hello.slots).includes("error") },
     el("button", { type: "button", title: `Look at scan ${scan}`, click: () => lookAt(scan) },
-      el("time", { class: "figure" }, clock(t)), el("span", { class: "what" }, slot && run.hello.slots.length > 1 ? `${slot}: ${text}` : text)));
+      el("time", { class: "figure" }, clock(t)), el("span", { class: "what" }, said)));
   row.key = keyOf(event);
   return row;
 }

@@ -8,6 +8,7 @@ import { setCursor } from "./cursors.js";
 import { field } from "./find.js";
 import { isClicked } from "./pointer.js";
 import { menuAt } from "./menu.js";
+import { toMark } from "./marks.js";
 import { tell } from "./notice.js";
 import { moveRung } from "./program.js";
 import { moveBy } from "./scrub.js";
@@ -36,6 +37,8 @@ const ROWS = [
   ["p", () => toPrevious(selected.tag), "the previous change of the selected tag"],
   ["n", () => toNext(selected.tag), "its next change"],
   ["c", setCursor, "cursor A at the scan shown, then B, then none"],
+  ["e", () => toMark(1), "the next mark of a recording: an error, a fault, a rule, another mode, a restart"],
+  ["E", () => toMark(-1), "the mark before"],
   ["d", () => toDifference(1), "the next difference from the recording compared with"],
   ["D", () => toDifference(-1), "the previous difference"],
   ["/", () => field.focus(), "find"],

@@ -3,6 +3,7 @@
 import { button, el, setFlag, setText } from "./dom.js";
 import { clock, count } from "./format.js";
 import { link } from "./link.js";
+import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { onPaint, run } from "./state.js";
 
@@ -12,20 +13,24 @@ const live = button("Live", () => goLive(), { text: "Live", title: "Back to the 
 const branchButton = button("Branch from here", branch, { title: "Run again from this scan on, into a recording of its own" });
 
 let wanted = null, asking = false;
+let aim = null; // the scan that is on its way: keys that follow one another quickly move on from there
 let held = false; // by a finger, which gives no focus: frames leave the slider where it is
 for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, () => { held = false; }, true);
 
-export const scrubber = () => el("div", { class: "scrub", role: "group", "aria-label": "Past" }, slider, ago, live, branchButton);
+// The slider, with what stands above it, and what stands behind it.
+export const scrubber = (above, ...behind) => el("div", { class: "scrub", role: "group", "aria-label": "Past" },
+  el("div", { class: "track" }, above, slider), ...behind, ago, live, branchButton);
 
 // Looks at a scan; while an answer is awaited only the latest wish is kept.
 export async function lookAt(scan) {
   wanted = clamp(scan);
+  aim = wanted === "live" ? null : wanted;
   if (asking) return;
   asking = true;
   while (wanted !== null) {
     const next = wanted;
     wanted = null;
-    await orders.look(next);
+    if (!await orders.look(next) && wanted === null) aim = null; // it was refused
   }
   asking = false;
 }
@@ -51,18 +56,33 @@ export function goOn() {
 }
 
 // Moves by so many scans, from the present into the past if need be.
-export const moveBy = scans => lookAt((run.scan ?? 0) + scans);
+export const moveBy = scans => lookAt((aim ?? run.scan ?? 0) + scans);
+
+let branched = null; // the scan of a branch of which nothing was told yet
 
 async function branch() {
-  const scan = run.scan;
+  const scan = branched = run.scan;
   link({ scan: null }); // the new session greets the page before the answer comes
-  if (!await orders.branch(scan + 1)) link({ scan }); // the scan that is shown is the last one in common
+  // the scan that is shown is the last one in common; the server of a recording ends, and that of the branch begins
+  if (await orders.branch(scan + 1) || run.state === "lost") return;
+  branched = null;
+  link({ scan });
 }
 
-onPaint(() => {
+// A branch runs, while a recording did not: the page says so.
+function tellBranch() {
+  const { wanted: speed } = run.speed, pace = typeof speed === "number" ? `at ${speed}×` : "as fast as it can";
+  const goes = run.paused ? "it stands there: Go on continues it" : `it runs again, ${pace}`;
+  tell(`This is a branch from scan ${count(branched)}: ${goes}.`, "told");
+  branched = null;
+}
+
+onPaint(changes => {
+  if (branched !== null && changes.speed && run.hello.kind === "rack" && run.scan >= branched) tellBranch();
   if (!run.range) return;
   const [first, last] = run.range;
   const past = run.state === "past";
+  if (run.scan === aim) aim = null;
   if (Number(slider.min) !== first) slider.min = first;
   if (Number(slider.max) !== last) slider.max = last;
   if (!held && (document.activeElement !== slider || !past)) slider.value = past ? run.scan : last;

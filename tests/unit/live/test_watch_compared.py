@@ -12,11 +12,15 @@ Broken on purpose: the scan before in place of the scan, words of the outputs le
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import nullcontext
+from datetime import datetime
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 from recordings import Opened, opened, recorded
+from scanrack.watch.monitors import comparison
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.recorded_session import open_beside
 
@@ -68,7 +72,10 @@ def other(seen: Opened, scan: int) -> Any:
 
 
 def test_recordings_of_the_folder_are_offered_and_no_other_file(seen: Opened, folder: Path) -> None:
-    assert asked(seen, "recordings")["recordings"] == ["two.mcap"]
+    (listed,) = asked(seen, "recordings")["recordings"]
+    assert (listed["name"], listed["relation"], listed["scan"]) == ("two.mcap", "", None)
+    changed = datetime.fromtimestamp((folder / "two.mcap").stat().st_mtime).astimezone()
+    assert datetime.fromisoformat(listed["date"]) == changed.replace(microsecond=0)
     for name in ("one.mcap", "../compared0/two.mcap", "count.toml", str(folder / "two.mcap"), 7, "none.mcap"):
         assert "no recording" in asked(seen, "compare", **{"with": name})["refused"]
     assert seen.page.compared is None
@@ -126,3 +133,42 @@ def test_a_file_that_is_no_recording_is_refused(tmp_path: Path) -> None:
     with opened(tmp_path / "count.mcap", tmp_path / "files") as seen:
         seen.monitor.opener = open_beside
         assert "bad.mcap" in asked(seen, "compare", **{"with": "bad.mcap"})["refused"]
+
+
+@pytest.mark.parametrize(
+    ("metadata", "module", "parent", "wanted"),
+    [
+        ({"name": "count"}, "amci3601", None, ("", None)),
+        ({"name": "count"}, "amci3601", "other.mcap", ("parent", None)),
+        ({"name": "count", "parent": "own.mcap", "parent_scan": "12"}, "amci3601", None, ("branch", 12)),
+        ({"name": "press"}, "amci3601", None, None),
+        ({"name": "count"}, "1769-IQ16", None, None),
+    ],
+)
+def test_other_racks_are_not_listed_and_a_parent_and_a_branch_are_marked(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    seen: Opened,
+    metadata: dict[str, str],
+    module: str,
+    parent: str | None,
+    wanted: tuple[str, int | None] | None,
+) -> None:
+    head = SimpleNamespace(metadata=metadata, slots=[SimpleNamespace(number=1, module=module)])
+    monkeypatch.setattr(comparison, "open_trace", lambda _path: nullcontext(SimpleNamespace(head=head)))
+    (tmp_path / "other.mcap").touch()
+    spec = seen.monitor.subject.spec
+    found = comparison.described(tmp_path / "other.mcap", spec, tmp_path / "own.mcap", parent)
+    assert (found and (found["relation"], found["scan"])) == wanted
+
+
+def test_what_differs_from_the_first_scan_on_is_found(tmp_path: Path) -> None:
+    for name, start in (("zero", 0), ("seven", 7)):
+        program = PROGRAM.format(more="").replace("TAG Count : DINT", f"TAG Count : DINT := {start}")
+        recorded(tmp_path, 50, program).rename(tmp_path / f"{name}.mcap")
+    with opened(tmp_path / "zero.mcap", tmp_path / "files") as seen:
+        seen.monitor.opener = open_beside
+        seen.settle()
+        asked(seen, "compare", **{"with": "seven.mcap"})
+        assert asked(seen, "difference", **{"from": -1, "way": 1})["scan"] == 0
+        seen.page.compare(None)

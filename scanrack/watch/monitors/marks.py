@@ -1,0 +1,192 @@
+"""The marks of a recording: errors, faults, rules, changes of the mode, restarts; of all its scans.
+
+scans      0 ... 32,767   32,768 ...        columns of the images and flags, a piece per tick
+events     one chunk per tick               see `recorded_events`
+marks      4,001 INP-01   4,002 INPUT_ERROR   9,000 run to program
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Mapping, Sequence
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+import numpy as np
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.runtime.live.ring import Rows
+from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag, mode_name
+
+from ..history.recorded_events import RecordedEvents
+from ..history.timeline import Timeline
+from .troubles import ErrorBit, ErrorWatch
+
+Json = dict[str, Any]
+
+PIECE = 32_768
+"""Scans that are looked through at once: some 10 ms."""
+
+SAME_SCANS = 2
+"""An error bit comes on in the scan in which its rule is reported, or so many scans later at most."""
+
+KINDS = ("fault", "error", "rule", "mode", "restart")
+"""Kinds of marks, the gravest first."""
+
+FAILURES = ("fault", "error")
+
+SHOWN_MOST = 2_000
+"""Most marks on the axis of a page: of more, some per stretch of scans."""
+
+
+class Mark(NamedTuple):
+    """A mark."""
+
+    scan: int
+    t: int
+    kind: str
+    text: str
+    slot: int = 0
+    name: str = ""  # of the bit or the rule
+    tag: str = ""  # address of the bit
+
+    @property
+    def fields(self) -> Json:
+        """Its fields for a page."""
+        return self._asdict()
+
+
+class Marks:
+    """The marks of a recording, as far as it was looked through.
+
+    Args:
+        words: of the modules, by slot in the order of the rows.
+    """
+
+    def __init__(
+        self, timeline: Timeline, recorded: RecordedEvents, words: Mapping[int, ModuleWords]
+    ) -> None:
+        self._timeline, self._recorded, self._words = timeline, recorded, words
+        self._errors = ErrorWatch(words)
+        self._of_rows: list[Mark] = []
+        self._before: Rows | None = None
+        self._next: int | None = None
+        self._known: tuple[tuple[int, ...], list[Mark], list[int]] = ((), [], [])
+        self.untold: list[Mark] = []  # error bits that came on without a rule, as of the last question
+
+    def tick(self) -> bool:
+        """Look through a further piece; return whether there are more."""
+        extent = self._timeline.extent
+        if extent is None:
+            return False
+        first = extent[0] if self._next is None else self._next
+        if first <= extent[1]:
+            self._take(self._timeline.apart(first, min(first + PIECE - 1, extent[1])))
+            self._next = min(first + PIECE, extent[1] + 1)
+        return self._next is None or self._next <= extent[1]
+
+    @property
+    def whole(self) -> bool:
+        """Whether all scans and events were looked through."""
+        extent = self._timeline.extent
+        return extent is None or (
+            self._next is not None and self._next > extent[1] and self._recorded.missing() == 0
+        )
+
+    @property
+    def all(self) -> Sequence[Mark]:
+        """The marks, in order."""
+        return self._sorted()[0]
+
+    def next(self, scan: int, way: int, kinds: Sequence[str] = KINDS) -> Mark | None:
+        """Return the next mark after a scan, or the one before for -1; None without one."""
+        marks, scans = self._sorted()
+        beyond = marks[bisect_right(scans, scan) :] if way > 0 else marks[: bisect_left(scans, scan)][::-1]
+        found = next((each for each in beyond if each.kind in kinds), None)
+        if found is None:
+            return None
+        same = marks[bisect_left(scans, found.scan) : bisect_right(scans, found.scan)]
+        return min(same, key=lambda each: KINDS.index(each.kind))  # the gravest of its scan
+
+    def failure(self, scan: int) -> Mark | None:
+        """Return the last fault or error up to a scan; without one the first of all."""
+        return self.next(scan + 1, -1, FAILURES) or self.next(scan, 1, FAILURES)
+
+    def shown(self) -> list[list[Any]]:
+        """Return `[scan, kind, count]` of the marks on the axis, the gravest of each stretch for many."""
+        marks = self.all
+        if len(marks) <= SHOWN_MOST:
+            return [[each.scan, each.kind, 1] for each in marks]
+        first, last = marks[0].scan, marks[-1].scan
+        found: dict[int, list[Any]] = {}
+        for each in marks:
+            place = (each.scan - first) * SHOWN_MOST // (last - first + 1)
+            held = found.setdefault(place, [each.scan, each.kind, 0])
+            held[2] += 1
+            if KINDS.index(each.kind) < KINDS.index(held[1]):
+                held[:2] = each.scan, each.kind
+        return list(found.values())
+
+    # --- where they come from
+
+    def _sorted(self) -> tuple[list[Mark], list[int]]:
+        version = len(self._of_rows), *self._recorded.version
+        if self._known[0] != version:
+            told: dict[tuple[int, str], list[int]] = {}
+            marks = list(self._of_events(told))
+            own = [each for each in self._of_rows if not _is_told(each, told)]
+            self.untold = [each for each in own if each.kind == "error"]
+            marks += own
+            marks.sort(key=attrgetter("scan"))
+            self._known = version, marks, [each.scan for each in marks]
+        return self._known[1:]
+
+    def _of_events(self, told: dict[tuple[int, str], list[int]]) -> Iterator[Mark]:
+        """Yield the marks of events: faults, and rules; note the scans in which these set bits."""
+        for event in self._recorded.known():
+            scan, kind, bits = event["scan"], event["kind"], event.get("bits", ())
+            if kind == "faults":
+                yield Mark(scan, event["t"], "fault", event["text"])
+            elif kind == "rule":
+                for each in bits:
+                    told.setdefault((event["slot"], each), []).append(scan)
+                yield self._of_rule(event, bits)
+
+    def _of_rule(self, event: Json, bits: Sequence[str]) -> Mark:
+        slot, name = event["slot"], event["name"]
+        errors = self._words[slot].errors if slot in self._words and event["scan"] else ()  # power-up is none
+        error = next((each for each in bits if each in errors), "")
+        bit = self._errors.bit(slot, error)
+        kind, text = "error" if error else "rule", f"{event['text']} [{name}]"
+        return Mark(event["scan"], event["t"], kind, text, slot, error or name, bit.address if bit else "")
+
+    def _take(self, rows: Rows) -> None:
+        if not len(rows):
+            return
+        self._of_rows += [self._error(rows[place], bit) for place, bit in self._errors.all(rows)]
+        both = rows if self._before is None else np.concatenate([self._before, rows])
+        skipped = len(both) - len(rows)
+        modes = both["flags"] & MODE_MASK
+        firsts = (both["flags"] & ScanFlag.FIRST_SCAN) != 0
+        changed = np.flatnonzero((modes[1:] != modes[:-1]) | (firsts[1:] & ~firsts[:-1])) + 1
+        for place in changed.tolist():
+            row, old, new = both[place], CpuMode(int(modes[place - 1])), CpuMode(int(modes[place]))
+            scan, t = int(row["scan"]), int(row["now_ns"])
+            if old is not new:
+                self._of_rows.append(
+                    Mark(scan, t, "mode", f"Mode {mode_name(new)}, before that {mode_name(old)}")
+                )
+            else:
+                self._of_rows.append(Mark(scan, t, "restart", "The program starts again: a first scan"))
+        self._before = both[skipped:][-1:].copy()
+
+    @staticmethod
+    def _error(row: Any, bit: ErrorBit) -> Mark:
+        text = f"{bit.name} came on"
+        return Mark(int(row["scan"]), int(row["now_ns"]), "error", text, bit.slot, bit.name, bit.address)
+
+
+def _is_told(mark: Mark, told: Mapping[tuple[int, str], Sequence[int]]) -> bool:
+    """Return whether the rule that has set an error bit is a mark itself."""
+    scans = told.get((mark.slot, mark.name), ()) if mark.kind == "error" else ()
+    place = bisect_right(scans, mark.scan) - 1
+    return place >= 0 and mark.scan - scans[place] <= SAME_SCANS
