@@ -4,6 +4,8 @@ Broken on purpose: typing in place of what is chosen, the program scrolled to it
 tab's storage, `ours` noted after the answer was told of: red.
 """
 
+from functools import partial
+
 import pytest
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
@@ -48,6 +50,10 @@ def choose(page, element):
     until(lambda: page.run(CARET))
 
 
+def says(page, told):
+    return page.run(VERDICT).startswith(told)
+
+
 def type_keys(page, *keys):
     ActionChains(page.browser).send_keys(*keys).perform()
 
@@ -83,7 +89,7 @@ def test_steps_of_an_edit_stay_where_they_are_and_it_is_the_pages_own(page, rack
         assert before > 300
         for step, told in (("Test", "Tested"), ("Cancel", "Nothing")):
             page.run("document.querySelector(`[aria-label='${arguments[0]} edits']`).click()", step)
-            until(lambda told=told: page.run(VERDICT).startswith(told))
+            until(partial(says, page, told))
             page.until_drawn()
             assert abs(page.run(SCROLL) - before) < 150  # notes of the edit come and go above the rungs
 

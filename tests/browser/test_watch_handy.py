@@ -119,7 +119,7 @@ def test_numbers_and_times_are_written_in_one_way(page, paused):
 def test_what_carries_meaning_has_a_contrast_of_three(page, paused, scheme):
     page.look(1280, 720, scheme=scheme)
     page.open_at(paused, 2000)
-    weak = []
+    weak: list[tuple[str, ...]] = []
     for name, edge, ink, own, around, disabled in page.run(EDGES):
         if edge and max(contrast(edge, own), contrast(edge, around)) < 3 and contrast(own, around) < 3:
             weak.append((name, edge, own, around))

@@ -198,7 +198,7 @@ function set(item, key, text) {
 async function save() {
   const said = await orders.order("save_panel", { items: draft, base: told.base });
   if (!said) return;
-  editor(null);
+  editor(null, shown);
   shown.take(said);
   tell(`${said.file} is saved.`, "told");
 }

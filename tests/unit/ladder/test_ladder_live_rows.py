@@ -17,7 +17,7 @@ from scanrack.ladder.instructions.slc import SLC_SPECS
 from scanrack.ladder.lowering.dialects import DIALECTS, LOGIX, SLC
 from scanrack.ladder.lowering.program import Program
 from scanrack.ladder.model.spec import Use
-from scanrack.ladder.model.tree import Address, Instruction, Number, Rung
+from scanrack.ladder.model.tree import Address, Instruction, Number, Operand, Rung
 
 TEXT = "{http://www.w3.org/2000/svg}text"
 STRUCTURES = {
@@ -44,7 +44,8 @@ def operands_of(dialect, spec):
 
     A member of a structure has another value in the controller than in the rung's text.
     """
-    numbers, operands, shown = count(100), [], {}
+    numbers, shown = count(100), dict[int, str]()
+    operands: list[Operand] = []
     members: dict[int, str] = {}
     is_timer = spec.operands[0] is Use.SLC_TIMER
     for place, use in enumerate(spec.operands):

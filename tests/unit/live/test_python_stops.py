@@ -4,6 +4,7 @@ Broken on purpose: lines of the module's own text, the trace kept after the last
 """
 
 import sys
+from typing import Any
 
 import pytest
 from scanrack.watch.python_stops import PythonStops
@@ -27,7 +28,7 @@ def logic(scan):
 def stops(tmp_path):
     path = tmp_path / "line.py"
     path.write_text(PROGRAM, encoding="utf-8")
-    names: dict[str, object] = {}
+    names: dict[str, Any] = {}
     exec(compile(PROGRAM, str(path), "exec"), names)
     found = PythonStops(lambda: names["logic"], path)
     yield found, names["logic"]
