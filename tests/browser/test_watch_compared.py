@@ -6,7 +6,7 @@ Two programs count their scans; the lamp of the second one is on from scan 100 o
 import pytest
 from scanrack.commands import build
 from typer.testing import CliRunner, Result
-from watched_page import watching, why_not
+from watched_page import until, watching, why_not
 
 PROGRAM = """
 PROGRAM lamp
@@ -41,7 +41,7 @@ def folder(tmp_path_factory):
     return place
 
 
-def test_the_key_leads_to_the_first_difference_and_the_band_tells_it(page, folder):
+def test_it_opens_at_the_first_difference_and_the_band_tells_what_differs_since_when(page, folder):
     with watching(f"{folder / 'dark.mcap'}#scan=10") as session:
         page.open(session.link)
         page.until_scan(10, "past")
@@ -49,6 +49,11 @@ def test_the_key_leads_to_the_first_difference_and_the_band_tells_it(page, folde
         page.until_there("[aria-label='Compare with lit.mcap']")
         page.press("Compare with lit.mcap")
         page.until_there("#compared:not([hidden])")
+        page.until_scan(100, "past")
+        first = "return document.querySelector('#compared .row').textContent"
+        until(lambda: "differs since scan 100, 00:00.200: Lamp" in page.run(first))
+        page.run("import('/scrub.js').then(scrub => scrub.lookAt(10))")
+        page.until_scan(10, "past")
         page.press("Next difference")
         page.until_scan(100, "past")
         page.until_there("#compared[data-words='1']")

@@ -100,10 +100,12 @@ class Marks:
     def next(self, scan: int, way: int, kinds: Sequence[str] = KINDS) -> Mark | None:
         """Return the next mark after a scan, or the one before for -1; None without one."""
         marks, scans = self._sorted()
-        if way > 0:
-            return next((each for each in marks[bisect_right(scans, scan) :] if each.kind in kinds), None)
-        before = marks[: bisect_left(scans, scan)]
-        return next((each for each in reversed(before) if each.kind in kinds), None)
+        beyond = marks[bisect_right(scans, scan) :] if way > 0 else marks[: bisect_left(scans, scan)][::-1]
+        found = next((each for each in beyond if each.kind in kinds), None)
+        if found is None:
+            return None
+        same = marks[bisect_left(scans, found.scan) : bisect_right(scans, found.scan)]
+        return min(same, key=lambda each: KINDS.index(each.kind))  # the gravest of its scan
 
     def failure(self, scan: int) -> Mark | None:
         """Return the last fault or error up to a scan; without one the first of all."""

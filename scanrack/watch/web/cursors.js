@@ -2,6 +2,7 @@
 
 import { button, el, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, count, timeText } from "./format.js";
+import { tell } from "./notice.js";
 import { onHello, run } from "./state.js";
 
 const SNAP = 7; // CSS pixels: so near a dragged cursor snaps to an edge
@@ -16,6 +17,10 @@ export const between = el("output", { class: "between figure", "aria-label": "Be
 export const cursorLayer = el("div", { class: "layer" }, ...lines);
 export const cursorButton = button("Cursors A B", both, { text: "A B", title: "Two cursors with the time between them, or none (c sets one at the scan shown)", "aria-pressed": "false" });
 
+export const copyButton = button("Copy readings", copy, { text: "Copy", title: "The lanes between the cursors to the clipboard, as a table", hidden: true });
+
+/** @type {(scans: number[]) => Promise<string>} */
+let table = async () => "";
 let scans = [], axis = null; // of A and of B, as far as they are set
 /** @type {(time: number, within: number) => number | null} */
 let edge = () => null;
@@ -27,6 +32,19 @@ export function moveCursors(shown, nearest) {
   axis = shown;
   edge = nearest;
   paint();
+}
+
+// Says what makes the table of readings between two scans.
+export function onCopy(makes) { table = makes; }
+
+async function copy() {
+  try {
+    const text = await table([...scans]);
+    await navigator.clipboard.writeText(text);
+    tell(`The readings of ${text.split("\n").length - 3} lanes are in the clipboard, as a table.`, "told");
+  } catch (refused) {
+    tell(`Nothing was copied: ${refused.message}`);
+  }
 }
 
 // Sets A, then B, at the scan shown; then none.
@@ -66,6 +84,7 @@ function paint() {
   setAttribute(cursorButton, "aria-pressed", String(scans.length > 0));
   lines.forEach((line, place) => paintLine(line, scans[place]));
   setFlag(between, "hidden", scans.length < 2);
+  setFlag(copyButton, "hidden", scans.length < 2);
   if (scans.length === 2) setText(between, said(Math.abs(scans[1] - scans[0])));
 }
 

@@ -5,7 +5,7 @@ import { at, button, el, heading, setAttribute, setText } from "./dom.js";
 import { rowsOf } from "./eventrows.js";
 import { clock, count } from "./format.js";
 import { stopBox } from "./causeband.js";
-import { isHidden } from "./eventkinds.js";
+import { isHidden, kindsOf } from "./eventkinds.js";
 import { keep, kept } from "./kept.js";
 import { lookAt } from "./scrub.js";
 import { ask } from "./source.js";
@@ -132,7 +132,7 @@ const keyOf = ({ scan, t, slot, text }) => `${scan} ${t} ${slot} ${text}`;
 function rowOf(event) {
   const { scan, t, slot, text, kind, name } = event;
   const said = slot && run.hello.slots.length > 1 ? `${slot}: ${text}` : text;
-  const row = el("li", { "data-kind": kind, "data-event": name, "data-scan": scan },
+  const row = el("li", { "data-kind": kind, "data-event": name, "data-scan": scan, "data-error": kindsOf(event, run.hello.slots).includes("error") },
     el("button", { type: "button", title: `Look at scan ${scan}`, click: () => lookAt(scan) },
       el("time", { class: "figure" }, clock(t)), el("span", { class: "what" }, said)));
   row.key = keyOf(event);

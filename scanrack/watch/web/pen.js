@@ -84,10 +84,11 @@ class Pen {
     this.text(says.length > most ? `${says.slice(0, most - 1)}…` : says, x, y, color, "right");
   }
 
-  inside(left, top, paint) {
+  // Paints within a lane, `right` before the end of the canvas: down to wherever it ends.
+  inside(left, top, paint, right = 0, high = 400) {
     this.context.save();
     this.context.beginPath();
-    this.context.rect(left, top - 4, this.wide - left, 400); // down to wherever a lane ends
+    this.context.rect(left, top - 4, this.wide - left - right, high);
     this.context.clip();
     paint();
     this.context.restore();

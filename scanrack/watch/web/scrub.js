@@ -1,7 +1,7 @@
 // The slider through the past: the whole recording, then live again, or another way from here.
 
 import { button, el, setFlag, setText } from "./dom.js";
-import { clock, count, times } from "./format.js";
+import { clock, count } from "./format.js";
 import { link } from "./link.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
@@ -63,14 +63,16 @@ let branched = null; // the scan of a branch of which nothing was told yet
 async function branch() {
   const scan = branched = run.scan;
   link({ scan: null }); // the new session greets the page before the answer comes
-  if (await orders.branch(scan + 1)) return; // the scan that is shown is the last one in common
+  // the scan that is shown is the last one in common; the server of a recording ends, and that of the branch begins
+  if (await orders.branch(scan + 1) || run.state === "lost") return;
   branched = null;
   link({ scan });
 }
 
 // A branch runs, while a recording did not: the page says so.
 function tellBranch() {
-  const goes = run.paused ? "it stands there: Go on continues it" : `it runs again, at ${times(run.speed.wanted)}`;
+  const { wanted: speed } = run.speed, pace = typeof speed === "number" ? `at ${speed}×` : "as fast as it can";
+  const goes = run.paused ? "it stands there: Go on continues it" : `it runs again, ${pace}`;
   tell(`This is a branch from scan ${count(branched)}: ${goes}.`, "told");
   branched = null;
 }

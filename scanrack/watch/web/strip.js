@@ -3,7 +3,8 @@
 import { causes, onCauses } from "./causes.js";
 import { besideLanes, onBeside } from "./besidelanes.js";
 import { AXIS, CURVE, LANE, TOP, below, curve, grid, highOf, lane, numbered, said, tagLane } from "./chart.js";
-import { between, cursorButton, cursorLayer, moveCursors } from "./cursors.js";
+import { between, copyButton, cursorButton, cursorLayer, moveCursors, onCopy } from "./cursors.js";
+import { dragZoom } from "./dragging.js";
 import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, count, timeText } from "./format.js";
 import { keep, kept } from "./kept.js";
@@ -11,6 +12,8 @@ import { Lanes, missing, range, stretches, valueOf } from "./lanes.js";
 import { colorOf, marksAxis, marksButtons, marksIn } from "./marks.js";
 import * as orders from "./orders.js";
 import { pen, colors } from "./pen.js";
+import { drawPlot, plotButton } from "./plot.js";
+import { readings } from "./readings.js";
 import { lookAt, scrubber } from "./scrub.js";
 import { ask } from "./source.js";
 import { onFrame, onHello, onPaint, run } from "./state.js";
@@ -23,10 +26,13 @@ const ROOM = 10, ROOM_PER_AXIS = 4; // lanes for which there is room from the st
 const MOST_LANES = 24;
 const MOST_CURVE = 150, BESIDE = 100; // CSS pixels: of a position where there is room; of the heading, the times and the choices
 const ROWS = 240; // edges that are listed
+const LEAST_SCANS = 4; // that a view may have
 const LIST_MS = 250, FILL_MS = 200;
 
 const canvas = el("canvas", { class: "chart", tabindex: "0", role: "img", "aria-label": "Timing: positions, bits and tags over time", click: clicked, wheel: wheeled, keydown: keyed });
 const times = el("canvas", { class: "axis", "aria-hidden": "true" });
+const axisOver = dragZoom(times, place => axisOf(canvas.clientWidth).time(place), zoomTo);
+axisOver.addEventListener("dblclick", () => zoom(1));
 const fold = el("button", { type: "button", class: "plain fold", "aria-expanded": "false", click: () => { unfolded = !unfolded; draw(); } });
 const spanText = el("output", { class: "figure" });
 const signal = el("select", { "aria-label": "Signal", change: list });
@@ -37,6 +43,7 @@ const reduced = matchMedia("(prefers-reduced-motion: reduce)");
 const signals = el("div", { class: "signals", role: "group", "aria-label": "Signals" });
 const choice = el("details", { class: "raw", toggle: () => { if (choice.open) choices(); } }, el("summary", {}, "Signals"), signals);
 
+let held = null; // the view that was dragged over, ns
 let tall = CURVE; // of a position
 let live = new Lanes([]), past = new Lanes([]), span = 5, listed = 0, chosen = {}, key = "", room = ROOM, axes = [], asking = false, filling = 0, unfolded = false;
 
@@ -49,8 +56,8 @@ onHello(hello => {
   chosen = kept(key, {});
   signal.replaceChildren();
   at("strip").replaceChildren(
-    heading("Timing", scrubber(marksAxis, ...marksButtons), el("span", { class: "tools" }, between, cursorButton, button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
-    el("div", { class: "over" }, canvas, fold, cursorLayer), times, el("div", { class: "line" }, choice, details));
+    heading("Timing", scrubber(marksAxis, ...marksButtons), el("span", { class: "tools" }, between, copyButton, cursorButton, plotButton(plotted), button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
+    el("div", { class: "over" }, canvas, fold, cursorLayer), axisOver, el("div", { class: "line" }, choice, details));
   beginTags(hello, changed);
   zoom(0);
 });
@@ -79,8 +86,24 @@ function changed(others) {
 }
 
 function zoom(by) {
-  const place = SPANS.indexOf(span) + by;
-  span = SPANS[Math.min(Math.max(place, 0), SPANS.length - 1)];
+  const wider = SPANS.findIndex(each => each > span), narrower = SPANS.findLastIndex(each => each < span);
+  if (by > 0 && wider >= 0) span = SPANS[wider];
+  if (by < 0 && narrower >= 0) span = SPANS[narrower];
+  held = null;
+  respan();
+}
+
+// What was dragged over on the axis is the view, as long as the scan shown is in it.
+function zoomTo(from, to) {
+  const period = run.hello.period_ns, [begin, end] = [from, to].map(time => Math.max(Math.round(time / period), 0) * period);
+  if (end - begin < LEAST_SCANS * period) return;
+  held = { from: begin, to: end };
+  span = (end - begin) / 1e9;
+  respan();
+  if (run.state !== "past" || run.t < begin || run.t > end) lookAt((begin + end) / 2 / period);
+}
+
+function respan() {
   setText(spanText, timeText(Math.round(span * 1e9)));
   past = new Lanes(live.order); // in as many points as this span has room for
   forgetAsked();
@@ -93,6 +116,7 @@ function zoom(by) {
 function view() {
   const wide = span * 1e9, t = run.t ?? 0;
   const least = orders.recorded() ? (run.range?.[1] ?? 0) * run.hello.period_ns : Infinity; // no empty time behind a recording
+  if (run.state === "past" && held && t >= held.from && t <= held.to) return [held.from, held.to];
   if (run.state === "past") { const end = Math.max(Math.min(t + wide / 2, least), wide); return [end - wide, end]; }
   const end = reduced.matches ? Math.ceil(t / (wide / 4)) * (wide / 4) : t; // in leaps, if motion is not wanted
   return [end - wide, end];
@@ -200,6 +224,7 @@ function draw() {
   const now = x(run.t ?? 0);
   to.line(now, 0, now, high, run.state === "past" ? colors.mark : colors.edge, run.state === "past" ? 1.5 : 1);
   moveCursors(axis, nearestEdge);
+  drawPlot();
 }
 
 // Where times are in a strip of that width: between the names and its right end, CSS pixels.
@@ -208,6 +233,15 @@ function axisOf(wide) {
   const x = time => left + (time - from) / (end - from) * (right - left), time = place => from + (place - left) / (right - left) * (end - from);
   return { from, end, left, right, x, time };
 }
+
+// What is plotted larger: the lanes that are drawn, positions and tags first.
+const plotted = {
+  names: () => [...axes, ...tagNames(), ...drawn()],
+  points: name => (tagNames().includes(name) ? pointsOf(name) : lanes().curves.get(name) ?? lanes().bits.get(name) ?? []),
+  view,
+};
+
+onCopy(scans => readings(drawn(), tagNames(), scans));
 
 // The time of the edge of a lane that is nearest to a time, or null if none is within reach.
 function nearestEdge(time, within) {

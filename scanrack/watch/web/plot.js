@@ -1,0 +1,96 @@
+// A lane of the strip plotted larger, or two on one chart: each has its scale, on the left and on the right.
+
+import { AXIS, grid, said } from "./chart.js";
+import { button, dialogOf, el, setText } from "./dom.js";
+import { clock } from "./format.js";
+import { after, range, stretches, valueOf } from "./lanes.js";
+import { colors, pen } from "./pen.js";
+
+const LEFT = 72, RIGHT = 72, TOP = 10, LINES = 4; // CSS pixels; lines of a scale
+
+const first = el("select", { "aria-label": "Lane", change: draw }), second = el("select", { "aria-label": "Second lane", change: draw });
+const canvas = el("canvas", { class: "plot", role: "img", "aria-label": "Values of the lanes over time", pointermove: read });
+const times = el("canvas", { class: "axis", "aria-hidden": "true" });
+const reading = el("output", { class: "figure" });
+const dialog = dialogOf("Plot", "Close the plot");
+dialog.node.classList.add("wide");
+
+let source = null, axis = null;
+
+// Opens the plot. `from`: names(), points(name), and view(), the time in view, of the strip.
+export const plotButton = from => button("Plot lanes", () => open(from), { text: "Plot", title: "Plot a lane larger, or two on one chart" });
+
+function open(from) {
+  source = from;
+  const names = from.names(), kept = [first.value, second.value];
+  first.replaceChildren(...names.map(name => el("option", { value: name, selected: name === kept[0] }, name)));
+  second.replaceChildren(el("option", { value: "" }, "no second lane"),
+    ...names.map(name => el("option", { value: name, selected: name === kept[1] }, name)));
+  dialog.open(el("div", { class: "line" }, first, second, reading), el("div", { class: "plotted" }, canvas, times));
+  draw();
+}
+
+// Draws again what is open: the strip has other values, or shows another time.
+export function drawPlot() {
+  if (dialog.node.open) draw();
+}
+
+function draw() {
+  const wide = canvas.clientWidth, high = Math.max(Math.round(innerHeight * 0.55), 160);
+  if (!source || !wide) return;
+  const to = pen(canvas, wide, high), [from, end] = source.view(), left = LEFT, right = wide - (second.value ? RIGHT : 12);
+  const x = time => left + (time - from) / (end - from) * (right - left);
+  axis = { from, end, left, right };
+  grid(to, pen(times, wide, AXIS), x, left, from, end, high);
+  const lanes = [[first.value, colors.curve, left - 8, "right"], [second.value, colors.mark, right + 8, "left"]];
+  for (const [name, color, place, align] of lanes) if (name) lane(to, name, color, place, align, x, high, wide);
+  setText(reading, "");
+}
+
+function lane(to, name, color, place, align, x, high, wide) {
+  const points = source.points(name), { from, end, left, right } = axis;
+  const [low, top] = scaleOf(points), y = value => TOP + (top - Number(value)) / (top - low) * (high - 2 * TOP);
+  for (let line = 0; line <= LINES; line += 1) {
+    const value = low + (top - low) * line / LINES;
+    to.line(left, y(value), right, y(value), colors.grid);
+    to.text(figure(value, top - low), place, y(value) + 4, color, align);
+  }
+  const even = name.endsWith(".position");
+  to.inside(left, 0, () => {
+    to.begin(color, 2);
+    let before = null; // the value behind the stretch before; null: not known
+    for (const [begin, over, value, least, most] of stretches(points, from, end)) {
+      if (value === null || typeof value === "string") { before = null; continue; }
+      const at = x(begin), middle = even ? (at + x(over)) / 2 : at, ends = [before ?? value, value].map(Number);
+      if (before === null) to.from(at, y(even ? least ?? value : value));
+      for (const each of [least, most]) { // there and back in a stretch
+        if (each < Math.min(...ends) || each > Math.max(...ends)) to.to(middle, y(each));
+      }
+      if (!even) to.to(at, y(value));
+      to.to(x(over), y(value));
+      before = value;
+    }
+    to.end();
+  }, wide - right, high);
+}
+
+// Levels and numbers; what a bit has is 0 or 1.
+function scaleOf(points) {
+  return points.some(each => each.length === 4) ? range(points) : [0, 1];
+}
+
+const figure = (value, wide) => (wide > LINES ? Math.round(value).toLocaleString("en-US") : String(Number(value.toFixed(2))));
+
+// What the lanes have at the time under the pointer.
+function read(event) {
+  if (!axis) return;
+  const { from, end, left, right } = axis, time = from + (event.offsetX - left) / (right - left) * (end - from);
+  const texts = [first.value, second.value].filter(Boolean).map(name => `${name} ${valueAt(source.points(name), time)}`);
+  setText(reading, time < from || time > end ? "" : `${clock(time)}  ${texts.join("  ")}`);
+}
+
+// The value at a time, in words.
+export function valueAt(points, time) {
+  const point = points[after(points, time) - 1], value = point ? valueOf(point) : null;
+  return value === null ? "–" : said(value);
+}
