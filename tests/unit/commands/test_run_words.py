@@ -24,7 +24,7 @@ def by_typer() -> Any:
         app = typer.Typer()
         run.register(app)
         why.register(app)
-        yield typer.main.get_command(app).commands
+        yield typer.main.get_group(app).commands
 
 
 def note(options: RunArguments) -> None:

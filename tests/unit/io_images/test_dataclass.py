@@ -69,7 +69,7 @@ def test_they_do_what_those_of_the_standard_library_do(
 ) -> None:
     theirs = made(dataclass, options, described, post)
     own = made(ours.dataclass, options, described, post)
-    if not isinstance(theirs, type) or not dataclasses.is_dataclass(theirs):
+    if not hasattr(theirs, "__dataclass_fields__"):
         return  # refused at once there; here at the first use, by Python's compiler, if at all
     assert inspect.signature(own).parameters.keys() == inspect.signature(theirs).parameters.keys()
     assert own.__match_args__ == theirs.__match_args__
