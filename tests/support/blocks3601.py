@@ -239,7 +239,12 @@ class BlocksBench:
     def until(self, name: str, output: str, scans: int = 20_000) -> BlocksBench:
         """Scan until an output of a block is true."""
         tag = f"{name}.{output}"
-        self.diary.after_scan = lambda: self.tags[tag] and self.cpu.stop()
+
+        def stop_there() -> None:
+            if self.tags[tag]:
+                self.cpu.stop()
+
+        self.diary.after_scan = stop_there
         self.cpu.run(scans)
         self.diary.after_scan = lambda: None
         if self.tags[tag]:

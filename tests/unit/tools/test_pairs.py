@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import combinations, product
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from pairs import left_out, played
@@ -33,7 +34,7 @@ def test_names_that_are_set_together_are_one_parameter():
     """As pytest gives them: the names and the value of `name, value` in one mark, a fixture's in none."""
     marks = [SimpleNamespace(args=("name, value", [])), SimpleNamespace(args=(("moment",), []))]
     cases = product([("a", 1), ("b", 1), ("a", 2)], "cd", "ef")
-    items = [
+    items: list[Any] = [
         SimpleNamespace(
             nodeid=f"test_x[{number}]",
             callspec=SimpleNamespace(params={"name": a, "value": b, "moment": moment, "fixture": kind}),
@@ -45,4 +46,5 @@ def test_names_that_are_set_together_are_one_parameter():
     assert len(out) == 6
     for one, other in zip(items[::2], items[1::2], strict=True):  # they differ in the fixture
         assert (one in out) != (other in out)
-    assert left_out([*items, SimpleNamespace(nodeid="test_y")]) == out
+    items.append(SimpleNamespace(nodeid="test_y"))
+    assert left_out(items) == out
