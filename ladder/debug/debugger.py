@@ -73,6 +73,7 @@ class Debugger:
     Attributes:
         interpreted: whether every scan is interpreted, as always with routines in Python.
         stops: the breakpoints met in the latest scan.
+        ran: none; the power of rungs says what ran.
         latest: the inputs of the latest scan; None before the first, and if nothing is remembered or was set
             from outside.
         news: counts changes of `latest` and of forces.
@@ -88,6 +89,8 @@ class Debugger:
     Raises:
         BuildError: the program can't be built.
     """
+
+    ran: tuple[int, ...] = ()
 
     def __init__(self, program: LadderLogic, *, remembered: int = MOST) -> None:
         self.stops: tuple[BreakpointStop, ...] = ()
