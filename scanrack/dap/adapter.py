@@ -212,6 +212,13 @@ class Adapter:
             raise DebugError("scans run; pause first")
         return self.cursor
 
+    def the_tree(self) -> Tree:
+        """Return the opened values of the place where the client stands."""
+        if self.tree is None:
+            cursor = self.place()
+            self.tree = Tree(cursor.view.engine, tuple(self.the_subject().forced(cursor.scan)))
+        return self.tree
+
     def in_past(self) -> bool:
         """Whether the client stands before the latest scan of a rack that runs."""
         subject = self.the_subject()

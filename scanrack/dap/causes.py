@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from scanrack.ladder.debug.causes import Causes
+from scanrack.ladder.debug.cells import cells_of
 from scanrack.ladder.debug.chains import Chains
 from scanrack.ladder.debug.crossref import CrossReference
 from scanrack.ladder.debug.inquiry import Inquiry
@@ -43,3 +44,14 @@ def why(adapter: Adapter, tag: str) -> str:
         origin = Origin(site.file, site.line or 0) if site is not None and site.line else Origin()
         adapter.output(f"  <- {text}\n", more=places.source(origin))
     return links[0][0]
+
+
+def last_change(adapter: Adapter, tag: str) -> int | None:
+    """Return the last scan up to the present one that changed a tag; None without one."""
+    cursor = adapter.place()
+    scan, spot = cursor.scan, cursor.spot
+    cells = cells_of(cursor.view.engine.tags.where(tag), counts=True)
+    adapter.leave()
+    found = adapter.the_subject().replayer(scan).last_change_of(cells, scan)
+    adapter.look_at(scan).go(spot)
+    return found

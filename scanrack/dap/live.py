@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 from scanrack.jobs.run.running import JobRun
 from scanrack.ladder import LadderLogic
@@ -195,7 +196,8 @@ class Live(QuietListener, Driver):
         for name in before.keys() - names.keys() & set(there):
             self._order(actions.RemoveBreakpoint(name))
         for name in names.keys() - set(there):
-            self._order(actions.Breakpoint(name))
+            with suppress(ValueError):  # of a body of a chart, which pages do not name
+                self._order(actions.Breakpoint(name))
         self._seen = list(self._session.state.breakpoints)
 
     def _take_breakpoints(self) -> None:

@@ -16,11 +16,12 @@ from scanrack.ladder.run.view import Tags
 from scanrack.ladder.state.lowered import AddOnCall, LoweredLine
 from scanrack.runtime.live import actions
 
+from .causes import last_change, why
 from .conditions import ExpressionError, Surroundings, compiled
 from .executed_scan import callers
 from .protocol import DebugError, Json, text, whole
 from .subject import Images
-from .variables import Modules, Names, Parts, Tree, tags_of, value_in
+from .variables import Modules, Names, Parts, tags_of, value_in
 
 if TYPE_CHECKING:
     from .adapter import Adapter
@@ -125,18 +126,10 @@ def _run_of(adapter: Adapter, frame: int) -> LineRun | None:
 # --- scopes
 
 
-def tree_of(adapter: Adapter) -> Tree:
-    """Return the opened values of the place where the client stands."""
-    if adapter.tree is None:
-        cursor = adapter.place()
-        adapter.tree = Tree(cursor.view.engine, tuple(adapter.the_subject().forced(cursor.scan)))
-    return adapter.tree
-
-
 def scopes(adapter: Adapter, said: Json) -> Json:
     """List the scopes of a frame."""
     run = _run_of(adapter, whole(said, "frameId"))
-    tree = tree_of(adapter)
+    tree = adapter.the_tree()
     engine = tree.engine
     found: list[Json] = []
 
@@ -210,7 +203,7 @@ def variables(adapter: Adapter, said: Json) -> Json:
     start, count = whole(said, "start", 0), whole(said, "count", 0)
     if start < 0 or count < 0:
         raise DebugError(f"start {start}, count {count}: must not be negative")
-    return {"variables": tree_of(adapter).variables(whole(said, "variablesReference"), start, count)}
+    return {"variables": adapter.the_tree().variables(whole(said, "variablesReference"), start, count)}
 
 
 # --- setting
@@ -218,7 +211,7 @@ def variables(adapter: Adapter, said: Json) -> Json:
 
 def set_variable(adapter: Adapter, said: Json) -> Json:
     """Set a value of a node."""
-    tag = tree_of(adapter).node(whole(said, "variablesReference")).tag(text(said, "name"))
+    tag = adapter.the_tree().node(whole(said, "variablesReference")).tag(text(said, "name"))
     return {"value": _set(adapter, tag, text(said, "value"))}
 
 
@@ -249,7 +242,7 @@ def _show_set(adapter: Adapter, tag: str, value: object) -> None:
 def _refuse_past(adapter: Adapter) -> None:
     if adapter.in_past():
         scan = adapter.place().scan
-        raise DebugError(f"scan {scan:,} is past: evaluate `branch` to go on from it with other values")
+        raise DebugError(f"scan {scan:,} is past: evaluate `branch` to continue from it with other values")
 
 
 def _present(tags: Tags, tag: str) -> object:
@@ -269,9 +262,9 @@ def evaluate(adapter: Adapter, said: Json) -> Json:
         return {"result": command(adapter, rest.strip()), "variablesReference": 0}
     name = _tag_named(adapter, asked, said.get("frameId"))
     if name is not None:
-        found = tree_of(adapter).value(asked, name)
+        found = adapter.the_tree().value(asked, name)
         node = found.pop("node", None)
-        reference = 0 if node is None else tree_of(adapter).add(node)
+        reference = 0 if node is None else adapter.the_tree().add(node)
         hover = _hover(adapter, name, found["value"]) if context == "hover" else found["value"]
         return {"result": hover, "type": found["type"], "variablesReference": reference}
     value = _expression(adapter, asked)()
@@ -301,8 +294,6 @@ def _expression(adapter: Adapter, asked: str) -> Callable[[], object]:
 
 def _hover(adapter: Adapter, tag: str, value: str) -> str:
     """Return what a hover says of a tag: its value, address and last change."""
-    from .setting import last_change
-
     layout = adapter.place().view.engine.lowered.layout
     declared = layout.declarations.get(tag.upper())
     target = getattr(declared, "target", None)
@@ -354,20 +345,18 @@ def _release_command(adapter: Adapter, rest: str) -> str:
 
 
 def _why_command(adapter: Adapter, rest: str) -> str:
-    from .causes import why
-
     return why(adapter, rest)
 
 
 def _branch_command(adapter: Adapter, _rest: str) -> str:
     scan = adapter.place().scan + 1
     adapter.the_driver().branch(scan)
-    return f"a new session goes on from scan {scan:,}"
+    return f"a new session continues from scan {scan:,}"
 
 
 def _reload_command(adapter: Adapter, _rest: str) -> str:
     adapter.the_driver().give(actions.Reload())
-    return "the saved program is loaded, and goes on from the present values"
+    return "the saved program continues with the present values"
 
 
 COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
@@ -405,7 +394,7 @@ def completions(adapter: Adapter, said: Json) -> Json:
     engine = adapter.place().view.engine
     names: list[str] = []
     if dot and head in engine.tags and isinstance(where := engine.tags.where(head), Group):
-        tree = tree_of(adapter)
+        tree = adapter.the_tree()
         names = [f"{head}.{each['name']}" for each in Parts(tree, head, where).children()]
     else:
         stop = adapter.place().stop

@@ -43,7 +43,7 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
         first, last = subject.extent
         if scan is not None and not first <= scan <= last:
             raise ValueError(f"{path} has no scan {scan}: it has {first} to {last}")
-        driver = Recorded(adapter, subject, first if scan is None else scan)
+        driver = RecordingDriver(adapter, subject, first if scan is None else scan)
         adapter.begin(subject, driver)
         more = True  # scans whose first run is not over: it goes on while the client is silent
         while not driver.over and not adapter.over:
@@ -124,7 +124,7 @@ class TraceSubject(Subject):
         return {**{name: each for name, each in forced.items() if name != "tags"}, **tags}
 
 
-class Recorded(Driver):
+class RecordingDriver(Driver):
     """Moves through a recording."""
 
     def __init__(self, adapter: Adapter, subject: TraceSubject, first: int) -> None:

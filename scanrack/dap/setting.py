@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from scanrack.ladder.debug.cells import cells_of
-
 from .breakpoints import FILTERS, Breakpoint, described
+from .causes import last_change
 from .protocol import DebugError, Json, objects, text, whole
 
 if TYPE_CHECKING:
@@ -74,11 +73,9 @@ def locations(adapter: Adapter, said: Json) -> Json:
 
 def data_info(adapter: Adapter, said: Json) -> Json:
     """Say whether a value can have a breakpoint, and what changed it last."""
-    from .looking import tree_of
-
     name = text(said, "name")
     if "variablesReference" in said and whole(said, "variablesReference"):
-        tag = tree_of(adapter).node(whole(said, "variablesReference")).tag(name)
+        tag = adapter.the_tree().node(whole(said, "variablesReference")).tag(name)
     else:
         tag = name
     cursor = adapter.place()
@@ -88,17 +85,6 @@ def data_info(adapter: Adapter, said: Json) -> Json:
     changed = last_change(adapter, tag)
     says = "has not changed yet" if changed is None else f"changed last in scan {changed:,}"
     return {"dataId": tag, "description": f"{tag} {says}", "accessTypes": ["write"], "canPersist": True}
-
-
-def last_change(adapter: Adapter, tag: str) -> int | None:
-    """Return the last scan up to the present one that changed a tag; None without one."""
-    cursor = adapter.place()
-    scan, spot = cursor.scan, cursor.spot
-    cells = cells_of(cursor.view.engine.tags.where(tag), counts=True)
-    adapter.leave()
-    found = adapter.the_subject().replayer(scan).last_change_of(cells, scan)
-    adapter.look_at(scan).go(spot)
-    return found
 
 
 # --- one breakpoint

@@ -4,7 +4,7 @@
 |---|---|
 | on a line, `becomes true`, `changes` | `Main.3 executes`, `Main.3`, `Main.3 changes` |
 | on a change of a tag | the tag |
-| with another condition, a hit count, a log message | not there |
+| in an add-on instruction; with another condition, a hit count, a log message | not there |
 """
 
 from __future__ import annotations
@@ -27,7 +27,8 @@ def page_names(one: Breakpoint, lowered: LoweredProgram) -> list[str]:
     if when is None or one.hits or one.log or one.kind == "exception":
         return []
     if one.keys:
-        return [f"{lowered.routines[routine].name}.{number}{when}" for routine, number in one.keys]
+        places = [(lowered.routines[routine], number) for routine, number in one.keys]
+        return [f"{each.name}.{number}{when}" for each, number in places if not each.frame]
     head, _, tail = one.name.rpartition(" ")
     tag = one.name if one.kind == "data" else head.strip() if tail.lower() == CHANGES else ""
     return [tag] if tag and not one.condition else []

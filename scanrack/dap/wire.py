@@ -14,6 +14,8 @@ from contextlib import suppress
 from queue import SimpleQueue
 from typing import IO, Any
 
+from scanrack.io_images.doors import json_value
+
 from .protocol import Json
 
 BODY_MOST = 1 << 22
@@ -98,7 +100,7 @@ class Wire:
         if len(data) < size:
             return None
         try:
-            message = json.loads(data)
+            message = json_value(data)
         except (ValueError, RecursionError) as error:
             raise NonsenseError(f"{data[:40]!r} is not JSON: {error}") from error
         if not isinstance(message, dict):

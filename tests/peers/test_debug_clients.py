@@ -85,7 +85,7 @@ def test_neovim_steps_forwards_and_backwards() -> None:
     script = Path(__file__).with_name("debug_steps.lua")
     words = [nvim, "--headless", "-u", "NONE", "--cmd", f"set rtp+={plugin}", "-c", f"luafile {script}"]
     done = subprocess.run(
-        words, capture_output=True, text=True, env=os.environ | told, timeout=120, check=False
+        words, capture_output=True, encoding="utf-8", env=os.environ | told, timeout=120, check=False
     )
     rung = f"Main, rung 7|{line}"
     assert done.stdout.splitlines() == [

@@ -273,7 +273,7 @@ def test_a_branch_goes_on_from_a_past_scan(client: DebugClient, rack: Path) -> N
     before = client.value("Number")
     with pytest.raises(RefusedError, match="past"):
         client.value("set Number = 5")
-    assert client.value("branch") == f"a new session goes on from scan {scan + 1}"
+    assert client.value("branch") == f"a new session continues from scan {scan + 1}"
     assert client.stopped() == ("pause", scan)
     assert int(client.value("Number")) == int(before) + (client.value("Number") != before)
     client.value("set Number = 5")

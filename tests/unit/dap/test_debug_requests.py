@@ -133,7 +133,7 @@ def test_a_client_that_goes_ends_the_adapter() -> None:
 @pytest.mark.slow
 def test_a_port_asks_for_its_key() -> None:
     words = [sys.executable, "-m", "scanrack", "debug", "--port", "0"]
-    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+    with subprocess.Popen(words, stdout=subprocess.PIPE, encoding="utf-8") as process:
         assert process.stdout is not None
         place, _, key = process.stdout.readline().strip().partition(" key ")
         host, _, port = place.partition(":")
