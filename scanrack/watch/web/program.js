@@ -90,7 +90,8 @@ async function open(name) {
   setFlag(operands, "hidden", Boolean(run.hello.shared) || (!all && !sheet.querySelector(".instruction:has([data-now]):not(:has(.caption))")));
   decorate(sheet, name, answer, columns);
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
-  paintText({ power: run.power, tags: run.tags, lines: run.lines, met: run.met, breakpoints: run.breakpoints });
+  const { power, tags, lines, met, breakpoints, ran } = run;
+  paintText({ power, tags, lines, met, breakpoints, ran });
   mark(selected);
   markFaults();
   markCauses(sheet);

@@ -75,13 +75,14 @@ function chip(name, text = name) {
   return el("button", { type: "button", class: "chip", title: name, click: event => { event.stopPropagation(); select({ tag: name }); } }, el("span", {}, text), value);
 }
 
-export function paintText({ power, tags, lines: running, breakpoints, met }) {
+export function paintText({ power, tags, lines: running, breakpoints, met, ran }) {
   if (tags) addChips(Object.keys(tags));
   if (breakpoints) for (const [ident, rows] of lines) for (const row of rows) paintStop(row, breakpointsAt(ident, breakpoints).length > 0);
   for (const [ident, now] of Object.entries(power ?? {})) {
     for (const row of lines.get(ident) ?? []) setAttribute(row, "data-power", now[0] ?? "0");
   }
   if ((running || met) && waits) paintRunning();
+  if (ran && waits) for (const [ident, [row]] of lines) setFlag(row, "data-ran", ran.includes(lineOf(ident)));
 }
 
 function paintStop(row, isSet) {
@@ -93,12 +94,14 @@ function paintStop(row, isSet) {
 function paintRunning() {
   const here = Object.entries(run.lines).filter(([, at]) => at);
   const marked = new Set([...here.filter(([, at]) => isHere(at)).map(([, { line }]) => line), ...metLines()]);
-  for (const [ident, [row]] of lines) setAttribute(row, "data-power", marked.has(Number(ident.split(".").at(-1))) ? "1" : "0");
+  for (const [ident, [row]] of lines) setAttribute(row, "data-power", marked.has(lineOf(ident)) ? "1" : "0");
   while (waits.children.length < here.length) waits.append(el("li", {}, el("button", { type: "button", class: "plain", click: jump }), el("code")));
   while (waits.children.length > here.length) waits.lastChild.remove();
   here.forEach(([name, at], place) => paintWait(waits.children[place], name, at));
   follow(lines.get(`${routine}.${metLines()[0] ?? here.find(([, at]) => isHere(at))?.[1].line}`)?.[0]);
 }
+
+const lineOf = ident => Number(ident.split(".").at(-1));
 
 // The lines whose breakpoints have ended the latest run.
 const metLines = () => (run.met ?? []).map(said => Number(/ line (\d+) has run$/.exec(said)?.[1])).filter(Boolean);
