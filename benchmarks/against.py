@@ -2,6 +2,7 @@
 
     python benchmarks/against.py [COMMIT] [--only NAME...] [--rounds N]    ratios with their spread
     python benchmarks/against.py --at-most 1.08                            status 1 if a row is above
+    python benchmarks/against.py --bars                                    rows with a bar, beside its commit
     python benchmarks/against.py --smoke                                   beside HEAD, one round
 
 COMMIT is the one that benchmarks/against.commit names, if none is given. Its package and its benchmarks are
@@ -13,8 +14,8 @@ processor time, on one core, since who else runs there differs. A ratio is the m
 above the limit is measured again in new processes, twice at most, with more rounds; the least of its ratios
 counts, since places in memory alone make one process some percent slower than another.
 
-Exit status: 0; 1 if a row is above `--at-most`, or a benchmark does not run on both sides; 0 and a line that
-says so if this clone does not have the commit.
+Exit status: 0; 1 if a row is above `--at-most` or its bar, or a benchmark does not run on both sides; 0 and
+a line that says so if this clone does not have the commit.
 """
 
 from __future__ import annotations
@@ -28,13 +29,14 @@ import subprocess
 import sys
 import tarfile
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from statistics import quantiles
+from types import MappingProxyType
 
-from against_rows import BENCHMARKS
+from against_rows import BARS, BARS_OF, BENCHMARKS
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent
@@ -182,18 +184,25 @@ def compared(pairs: list[tuple[float, float]]) -> list[float]:
     return [middle, low, high]
 
 
-def rows_above(sides: tuple[Side, Side], benchmark: str, rounds: int, at_most: float) -> list[str]:
-    """Measure a benchmark, print its rows, and return those that stay above."""
+def rows_above(
+    sides: tuple[Side, Side],
+    benchmark: str,
+    rounds: int,
+    at_most: float,
+    bars: Mapping[str, float] = MappingProxyType({}),
+) -> list[str]:
+    """Measure a benchmark, print its rows, and return those that stay above `at_most` or their bar."""
     only: set[str] = set()
     best: dict[str, list[float]] = {}
     for attempt in range(1 + REPEATS):
         for row, figures in measured(sides, benchmark, only, rounds * (1 + attempt)).items():
             best[row] = min(best.get(row, figures), figures)
-        only = {row for row, figures in best.items() if figures[0] > at_most}
+        only = {row for row, figures in best.items() if figures[0] > bars.get(row, at_most)}
         if not only:
             break
     for row, (ratio, low, high) in best.items():
-        said = "  above" if row in only else ""
+        said = f"  bar: {bars[row]:g}" if row in bars else ""
+        said += "  above" if row in only else ""
         print(f"{benchmark:11} {row:24} {ratio:6.2f}   {low:5.2f} to {high:5.2f}{said}", flush=True)
     return [f"{benchmark}, {row}" for row in sorted(only)]
 
@@ -204,9 +213,13 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--only", nargs="+", choices=list(BENCHMARKS), default=list(BENCHMARKS))
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--at-most", type=float, default=float("inf"), help="the highest ratio without a 1")
+    parser.add_argument("--bars", action="store_true", help="hold rows against their bars, at their commit")
     parser.add_argument("--smoke", action="store_true", help="a quick run that checks, and measures little")
     given = parser.parse_args(arguments)
     commit, rounds = ("HEAD", 1) if given.smoke else (given.commit, given.rounds)
+    bars: Mapping[str, Mapping[str, float]] = BARS if given.bars else {}
+    if bars:
+        commit, given.only = BARS_OF, [each for each in given.only if each in bars]
     if not has(commit):
         print(f"not compared: this clone does not have the commit {commit} (a shallow clone?)")
         return 0
@@ -217,12 +230,13 @@ def main(arguments: list[str]) -> int:
         )
         for benchmark in given.only:
             try:
-                above += rows_above(sides, benchmark, rounds, given.at_most)
+                above += rows_above(sides, benchmark, rounds, given.at_most, bars.get(benchmark, {}))
             except UnmeasuredError as why:
                 print(f"{benchmark}: not measured: {why}", flush=True)
                 above.append(benchmark)
     if above:
-        print(f"above {given.at_most:g}, or not measured: {'; '.join(above)}")
+        limit = "their bars" if bars else f"{given.at_most:g}"
+        print(f"above {limit}, or not measured: {'; '.join(above)}")
     return int(bool(above))
 
 

@@ -29,7 +29,8 @@ def steps_at_all(segment: Segment, first_ns: int, every_ns: int, count: int) -> 
     if terms[2:] == (0, 0) and step * (count + 1) < _INT64_ROOM:
         made, rest = divmod(terms[0], step)
         each, more = divmod(terms[1], step)
-        return np.asarray(made + each * index + (rest + more * index) // step)
+        whole = made + each * index
+        return whole + (rest + more * index) // step if more else whole  # a division takes longest of all
     return _estimated(segment, first_ns, every_ns, index)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual
 from scanrack.runtime import Amci3601, Card, Cpu, CpuFault, CpuMode, Rack
@@ -26,7 +28,7 @@ class Rows:
 
     def __init__(self, memory: bytearray, fails: int = -1) -> None:
         self.memory, self.fails = memory, fails
-        self.told: list[object] = []
+        self.told: list[Any] = []
         self.at_once: list[int] = []
 
     def event(self, scan, now_ns, topic, fields) -> None:
@@ -155,7 +157,7 @@ def test_one_listener_without_rows_has_every_scan_passed_by_itself():
             self.event, self.scan, self.close = self.all.event, self.all.scan, self.all.close
 
     rack = Rack([Card(1, Amci3601(), "amci3601", "4.1")])
-    listeners = [Rows(rack.memory), Plain(rack.memory)]
+    listeners: list[Any] = [Rows(rack.memory), Plain(rack.memory)]
     assert [by_rows(each) for each in listeners] == [listeners[0], None]
     Cpu(rack, lambda scan: None, 2 * MS, listeners=listeners).run(500)
     assert listeners[0].told == listeners[1].told

@@ -81,6 +81,20 @@ def test_a_row_above_the_limit_is_measured_again_and_its_least_ratio_counts(agai
     assert rows == [["a", "1.00"], ["b", "1.00"]]  # b was below in the first measurement: it is not repeated
 
 
+@pytest.mark.parametrize(("this_s", "status"), [(0.6, 0), (0.61, 1)])
+def test_a_row_with_a_bar_is_held_against_it_at_the_commit_of_the_bars(
+    against, monkeypatch, capsys, this_s, status
+):
+    monkeypatch.setattr(against, "BARS", {"scan": {"a": 0.6}})
+    sides = Side(a=[1.0], b=[1.0]), Side(a=[this_s], b=[9.0])
+    measured_by(against, monkeypatch, *[sides] * 3)
+    assert against.main(["--bars"]) == status
+    said = capsys.readouterr().out
+    assert f"in units of {against.BARS_OF[:12]}" in said
+    assert "bar: 0.6" in said
+    assert ("above their bars, or not measured: scan, a" in said) is bool(status)
+
+
 def test_a_row_that_only_one_commit_has_is_told_and_does_not_count(against, monkeypatch, capsys):
     measured_by(against, monkeypatch, (Side(a=[1.0]), Side(a=[1.0], b=[9.0])))
     assert against.main(["--only", "scan", "--at-most", "1.08"]) == 0
