@@ -75,12 +75,16 @@ class Worker:
             raise UnmeasuredError(answer["error"])
         return answer
 
-    def seconds(self, row: str) -> float:
-        """Return the processor time of a turn."""
+    def measure(self, row: str):
+        """Return the answer of a turn: seconds of processor time, or a list that begins with them."""
         assert self._process.stdin is not None
         self._process.stdin.write(row + "\n")
         self._process.stdin.flush()
-        return float(self._answer())
+        return self._answer()
+
+    def seconds(self, row: str) -> float:
+        """Return the processor time of a turn."""
+        return float(self.measure(row))
 
     def end(self) -> None:
         self._process.communicate()
@@ -124,6 +128,20 @@ def has(commit: str) -> bool:
     except FileNotFoundError:  # no git
         return False
     return asked.returncode == 0
+
+
+def named_commit() -> str:
+    """Return the commit that `against.commit` names."""
+    return (HERE / "against.commit").read_text(encoding="utf-8").split()[0]
+
+
+@contextmanager
+def sides_of(commit: str) -> Iterator[tuple[Side, Side]]:
+    """Lay out a commit and the working tree, in this order."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        other = laid_out(archived(commit, folder / "commit"), folder / "other")
+        yield other, laid_out(ROOT, folder / "this")
 
 
 @contextmanager
@@ -182,8 +200,7 @@ def rows_above(sides: tuple[Side, Side], benchmark: str, rounds: int, at_most: f
 
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    named = (HERE / "against.commit").read_text(encoding="utf-8").split()[0]
-    parser.add_argument("commit", nargs="?", default=named, help="default: %(default)s")
+    parser.add_argument("commit", nargs="?", default=named_commit(), help="default: %(default)s")
     parser.add_argument("--only", nargs="+", choices=list(BENCHMARKS), default=list(BENCHMARKS))
     parser.add_argument("--rounds", type=int, default=15)
     parser.add_argument("--at-most", type=float, default=float("inf"), help="the highest ratio without a 1")
@@ -194,10 +211,7 @@ def main(arguments: list[str]) -> int:
         print(f"not compared: this clone does not have the commit {commit} (a shallow clone?)")
         return 0
     above = []
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        other = laid_out(archived(commit, folder / "commit"), folder / "other")
-        sides = other, laid_out(ROOT, folder / "this")
+    with sides_of(commit) as sides:
         print(
             f"the working tree's processor time, in units of {commit[:12]}'s; half of the pairs lie between"
         )

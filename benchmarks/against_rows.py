@@ -8,12 +8,15 @@ A row is a function that does the same work each time and returns its seconds of
 
 from __future__ import annotations
 
+import atexit
 import json
 import os
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from importlib import import_module
+from itertools import count
 from pathlib import Path
 from time import process_time
 from typing import Any
@@ -139,6 +142,32 @@ BENCHMARKS: dict[str, tuple[str, Callable[[Any, Path], Iterator[Row]]]] = {
 """The file of benchmarks/, and what makes its rows."""
 
 
+def searches(its: Any, folder: Path) -> Iterator[tuple[str, Callable[[], list[Any]]]]:
+    """Yield the planted programs: each call searches with the next seed."""
+
+    def search_of(name: str) -> Callable[[], list[Any]]:
+        seeds = count()
+        targets = ExitStack()
+        atexit.register(targets.close)
+        known: list[Any] = []
+
+        def search() -> list[Any]:
+            known[:] = known or [targets.enter_context(its.target_of(name))]
+            took = its.aimed(known[0], next(seeds), its.BUDGET)
+            return [took.seconds, took.runs, took.scans]
+
+        return search
+
+    for name in its.NAMES:
+        yield name, search_of(name)
+
+
+LONG: dict[str, tuple[str, Callable[[Any, Path], Iterator[tuple[str, Callable[[], Any]]]]]] = {
+    "fuzz": ("fuzz", searches),
+}
+"""The same for rows that are no slices: fuzz.py and prove.py compare them."""
+
+
 def on_one_core() -> None:
     """Run where the other side runs, where a system allows that: both meet the same neighbors."""
     if hasattr(os, "sched_setaffinity"):
@@ -153,11 +182,11 @@ def main(folder: str, name: str) -> None:
     sys.stdout = sys.stderr  # what a benchmark prints is no answer
     with tempfile.TemporaryDirectory() as work:
         try:
-            file, make = BENCHMARKS[name]
+            file, make = (BENCHMARKS | LONG)[name]
             rows = dict(make(import_module(file), Path(work)))
             print(json.dumps(list(rows)), file=answer, flush=True)
             for line in sys.stdin:
-                print(rows[line.rstrip("\n")](), file=answer, flush=True)
+                print(json.dumps(rows[line.rstrip("\n")]()), file=answer, flush=True)
         except Exception as error:  # every mistake of a commit is told to the one that compares
             print(json.dumps({"error": f"{type(error).__name__}: {error}"}), file=answer, flush=True)
 

@@ -3,6 +3,7 @@
     python benchmarks/fuzz.py                        the rows that take some minutes
     python benchmarks/fuzz.py --long                 all rows: `planted` and `alarms` take hours
     python benchmarks/fuzz.py --only planted --seeds 4 staircase bounce    one row, these programs
+    python benchmarks/fuzz.py --only turns           seconds until found, there and here in turns (minutes)
     python benchmarks/fuzz.py --smoke                a few runs of some rows
 
 Planted: the programs of benchmarks/fuzz_programs, each with its mistake, searched with several seeds until
@@ -25,12 +26,14 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from statistics import median
+from random import Random
+from statistics import median, quantiles
 from time import process_time
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
+import against
 import fuzz_kills
 import fuzz_workers
 import inevitable
@@ -244,6 +247,49 @@ def _seconds(bench: TrialBench, runs: int, *, probed: bool) -> float:
     return min(once() for _ in range(3))
 
 
+AT_MOST = 0.3
+"""The bar of `turns`."""
+
+
+def turns(asked: Asked) -> bool:
+    """Search the suite at another commit and here, in turns: seconds until the planted mistake is found."""
+    commit, names, seeds = against.named_commit(), asked.names or tuple(NAMES), asked.seeds or SEEDS
+    if not against.has(commit):
+        print(f"  not compared: this clone does not have the commit {commit}")
+        return True
+    pairs: list[Pair] = []
+    print(f"  {seeds} searches of {BUDGET} runs each, there and here; half of the ratios lie between")
+    with against.sides_of(commit) as sides, against.workers(sides, "fuzz") as (other, this):
+        for name in names:
+            found = [(other.measure(name), this.measure(name)) for _ in range(seeds)]
+            print(f"  {name:<16} {_compared(found)}", flush=True)
+            pairs += found
+    print(f"  {'all':<16} {_compared(pairs)} (bar: {AT_MOST})")
+    there, here = (sum(each[side][1] is not None for each in pairs) for side in (0, 1))
+    return here >= there
+
+
+Pair = tuple[list[Any], list[Any]]
+"""Seconds, runs (None without a find) and scans of a search at another commit, and here."""
+
+
+def _compared(pairs: list[Pair]) -> str:
+    """Return finds and seconds on both sides, and the ratio of the seconds with that of random halves."""
+    there, here = (sum(each[side][1] is not None for each in pairs) for side in (0, 1))
+    random = Random(0)
+    ratios = [_ratio(random.choices(pairs, k=len(pairs))) for _ in range(400)]
+    low, _, high = quantiles(ratios, n=4)
+    seconds = [sum(each[side][0] for each in pairs) / len(pairs) for side in (0, 1)]
+    return (
+        f"found {there:>3} {here:>3}   mean s {seconds[0]:6.2f} {seconds[1]:6.2f}   "
+        f"ratio {_ratio(pairs):.2f}, {low:.2f} to {high:.2f}"
+    )
+
+
+def _ratio(pairs: list[Pair]) -> float:
+    return sum(here[0] for _, here in pairs) / sum(there[0] for there, _ in pairs)
+
+
 def kills(asked: Asked) -> bool:
     """Kill searches at random moments."""
     return fuzz_kills.main(["--smoke"] if asked.smoke else []) == 0
@@ -277,12 +323,13 @@ ROWS: dict[str, Callable[[Asked], bool]] = {
     "instant": instant,
     "workers": workers,
     "kills": kills,
+    "turns": turns,
     "planted": planted,
     "alarms": alarms,
 }
 """The rows by name: dear ones at the end."""
 
-DEAR, SMOKED = ("workers", "kills", "planted", "alarms"), ("module", "costs", "number")
+DEAR, SMOKED = ("workers", "kills", "turns", "planted", "alarms"), ("module", "costs", "number")
 """Rows that are measured only if they are asked for, and those of a smoke run."""
 
 

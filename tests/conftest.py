@@ -121,11 +121,17 @@ def _is_quick_run(config: pytest.Config) -> bool:
     return _is_whole_suite(config) and not asked
 
 
+@cache
+def _is_within(path: Path, folder: Path) -> bool:
+    """Return `path.is_relative_to(folder)`; twenty thousand tests are in some hundred files."""
+    return path.is_relative_to(folder)
+
+
 def _together(item: pytest.Item) -> object:
     """Return what tests of one process have in common: their file, or the browser."""
     if item.config.getoption("--long"):
         return item.nodeid
-    return BROWSER if item.path.is_relative_to(BROWSER) else item.path
+    return BROWSER if _is_within(item.path, BROWSER) else item.path
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:
@@ -148,11 +154,11 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     for item in items:
-        if item.path.is_relative_to(BROWSER):
+        if _is_within(item.path, BROWSER):
             item.add_marker(pytest.mark.slow)
         if is_hypothesis_test(getattr(item, "obj", None)):
             item.add_marker(pytest.mark.sampled)
-    for item in left_out(item for item in items if item.path.is_relative_to(MANUAL)):
+    for item in left_out(item for item in items if _is_within(item.path, MANUAL)):
         item.add_marker(pytest.mark.product)
     if _is_quick_run(config):
         config.option.markexpr = "not slow and not product"
@@ -167,7 +173,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 def _turn(item: pytest.Item) -> int:
     """Return the place in `FIRST` of what a test belongs to; the others keep their order behind it."""
-    return next((turn for turn, path in enumerate(FIRST) if item.path.is_relative_to(path)), len(FIRST))
+    return next((turn for turn, path in enumerate(FIRST) if _is_within(item.path, path)), len(FIRST))
 
 
 def _rule_lines(config: pytest.Config) -> list[str]:

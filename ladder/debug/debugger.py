@@ -525,7 +525,7 @@ class Debugger:
         """Return a routine in box characters; wires with power in the latest scan are heavy."""
         from ..draw import captions_of, routine_text  # most runs draw nothing
 
-        captions = captions_of(self.program.add_ons.values())
+        captions = captions_of(self.program)
         return routine_text(self.routine_now(routine), width, self.truth(routine), rungs, captions)
 
     def svg(self, width: int = 96) -> str:
@@ -534,12 +534,12 @@ class Debugger:
 
         routines = [(self.routine_now(each.name), each.numbers) for each in self.program.routines]
         truths = {each.name: self.truth(each.name) for each in self.program.routines}
-        return routines_svg(routines, width, truths, captions_of(self.program.add_ons.values()))
+        return routines_svg(routines, width, truths, captions_of(self.program))
 
     def routine_now(self, routine: str) -> Routine:
         """Return a routine with the current PRE and ACC of timers and counters."""
         found = self._routine(routine)
-        return with_values(found, self._engine.tags_of(program_of(found.name)))
+        return with_values(found, self._engine.tags_of(program_of(found.name)), self.program.builtin)
 
     @property
     def cross_reference(self) -> CrossReference:

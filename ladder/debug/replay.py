@@ -143,6 +143,10 @@ class Replayer:
                 end = start - 1
         return None
 
+    def looked_back(self, end: int) -> int:
+        """Return the scan before those in which `last_change` looks up to one; that one if there are none."""
+        return min(islice(self._source.snapshots(end), self._stretches), default=end + 1) - 1
+
     def last_change_of(self, cells: Sequence[Cell], end: int) -> int | None:
         """Return the last scan that changed one of some values, up to one; None without one.
 

@@ -2,36 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
-from ..instructions import BY_NAME
 from ..model.routine import Routine
-from ..model.spec import WITH_PRESETS, Use
+from ..model.spec import Spec
 from ..model.tree import Address, Branch, Element, Instruction, MemberStep, Operand, Series, number
 from ..run.view import Tags
 
 
-def with_values(routine: Routine, tags: Tags) -> Routine:
+def with_values(routine: Routine, tags: Tags, specs: Mapping[str, Spec]) -> Routine:
     """Return a routine with current PRE, ACC, LEN and POS; computed subscripts keep the rung's values."""
-    rungs = tuple(replace(rung, series=_series(rung.series, tags)) for rung in routine.rungs)
+    rungs = tuple(replace(rung, series=_series(rung.series, tags, specs)) for rung in routine.rungs)
     return replace(routine, rungs=rungs)
 
 
-def _series(series: Series, tags: Tags) -> Series:
-    return tuple(_element(each, tags) for each in series)
+def _series(series: Series, tags: Tags, specs: Mapping[str, Spec]) -> Series:
+    return tuple(_element(each, tags, specs) for each in series)
 
 
-def _element(element: Element, tags: Tags) -> Element:
+def _element(element: Element, tags: Tags, specs: Mapping[str, Spec]) -> Element:
     if isinstance(element, Branch):
-        return Branch(tuple(_series(leg, tags) for leg in element.legs))
-    spec = BY_NAME.get(element.name)
-    if spec is None or Use.PRESET not in spec.operands:
+        return Branch(tuple(_series(leg, tags, specs) for leg in element.legs))
+    spec = specs.get(element.name)
+    if spec is None or not spec.members:
         return element
-    place = next(number for number, use in enumerate(spec.operands) if use in WITH_PRESETS)
-    parts = iter(WITH_PRESETS[spec.operands[place]])
     shown = [
-        _value(element.operands[place], next(parts), tags, said) if use is Use.PRESET else said
-        for use, said in zip(spec.operands, element.operands, strict=False)
+        _value(element.operands[spec.members[place][0]], spec.members[place][1], tags, said)
+        if place in spec.members
+        else said
+        for place, said in enumerate(element.operands)
     ]
     return Instruction(element.name, tuple(shown))
 

@@ -15,6 +15,8 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from scanrack.io_images.dataclass import dataclass
 from typing_extensions import override
 
+from ..instructions import BY_NAME
+from ..model.spec import Spec
 from ..model.tree import Address, Instruction, MemberStep, Operand, Rung, addresses_in, instructions_of
 from .layout import NO_CAPTIONS, place
 from .marks import BoxLine, Picture, Symbol
@@ -37,8 +39,8 @@ HEAD, FOOT = 3, 10
 EDGE = 1
 """Columns outside of each rail."""
 
-MEMBERS = dict.fromkeys(("TON", "TOF", "RTO", "CTU", "CTD"), ("", ".PRE", ".ACC"))
-"""Instructions whose second and third operands are members of the first one."""
+SHORT = frozenset(("TON", "TOF", "RTO", "CTU", "CTD"))
+"""Boxes of one line: their title has their members."""
 
 NameOf = Callable[[Address], str | None]
 """Returns the full tag name for an address with one value, else None."""
@@ -65,6 +67,7 @@ def live_rung(
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
     name_of: NameOf = str,
     *,
+    specs: Mapping[str, Spec] = BY_NAME,
     operands: bool = False,
 ) -> LiveRung:
     """Draw a rung for a page.
@@ -72,10 +75,11 @@ def live_rung(
     Args:
         ident: prefix of its element ids: `Main.3` for rung 3 of routine Main.
         name_of: returns the tag of an address.
+        specs: instructions of the program's dialect.
         operands: whether blocks that say what they do show their operands, too.
     """
     instructions = tuple(instructions_of(rung.series))
-    ruler = _ValueRuler(captions, name_of, operands=operands)
+    ruler = _ValueRuler(captions, name_of, specs, operands=operands)
     picture = place(rung, width, ruler)
     groups = [_Group() for _ in range(picture.elements)]
     for mark in picture.marks:
@@ -127,9 +131,16 @@ def _rails(picture: Picture) -> str:
 
 
 class _ValueRuler(Ruler):
-    def __init__(self, captions: Mapping[str, Sequence[str]], name_of: NameOf, *, operands: bool) -> None:
+    def __init__(
+        self,
+        captions: Mapping[str, Sequence[str]],
+        name_of: NameOf,
+        specs: Mapping[str, Spec],
+        *,
+        operands: bool,
+    ) -> None:
         super().__init__(captions)
-        self._name_of, self._operands = name_of, operands
+        self._name_of, self._specs, self._operands = name_of, specs, operands
 
     def _told(self, instruction: Instruction) -> BlockTexts | None:
         return told_of(instruction, self._captions.get(instruction.name, ()), self._name_of)
@@ -143,7 +154,7 @@ class _ValueRuler(Ruler):
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
         told = self._told(instruction)
         if not self._operands:
-            if instruction.name in MEMBERS and told is not None:
+            if instruction.name in SHORT and told is not None:
                 return (BoxLine("", str(instruction.operands[0]).ljust(_MEMBER + VALUE)),)
             if instruction.name == "JSR" and str(instruction.operands[-1]) == "0":  # without parameters
                 return super().lines(instruction, room)[:-1]
@@ -162,19 +173,24 @@ class _ValueRuler(Ruler):
     def entry(
         self, instruction: Instruction, number: int, caption: str, longest: int | None
     ) -> list[BoxLine]:
-        members = MEMBERS.get(instruction.name, ())
-        if 0 < number < len(members):
-            name = self._name(instruction.operands[0], members[number])
+        members = self._members(instruction)
+        if number in members:
+            structure, member = members[number]
+            name = self._name(instruction.operands[structure], member)
             if name is not None:
                 return [BoxLine(caption, " " * VALUE, name)]
         lines = super().entry(instruction, number, caption, longest)
         name = self._name(instruction.operands[number])
         return lines if name is None else [*lines, BoxLine("", " " * VALUE, name)]
 
+    def _members(self, instruction: Instruction) -> Mapping[int, tuple[int, str]]:
+        spec = self._specs.get(instruction.name)
+        return {} if spec is None else spec.members
+
     def _name(self, operand: Operand, member: str = "") -> str | None:
         if not isinstance(operand, Address):
             return None
-        steps = (MemberStep(member[1:]),) if member else ()
+        steps = (MemberStep(member),) if member else ()
         return self._name_of(Address(operand.name, operand.steps + steps))
 
     def names(self, instruction: Instruction) -> Iterator[str]:
@@ -184,9 +200,10 @@ class _ValueRuler(Ruler):
         told = self._told(instruction)
         if told is not None:
             yield from told.names()
-        if instruction.name in MEMBERS:
-            shown = (self._name(instruction.operands[0], member) for member in (".PRE", ".ACC", ".DN"))
-            yield from filter(None, shown)
+        for structure, member in self._members(instruction).values():
+            for shown in (member, "DN"):
+                if (name := self._name(instruction.operands[structure], shown)) is not None:
+                    yield name
 
     def attributes(self, instruction: Instruction) -> str:
         names = tuple(dict.fromkeys(self.names(instruction)))

@@ -20,7 +20,8 @@ POWER = "*"
 class BlockState(NamedTuple):
     """A state of a block: its condition, "" for always, and up to two lines.
 
-    `{Position}` stands for a value, `{.ACC:s}` for one of ms in seconds.
+    `{Position}` stands for a value, `{.ACC:s}` for one of ms in seconds. Where the instruction has a time
+    base, as in an SLC 500, the page gets `{.ACC:s10}`: one of 10 ms.
     """
 
     when: str
@@ -99,10 +100,13 @@ STATES: Mapping[str, tuple[BlockState, ...]] = {
 _OTHERS = BlockState(".Error", "error"), *_block("busy", "done")[1:]
 """The states of an add-on instruction with these outputs."""
 
+TIME_BASE = "Time base"
+"""Caption of the operand that says in which time an SLC 500's timer counts: a number of seconds."""
+
 WIDE = 26
 """Columns reserved for a line."""
 
-_REFERENCE = re.compile(r"\{([^:}]+)(:s)?\}")
+_REFERENCE = re.compile(r"\{([^}]+?)(:s\d*)?\}")
 
 NameOf = Callable[[Address], str | None]
 
@@ -131,8 +135,6 @@ def told_of(instruction: Instruction, captions: Sequence[str], name_of: NameOf) 
     """Return what an instruction says it does; None of one that says nothing."""
     others = _OTHERS if captions[:1] == ("Instance",) else ()
     states = BESIDE.get(instruction.name) or STATES.get(instruction.name, others)
-    if states is _TIMER and len(instruction.operands) > len(captions):  # of an SLC 500: in its time base
-        states = _COUNTER
     reader = _TagReader(instruction.operands, captions, name_of)
     rows = tuple(row for row in map(reader.row, states) if row is not None)
     return BlockTexts(rows) if any(when or _REFERENCE.search(line) for when, line, _more in rows) else None
@@ -167,10 +169,16 @@ class _TagReader(NamedTuple):
             steps = (MemberStep(member),) if member else ()
             name = self.name_of(Address(operand.name, operand.steps + steps))
             if name is not None:
-                return f"{{{name}{unit}}}"
+                return f"{{{name}{unit and self._unit()}}}"
         elif not member:
             return _constant(operand)
         raise LookupError(reference)
+
+    def _unit(self) -> str:
+        if TIME_BASE not in self.captions:
+            return ":s"
+        base = self.operands[self.captions.index(TIME_BASE)]
+        return f":s{round(1000 * float(str(base)))}"
 
 
 def _constant(operand: Operand) -> str:

@@ -7,19 +7,29 @@ edge and an operand per line, the wire at the first one.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from scanrack.io_images.dataclass import dataclass
 
 from ..instructions import SPECS
-from ..lowering.addon import AddOn
+from ..lowering.runnable import LadderLogic
+from ..model.spec import Spec
 from ..model.tree import Branch, Element, Instruction, Series
 from .marks import BoxLine
 
 SYMBOLS = {each.name: each.symbol for each in SPECS if each.symbol}
 """Contacts and coils, with their one operand above."""
 
-CAPTIONS = {each.name: each.captions for each in SPECS if each.captions}
+_OF_MEMBERS = {"PRE": "Preset", "ACC": "Accum", "LEN": "Length", "POS": "Position"}
+
+
+def _captions(spec: Spec) -> tuple[str, ...]:
+    """Return the captions of a row; of one that has none, those of its members."""
+    shown = {place: _OF_MEMBERS.get(member, member) for place, (_, member) in spec.members.items()}
+    return spec.captions or tuple(shown.get(place, "") for place in range(max(shown, default=-1) + 1))
+
+
+CAPTIONS = {each.name: _captions(each) for each in SPECS}
 """Captions of operands in a box."""
 
 GAP = 1
@@ -84,9 +94,13 @@ class SeriesLayout:
         return Size(self.width, self.lines[0].size.above, self.rows[-1] + self.lines[-1].size.below)
 
 
-def captions_of(add_ons: Iterable[AddOn]) -> dict[str, tuple[str, ...]]:
-    """Return the captions of add-on instructions' operands, by instruction."""
-    return {each.name: ("Instance", *(parameter.name for parameter in each.required)) for each in add_ons}
+def captions_of(program: LadderLogic) -> dict[str, tuple[str, ...]]:
+    """Return the captions of operands, by instruction: of the program's dialect, and of its add-ons."""
+    own = {name: _captions(each) for name, each in program.builtin.items()}
+    add_ons = program.add_ons.values()
+    return own | {
+        each.name: ("Instance", *(parameter.name for parameter in each.required)) for each in add_ons
+    }
 
 
 class Ruler:
@@ -161,8 +175,6 @@ class Ruler:
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
         """Return the lines of a box; a long operand takes several."""
         captions = self._captions.get(instruction.name, ())
-        if captions[:1] == ("Timer",) and len(instruction.operands) == len(captions) + 1:  # of an SLC 500
-            captions = (captions[0], "Time base", *captions[1:])
         named = [captions[at] if at < len(captions) else "" for at in range(len(instruction.operands))]
         taken = 4 + 2 * GAP + caption_width([BoxLine(caption, "") for caption in named])
         longest = None if room is None else max(room - taken, SHORTEST)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -20,7 +20,7 @@ from ..model.operands import Constant, Group, Place, Resolved, as_number, consta
 from ..model.predefined.words import KEYWORDS, plain
 from ..model.resolver import AddressError, Resolver, missing_in
 from ..model.routine import Routine
-from ..model.spec import WITH_PRESETS, InstructionKind, Spec, Use
+from ..model.spec import InstructionKind, Spec, Use
 from ..model.stubs import Stub
 from ..model.tags import OWN, FrameLayout, Layout, scoped, tag_in
 from ..model.tree import (
@@ -331,7 +331,7 @@ class Lowering:
             return operand.name.upper()
         if use is Use.PASSES:
             return _passes(operand)
-        if use is Use.IGNORED and isinstance(operand, Unknown):
+        if use in (Use.IGNORED, Use.SHOWN) and isinstance(operand, Unknown):
             return constant(0)
         if use is Use.KEYWORD and (word := self._keyword(operand)):
             return word
@@ -383,47 +383,38 @@ class Lowering:
         """Note the initial values that a rung gives to timers, counters and controls."""
         if Use.PRESET not in spec.operands:
             return
-        resolved = iter(operands)
-        structure: Group | None = None
-        names: Iterator[str] = iter(())
-        for use, each in zip(spec.operands, given, strict=False):
-            if use is Use.PRESET:
-                assert structure is not None
-                self._initial(structure, (next(names),), [each])
-                continue
-            operand = next(resolved)
-            if use in WITH_PRESETS:
-                structure, names = operand, iter(WITH_PRESETS[use])
+        places = (place for place, use in enumerate(spec.operands) if use is not Use.PRESET)
+        resolved = dict(zip(places, operands, strict=False))
+        for place, (structure, name) in spec.members.items():
+            if place < len(given):
+                self._initial(resolved[structure], name, given[place])
 
-    def _initial(self, structure: Group, names: tuple[str, ...], given: list[Operand]) -> None:
-        for name, operand in zip(names, given, strict=False):
-            if isinstance(operand, Unknown):
-                continue
-            place = structure.member(name)
-            real = place.type.is_real
-            if not isinstance(operand, Number) or not (real or isinstance(operand.value, int)):
-                raise OperandError(
-                    f"{name} {operand} is not a whole number", f"write a number, or MOV to .{name}"
-                )
-            if not real and not DINT.lowest <= operand.value <= DINT.highest:
-                raise OperandError(
-                    f"{name} {operand} is not a DINT", f"write a number up to {DINT.highest:,}"
-                )
-            index = place.fixed_index
-            if index is None:
-                raise OperandError(
-                    f"{name} is not allowed in the rung, since the index is computed", "write ? and MOV to it"
-                )
-            presets = self.lowered.presets
-            if self._frame is not None:
-                if place.leaf.root != OWN:
-                    raise OperandError(f"{name} of an InOut is given in the rung", "write ? and MOV to it")
-                presets = self._frame.presets
-            value = float(operand.value) if real else operand.value
-            known = presets.setdefault((place.leaf.path, index), value)
-            if known != value:
-                where = place.leaf.path if place.leaf.size == 1 else place.text
-                raise OperandError(f"{where} is {known} in another rung", "write the same number, or ?")
+    def _initial(self, structure: Group, name: str, operand: Operand) -> None:
+        if isinstance(operand, Unknown):
+            return
+        place = structure.member(name)
+        real = place.type.is_real
+        if not isinstance(operand, Number) or not (real or isinstance(operand.value, int)):
+            raise OperandError(
+                f"{name} {operand} is not a whole number", f"write a number, or MOV to .{name}"
+            )
+        if not real and not DINT.lowest <= operand.value <= DINT.highest:
+            raise OperandError(f"{name} {operand} is not a DINT", f"write a number up to {DINT.highest:,}")
+        index = place.fixed_index
+        if index is None:
+            raise OperandError(
+                f"{name} is not allowed in the rung, since the index is computed", "write ? and MOV to it"
+            )
+        presets = self.lowered.presets
+        if self._frame is not None:
+            if place.leaf.root != OWN:
+                raise OperandError(f"{name} of an InOut is given in the rung", "write ? and MOV to it")
+            presets = self._frame.presets
+        value = float(operand.value) if real else operand.value
+        known = presets.setdefault((place.leaf.path, index), value)
+        if known != value:
+            where = place.leaf.path if place.leaf.size == 1 else place.text
+            raise OperandError(f"{where} is {known} in another rung", "write the same number, or ?")
 
     def named(self, routine: str) -> str:
         """See `OperandResolver`."""

@@ -94,6 +94,10 @@ class LadderLogic(ABC):
         self._lowered: LoweredProgram | None = None
         self._scanner: Scanner | None = None
         self._memory: Memory | None = None  # of the check, for the first engine
+        self._initial: tuple[object, Memory | None] = (
+            None,
+            None,
+        )  # for further engines, with `Layout.size`
         self._engine: Engine | None = None
         self._warnings: tuple[Problem, ...] = ()
 
@@ -204,6 +208,7 @@ class LadderLogic(ABC):
     def forget(self) -> None:
         """Forget what was built: it is built again when it is used."""
         self._lowered = self._scanner = self._memory = self._engine = None
+        self._initial = None, None
 
     @property
     def stubs_in_use(self) -> tuple[str, ...]:
@@ -382,11 +387,17 @@ class LadderLogic(ABC):
         """Return a new engine on the interpreter."""
         return Engine(self.build(), memory=self._take_memory())
 
-    def _take_memory(self) -> Memory | None:
-        """Return a memory with initial values, which takes long to make, if no engine has it yet."""
-        self.build()
+    def _take_memory(self) -> Memory:
+        """Return a memory with initial values: that of the check once, then copies of another one."""
+        lowered = self.build()
         memory, self._memory = self._memory, None
-        return memory
+        if memory is not None:
+            return memory
+        size, initial = self._initial
+        if initial is None or size != lowered.layout.size:
+            initial = Memory(lowered.layout, lowered.presets, lowered.defaults)
+            self._initial = lowered.layout.size, initial
+        return initial.copy()
 
     def reset_by_prescan(self) -> list[str]:
         """Return the values that prescan resets before the first scan, by address."""

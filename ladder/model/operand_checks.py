@@ -281,7 +281,7 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
         "a numeric tag to write, or 0",
         "use a numeric tag",
     ),
-    Use.IGNORED: OperandCheck(lambda _each: True, "an operand", "write 0"),
+    **dict.fromkeys((Use.IGNORED, Use.SHOWN), OperandCheck(lambda _each: True, "an operand", "write 0")),
     Use.MESSAGE: OperandCheck(
         lambda each: _is_structure(each, MESSAGE), "a MESSAGE", "declare the tag as MESSAGE"
     ),

@@ -7,7 +7,7 @@ instruction has one place.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import field
 from enum import Enum, auto
 from functools import cached_property
@@ -61,6 +61,7 @@ class Use(Enum):
     SWITCH = auto()  # reads a bit, or is 0 or 1
     OPTIONAL_TARGET = auto()  # writes a number; 0 for none
     IGNORED = auto()  # has no effect here
+    SHOWN = auto()  # a member of a data file's element that an SLC 500's rung shows, see `Spec.members`
     RESETTABLE = auto()  # a TIMER, COUNTER or CONTROL
     PRESET = auto()  # initial value of PRE, ACC, LEN or POS in an exported rung: a number or `?`
     PASSES = auto()  # elements per scan of FAL and FSC: ALL, INC or a number
@@ -85,6 +86,9 @@ WITH_PRESETS = {
     Use.TIMER: ("PRE", "ACC"),
     Use.COUNTER: ("PRE", "ACC"),
     Use.CONTROL: ("LEN", "POS"),
+    Use.SLC_TIMER: ("PRE", "ACC"),
+    Use.SLC_COUNTER: ("PRE", "ACC"),
+    Use.SLC_CONTROL: ("LEN", "POS"),
     Use.ALARM_DIGITAL: ("MinDurationPRE", "MinDurationACC"),
     Use.ALARM_ANALOG: ("HHLimit", "HLimit", "LLimit", "LLLimit"),
 }
@@ -180,6 +184,22 @@ class Spec:
     def uses(self) -> tuple[Use, ...]:
         """The use of each operand, presets apart."""
         return tuple(use for use in self.operands if use is not Use.PRESET)
+
+    @cached_property
+    def members(self) -> dict[int, tuple[int, str]]:
+        """Operands that show a member of another operand: by place, the place of that one and the member.
+
+        `TON(Fill,5000,0)` shows Fill.PRE and Fill.ACC; an SLC 500 has its time base before them.
+        """
+        found: dict[int, tuple[int, str]] = {}
+        structure = 0
+        names: Iterator[str] = iter(())
+        for place, use in enumerate(self.operands):
+            if use in WITH_PRESETS:
+                structure, names = place, iter(WITH_PRESETS[use])
+            elif use in (Use.PRESET, Use.SHOWN):
+                found[place] = structure, next(names)
+        return found
 
     @cached_property
     def variadic(self) -> bool:

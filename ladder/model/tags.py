@@ -432,14 +432,18 @@ class Layout:
         return known
 
     @property
+    def size(self) -> tuple[int, int, int]:
+        """Numbers of lists, of rests and of leaves: a memory that was made before they grew lacks some."""
+        return len(self.boxed), len(self.rests), len(self._leaves)
+
+    @property
     def single(self) -> list[Leaf]:
         """The leaves with a variable of their own."""
         boxed, rests = self.boxed, self.rests
         self._unfold(*[name for name in self._folded if name not in boxed and name not in rests])
         if not boxed and not rests:
             return list(self.leaves.values())
-        state = len(boxed), len(rests), len(self._leaves)
-        if self._single[0] != state:
+        if self._single[0] != (state := self.size):
             self._single = state, [each for name, each in self._leaves.items() if self._is_single(name)]
         return self._single[1]
 

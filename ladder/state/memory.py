@@ -75,6 +75,23 @@ class Memory:
         for (path, index), value in presets.items():
             self.write(layout.leaf(path), index, value)
 
+    def copy(self) -> Memory:
+        """Return a memory with the same values, not attached to a rack."""
+        other = type(self).__new__(type(self))
+        other.layout, other.left, other._faults = self.layout, 1, self._faults
+        other._defaults, other._with_initials = self._defaults, self._with_initials
+        other._copied, other._attached, other.cells = [], False, {}
+        other._lists = {ident: values.copy() for ident, values in self._lists.items()}
+        other._own = {leaf: Image(buffer=bytearray(image.raw)) for leaf, image in self._own.items()}
+        images = {leaf.ident: image.words for leaf, image in other._own.items()}
+        for ident, cell in self.cells.items():
+            value = cell.cell_contents
+            known = other._lists.get(ident, images.get(ident))
+            if known is None:
+                known = [*value] if type(value) is list else value
+            other.cells[ident] = CellType(known)
+        return other
+
     def put_outputs(self, first: Mapping[int, bytes]) -> None:
         """Give own output images their first values, by slot."""
         for leaf, image in self._own.items():

@@ -59,6 +59,16 @@ class TagBytes:
         found: list[Any] = getattr(self, spot.view)[begin : begin + (count - 1) * step + 1 : step].tolist()
         return found
 
+    def copy(self) -> TagBytes:
+        """Return the same values in memory of their own."""
+        other = TagBytes.__new__(TagBytes)
+        other.bits, other.hidden = bytearray(self.bits), {**self.hidden}
+        other.B = memoryview(other.bits)
+        for view in ("b", "h", "H", "i", "I", "q", "Q", "f", "d"):
+            if view in self.__slots__ and hasattr(self, view):
+                setattr(other, view, other.B.cast(view))
+        return other
+
     def saved(self) -> Saved:
         """Return a copy of all values, for `restore`."""
         return bytes(self.B[:]), dict(self.hidden)

@@ -55,14 +55,6 @@ TYPES: Mapping[str, DataType] = {
 UNREAD = frozenset({"MG"})
 """Files whose values are in another order than the elements here."""
 
-_SHOWN = {
-    Use.SLC_TIMER: (2, "PRE", "ACC"),
-    Use.SLC_COUNTER: (1, "PRE", "ACC"),
-    Use.SLC_CONTROL: (1, "LEN", "POS"),
-}
-"""By use of an element: where a rung shows its words, and their names."""
-
-
 _LONG = frozenset(("COP", "FLL", "SQO", "SQC", "SQL", "FFL", "FFU", "LFL", "LFU"))  # with a length
 _BITS = frozenset({Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE})  # uses of a bit
 
@@ -172,23 +164,13 @@ class DataFiles:
     def _show(self, instruction: Instruction) -> None:
         """Note the preset and accumulator that a rung shows."""
         spec = self._specs.get(instruction.name)
-        for place, use in enumerate(spec.operands if spec else ()):
-            if use not in _SHOWN or place >= len(instruction.operands):
-                continue
-            skipped, *names = _SHOWN[use]
-            address = instruction.operands[place]
+        for place, (structure, name) in spec.members.items() if spec else ():
+            address, word = instruction.operands[structure], instruction.operands[place : place + 1]
             element = _element(address)
             if element is None or not isinstance(address, Address):
                 continue
-            words = instruction.operands[place + skipped :]
-            if instruction.name in ("BSL", "BSR"):
-                words = words[1:]
-            given = {
-                str(name): int(word.value)
-                for name, word in zip(names, words, strict=False)
-                if isinstance(word, Number)
-            }
-            self._file(address.name).shown.setdefault(element, {}).update(given)
+            shown = self._file(address.name).shown.setdefault(element, {})
+            shown.update((name, int(each.value)) for each in word if isinstance(each, Number))
 
     def _length(self, instruction: Instruction) -> None:
         """COP, FLL and sequencers extend a file by their length."""

@@ -35,7 +35,7 @@ BEGIN, NEXT, END = "BST", "NXB", "BND"
 FILES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})
 """Uses of a file, with `#` in exports."""
 
-_WORDS = frozenset({Use.IGNORED, Use.ANYTHING, Use.PARAMETERS, Use.TEXT})
+_WORDS = frozenset({Use.IGNORED, Use.SHOWN, Use.ANYTHING, Use.PARAMETERS, Use.TEXT})
 """Uses whose operand may be any word."""
 
 _HEX = re.compile(r"(?:16#|0x)([0-9A-F]+)|([0-9A-F]+)h|(?=[0-9]*[A-F])([0-9A-F]{4})", re.IGNORECASE)

@@ -182,7 +182,6 @@ class SerialBus:
         for index, device in enumerate(self.devices):
             if index != character.sender:
                 device.receive(self.now_ns, data)
-                self._advance(index)
 
     def _advance(self, index: int) -> None:
         device = self.devices[index]

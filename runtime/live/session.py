@@ -17,7 +17,7 @@ from typing import Any, Protocol
 
 from ..loop.cpu import Cpu, CpuFault
 from ..loop.pace import AdjustablePace, stopping_on_interrupt
-from ..loop.phases import ScanPhases
+from ..loop.scans_ahead import LOGIC_CALLERS
 from . import actions
 from .actions import ALL, Action, action_of, parsed
 from .operator_actions import AppliedAction, OperatorActions
@@ -50,7 +50,9 @@ class Inbox(Protocol):
 class Stops(Protocol):
     """A program with breakpoints: a debugger."""
 
-    stops: tuple[Any, ...]
+    @property
+    def stops(self) -> tuple[Any, ...]:
+        """The breakpoints met in the latest scan."""
 
     def break_at(self, routine: str, rung: int, when: Any = "true") -> None:
         """Set a breakpoint at a rung, see `Debugger.break_at`; ValueError for an unknown one."""
@@ -149,7 +151,7 @@ class Session:
         """
         if scan > self._cpu.scan:
             self._repeats = True
-            with stopping_on_interrupt(self.end, inside=ScanPhases.logic.__code__):
+            with stopping_on_interrupt(self.end, *LOGIC_CALLERS):
                 self._run_or_fault(scan, shown=True)
             self._repeats = False
 
@@ -171,7 +173,7 @@ class Session:
         """
         end = None if scans is None else self._cpu.scan + scans
         self.state.paused = paused or self._fault is not None
-        with stopping_on_interrupt(self.end, inside=ScanPhases.logic.__code__):
+        with stopping_on_interrupt(self.end, *LOGIC_CALLERS):
             self._show()
             while not self.over and (end is None or self._cpu.scan < end):
                 if self.state.paused:
@@ -276,6 +278,8 @@ class Session:
             self._tell({"mistake": {"text": str(error), "file": "", "line": None}})
             return
         self.state.breakpoints, self.state.met = [], []
+        if self._stops is not None:
+            self._stops.clear_breakpoints()
         self._show()
         self.give()
 
@@ -374,7 +378,7 @@ class Session:
 
     def _with_breakpoints(self) -> Stops:
         if self._stops is None:
-            raise ValueError("the program is a Python function: it has no rungs to stop at")
+            raise ValueError("the program has no breakpoints")
         return self._stops
 
     def _begin_branch(self, order: actions.Branch) -> None:

@@ -17,13 +17,13 @@ modules up to the present, which their contract allows.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Sequence
-from itertools import repeat
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice, repeat
 from typing import TYPE_CHECKING, NamedTuple
 
 from scanrack.io_images.image import Image
 
-from .module import ForeseeingModule
+from .module import foreseeing
 from .rack import Rack
 
 if TYPE_CHECKING:
@@ -43,8 +43,9 @@ NUMPY_WORTH_SCANS = 50_000
 class Block(NamedTuple):
     """The foreseen scans."""
 
-    scans: Iterable[tuple[bytes, bool]]  # the rack's memory before the logic, and whether the modules update
+    rows: list[bytes] | bytes  # the rack's memory before the logic of each scan, or of all of them
     length: int
+    updated: Sequence[bool] | None = None  # whether the modules update in each scan; None = in all of them
 
     @classmethod
     def of(cls, rows: list[bytes] | bytes, count: int) -> Block:
@@ -54,9 +55,21 @@ class Block(NamedTuple):
             rows: one per scan, or a single one for all.
             count: of the scans, if it is a single row.
         """
-        if isinstance(rows, bytes):
-            return cls(repeat((rows, True), count), count)
-        return cls(zip(rows, repeat(True)), len(rows))
+        return cls(rows, count if isinstance(rows, bytes) else len(rows))
+
+    def part(self, start: int, count: int) -> list[bytes]:
+        """Return the rows of some of its scans."""
+        return [self.rows] * count if isinstance(self.rows, bytes) else self.rows[start : start + count]
+
+    def updates(self, start: int) -> Iterator[bool]:
+        """Yield whether the modules update, from a scan on."""
+        return repeat(True) if self.updated is None else islice(self.updated, start, None)
+
+    def scans(self, start: int) -> Iterator[tuple[bytes, bool]]:
+        """Yield rows and updates from a scan on."""
+        rows = self.rows
+        left = repeat(rows, self.length - start) if isinstance(rows, bytes) else islice(rows, start, None)
+        return zip(left, self.updates(start), strict=False)
 
 
 class RackPrediction:
@@ -75,7 +88,7 @@ class RackPrediction:
         self._inputs = [each.inputs for each in places]
         self._outputs = [each.outputs for each in places]
         modules = [slot.module for slot in rack.slots.values()]
-        self._modules = [module for module in modules if isinstance(module, ForeseeingModule)]
+        self._modules = [each for module in modules if (each := foreseeing(module)) is not None]
         self._sent = sent
         self._block: NDArray[np.int16] | None = None
         self.possible = bool(modules) and len(self._modules) == len(modules)
@@ -145,11 +158,12 @@ class Patience:
 
     def __init__(self) -> None:
         self.wait = self.SHORTEST_WAIT  # ordinary scans to run first
+        self.longest_wait = self.LONGEST_WAIT
         self.most_rows = self.FEWEST_ROWS  # most scans to foresee while an axis moves
 
     def not_calm(self, scans: int) -> None:
         """Wait because an event comes within `scans` scans; 0 = the modules can't tell."""
-        self.wait = scans + 1 if scans else min(2 * self.wait, self.LONGEST_WAIT)
+        self.wait = scans + 1 if scans else min(2 * self.wait, self.longest_wait)
 
     def ended(self, used: int, count: int) -> None:
         """Adapt to a block of which `used` scans were run."""
@@ -158,6 +172,6 @@ class Patience:
             self.most_rows = min(2 * self.most_rows, self.MOST_ROWS)
             return
         paid = used >= PAYING_SCANS
-        self.wait = self.SHORTEST_WAIT if paid else min(2 * self.wait, self.LONGEST_WAIT)
+        self.wait = self.SHORTEST_WAIT if paid else min(2 * self.wait, self.longest_wait)
         if 4 * used < self.most_rows:
             self.most_rows = max(self.most_rows // 2, self.FEWEST_ROWS)

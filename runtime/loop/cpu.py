@@ -22,8 +22,8 @@ from .listeners import Listeners, ScanListener
 from .pace import FreeRun, Pacer, Watchdog, WatchdogTimeout, stopping_on_interrupt
 from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
-from .scan import AttachedLogic, CpuMode, LogicScan, ScanFlag, ScanLogic, mode_name
-from .scans_ahead import ScansAhead
+from .scan import CpuMode, LogicScan, ScanFlag, ScanLogic, attached, mode_name
+from .scans_ahead import LOGIC_CALLERS, RepeatFinder, ScansAhead
 
 __all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "LogicScan", "ScanFlag", "ScanLogic"]
 
@@ -97,8 +97,8 @@ class Cpu:
         if mode is not CpuMode.RUN:
             self._phases.stop_modules()
         self._prepare()
-        if isinstance(logic, AttachedLogic):
-            logic.__attach_logic__(self._view.slot)
+        if (prepared := attached(logic)) is not None:
+            prepared.__attach_logic__(self._view.slot)
 
     @property
     def program(self) -> ScanLogic:
@@ -108,6 +108,7 @@ class Cpu:
     @program.setter
     def program(self, logic: ScanLogic) -> None:
         self._phases.program = logic
+        self._ahead.end_block()
 
     @property
     def stop_requested(self) -> bool:
@@ -136,11 +137,17 @@ class Cpu:
 
     def add_listener(self, listener: ScanListener) -> None:
         """Add a listener from the next scan on."""
+        self._ahead.before_new_listeners()
         self._listeners.add(listener)
 
     def dismiss(self, listener: ScanListener) -> None:
         """Close a listener, which is told nothing more; nothing if it is closed."""
+        self._ahead.before_new_listeners()
         self._listeners.dismiss(listener)
+
+    def pass_over_repeats(self, finder: RepeatFinder) -> None:
+        """Let scans that repeat the one before them only take their time, see `runtime.loop.scans_ahead`."""
+        self._ahead.pass_over_repeats(finder)
 
     def announce(self, event: Event) -> None:
         """Announce an event of the program's own to the listeners with the next scan."""
@@ -174,7 +181,7 @@ class Cpu:
         self._ahead.stop_requested = False
         self.pacer.begin(self.period_ns)
         self._prepare()
-        with self._watchdog.armed(lambda: self._view.number, inside=ScanPhases.logic.__code__):
+        with self._watchdog.armed(lambda: self._view.number, *LOGIC_CALLERS):
             try:
                 self._scanning = True
                 self._loop(ENDLESS if scans is None else scans)
@@ -195,14 +202,14 @@ class Cpu:
 
     def stop(self) -> None:
         """Let `run` return after the present scan; may be called from a signal handler."""
-        self._ahead.stop_requested = True
+        self._ahead.stop()
 
     def stopping_on_ctrl_c(self) -> AbstractContextManager[None]:
         """Let Ctrl-C stop the CPU between scans within the context.
 
         A second Ctrl-C breaks off endless logic, see `pace.stopping_on_interrupt`.
         """
-        return stopping_on_interrupt(self.stop, inside=ScanPhases.logic.__code__)
+        return stopping_on_interrupt(self.stop, *LOGIC_CALLERS)
 
     def close(self) -> None:
         """Close the logic, if it can be closed, and all listeners, in order; further scans are refused.
@@ -217,8 +224,8 @@ class Cpu:
         self._closed = True
         with ExitStack() as stack:
             stack.callback(self._listeners.close)
-            if isinstance(self.program, AttachedLogic):
-                stack.callback(self.program.__close_logic__)
+            if (prepared := attached(self.program)) is not None:
+                stack.callback(prepared.__close_logic__)
 
     def __enter__(self) -> Self:
         return self
@@ -241,6 +248,7 @@ class Cpu:
     def _ask_for_attention(self) -> None:
         """Apply requests after this scan, or now if idle."""
         self._phases.attention = True
+        self._ahead.end_block()
         if not self._scanning:
             self._serve_requests()
 

@@ -74,7 +74,7 @@ class Exchange(Protocol):
             count: their number, at most `calm_scans`.
             most_rows: their largest number if an axis moves.
         """
-        return Block((), 0)
+        return Block([], 0)
 
     def catch_up(self, now_ns: int) -> None:
         """Advance the modules to the scan at `now_ns` after foreseen scans."""
@@ -259,7 +259,7 @@ class EveryRpi(Exchange):
             rows = self._outlook.rows(latest_ns, self._next_ns, rpi_ns, exchanges[-1] + 1)
             table += [rows] * (exchanges[-1] + 1) if isinstance(rows, bytes) else rows
         fresh = [at > before for before, at in pairwise([-1, *exchanges])]
-        return Block(zip([table[at + 1] for at in exchanges], fresh, strict=True), count)
+        return Block([table[at + 1] for at in exchanges], count, fresh)
 
     @override
     def catch_up(self, now_ns: int) -> None:

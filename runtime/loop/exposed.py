@@ -11,7 +11,7 @@ from typing_extensions import override
 from .events import Event, JsonValue
 from .exchange import RPI_NS
 from .incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind, InjectedFault
-from .module import ForeseeingModule, Module, unnoticed
+from .module import Module, foreseeing, unnoticed
 from .module_fault import ModuleFault
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ class ExposedModule(Module):
         self, module: Module, incidents: Iterable[InjectedFault], conditions: Conditions | None = None
     ) -> None:
         self.module, self._conditions = module, conditions
-        self._foreseeing = module if isinstance(module, ForeseeingModule) else None  # expensive to ask
+        self._foreseeing = foreseeing(module)
         self.events = module.events
         ordered = sorted(incidents, key=lambda each: each.at_ns)
         for each in ordered:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from typing_extensions import override
 
@@ -45,6 +45,40 @@ class ScanListener(Protocol):
         """Finish. Called exactly once, as the last call."""
 
 
+ROWS_AT_ONCE = 4096
+"""Most scans that are passed on at once."""
+
+
+@runtime_checkable
+class RowListener(ScanListener, Protocol):
+    """A listener that can also receive many scans at once, while only the modules' inputs change.
+
+    Within such scans there is no event, and the outputs are those of the scan before them.
+    """
+
+    @property
+    def look(self) -> Callable[[], bool] | None:
+        """What is called after the logic of each of these scans; None = nothing.
+
+        If it returns true, the rows end, and this scan is passed on by itself.
+        """
+
+    def begin_rows(self, scan: int) -> int:
+        """Return how many scans it can receive at once from number `scan` on; 0 = each by itself for now."""
+
+    def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
+        """Receive finished scans, one or more, at most as many as `begin_rows` has returned.
+
+        The rack's memory has the images of the last one.
+
+        Args:
+            scans: their numbers.
+            times: their times, ns.
+            flags: of the CPU, in all of them.
+            images: the rack's memory in each.
+        """
+
+
 class QuietListener(ScanListener):
     """A listener that does nothing; its subclasses override the calls that concern them."""
 
@@ -64,23 +98,48 @@ class QuietListener(ScanListener):
 class Listeners:
     """The listeners of a CPU."""
 
-    __slots__ = ("_to_close", "called_last", "listeners")
+    __slots__ = ("_by_rows", "_to_close", "called_last", "listeners")
 
     def __init__(self, listeners: Iterable[ScanListener]) -> None:
         self.listeners = list(listeners)  # those that receive events and scans, in order
         self.called_last: ScanListener | None = None  # the latest one, to blame for an exception
         self._to_close = list(self.listeners)
+        self._by_rows: list[RowListener] | None = None  # the same ones; None = some can't receive rows
+        self._sort()
+
+    def _sort(self) -> None:
+        found = [each for each in self.listeners if isinstance(each, RowListener)]
+        self._by_rows = found if len(found) == len(self.listeners) else None
 
     def add(self, listener: ScanListener) -> None:
         """Add a listener."""
         self.listeners.append(listener)
         self._to_close.append(listener)
+        self._sort()
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Pass on a finished scan."""
         for listener in self.listeners:
             self.called_last = listener
             listener.scan(scan, now_ns, flags)
+
+    @property
+    def looks(self) -> list[Callable[[], bool]]:
+        """What is called after the logic of each scan by rows."""
+        looks = [each.look for each in self._by_rows or ()]
+        return [look for look in looks if look is not None]
+
+    def begin_rows(self, scan: int) -> int:
+        """Return how many scans all can receive at once from number `scan` on; 0 = each by itself."""
+        if self._by_rows is None:
+            return 0
+        return min([ROWS_AT_ONCE, *(each.begin_rows(scan) for each in self._by_rows)])
+
+    def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
+        """Pass on successive finished scans."""
+        for listener in self._by_rows or ():
+            self.called_last = listener
+            listener.rows(scans, times, flags, images)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Pass on an event."""
@@ -112,6 +171,7 @@ class Listeners:
         if listener in self._to_close:
             self._to_close.remove(listener)
             self.listeners.remove(listener)
+            self._sort()
             listener.close()
 
     def dismiss_present(self) -> None:

@@ -284,12 +284,12 @@ class Watchdog:
         return self.limit_ns > 0 and not _in_main_thread()
 
     @contextmanager
-    def armed(self, scan: Callable[[], int], inside: CodeType) -> Iterator[None]:
+    def armed(self, scan: Callable[[], int], *inside: CodeType) -> Iterator[None]:
         """Watch over a run.
 
         Args:
             scan: returns the number of the present scan.
-            inside: the function that calls the logic; on the stack it means inside the logic.
+            inside: the functions that call the logic; on the stack they mean inside the logic.
         """
         if self.limit_ns == 0 or not _in_main_thread():
             yield
@@ -350,8 +350,8 @@ def _stack(frame: FrameType | None) -> Iterator[FrameType]:
         frame = frame.f_back
 
 
-def _on_stack(code: CodeType, frame: FrameType | None) -> bool:
-    return any(each.f_code is code for each in _stack(frame))
+def _on_stack(codes: tuple[CodeType, ...], frame: FrameType | None) -> bool:
+    return any(each.f_code in codes for each in _stack(frame))
 
 
 DEBUGGERS = frozenset({"bdb", "pdb", "debugpy", "pydevd", "_pydevd_bundle", "_pydevd_frame_eval"})
@@ -453,7 +453,7 @@ _ticker = _Ticker()
 
 
 @contextmanager
-def stopping_on_interrupt(stop: Callable[[], None], inside: CodeType) -> Iterator[None]:
+def stopping_on_interrupt(stop: Callable[[], None], *inside: CodeType) -> Iterator[None]:
     """Let Ctrl-C call `stop`; further ones break off a run that does not stop.
 
     The first Ctrl-C only requests a stop. The second raises KeyboardInterrupt if it finds the logic running,
@@ -463,7 +463,7 @@ def stopping_on_interrupt(stop: Callable[[], None], inside: CodeType) -> Iterato
 
     Args:
         stop: requests a stop between scans.
-        inside: the function that calls the logic; on the stack it means inside the logic.
+        inside: the functions that call the logic; on the stack they mean inside the logic.
     """
     if threading.current_thread() is not threading.main_thread():
         yield

@@ -58,6 +58,7 @@ class ScanPhases:
         blame: the cause of an error in each of them.
         attention: the housekeeping of this scan has requests.
         plain: only input latch, logic, output latch, record and housekeeping are active.
+        after_logic: the last three of these.
     """
 
     def __init__(
@@ -82,6 +83,7 @@ class ScanPhases:
         self.flags = self._prepared_flags = 0
         self.call_logic: Phase = self.logic
         self.attention = self.plain = False
+        self.after_logic: tuple[Phase, ...] = (self.output_latch, self.record, housekeeping)
         self._rack, self._exchange, self._forces = rack, exchange, forces
         self._pacer, self._watchdog = pacer, watchdog
         self._modules = tuple(slot.module for slot in rack.slots.values())
@@ -118,6 +120,12 @@ class ScanPhases:
                 self.tell_module_events()
                 break
         self.listeners.scan(view.number, view.now_ns, self.flags)
+
+    # scans by rows
+
+    def rows_at_once(self) -> int:
+        """Return how many scans the listeners take at once; 0 = each by itself, as where logic is timed."""
+        return 0 if self._watchdog.timed else self.listeners.begin_rows(self.view.number)
 
     # phases of special scans
 

@@ -9,34 +9,78 @@
 
 New outputs, a request, a stop, or any action on a module ends the block in the same scan, which
 continues with its phases.
+
+Where all rows are equal, a `RepeatFinder` may find that the coming scans repeat the latest one. Such scans
+only take their time: neither logic nor listeners are called.
+
+If all listeners are `RowListener`s, they receive many scans at once, the rows as images. Otherwise, and while
+one of them needs every scan by itself, each scan is passed on as it ends: the same, slow and clear.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from itertools import repeat
+from typing import Protocol
 
-from .ahead import LEAST_ROWS, Patience, numpy_is_worth_it
+from .ahead import LEAST_ROWS, Block, Patience, numpy_is_worth_it
 from .exchange import Exchange
 from .phases import Phase, ScanPhases
 from .rack import Rack
+from .scan import LogicScan, ScanLogic
 
 _WHOLE = slice(None)
+_NO_ROWS: tuple[list[int], list[int], list[bytes]] = [], [], []
+"""Scans that are not passed on yet: numbers, times, images; of all that are foreseen, at first."""
+
+MOST_APART = 63
+"""Scans between two questions to a `RepeatFinder` while the program changes in each of them."""
+
+
+class RepeatFinder(Protocol):
+    """Finds scans that repeat the one before them: the same inputs, program state and listeners' answers."""
+
+    def keep(self) -> None:
+        """Keep the program's state before the next scan."""
+
+    def repeats(self, scan: int, now_ns: int, most: int) -> int:
+        """Return how many of the coming scans repeat the latest one, and move the program's clocks on.
+
+        Args:
+            scan: number of the next scan.
+            now_ns: time of the latest scan, before which the state was kept.
+            most: the largest number.
+        """
 
 
 class ScansAhead:
-    """Runs scans, by their phases or by rows."""
+    """Runs scans, by their phases or by rows.
+
+    Attributes:
+        enabled: whether scans may go by rows; False = every one by its phases, as in tests and for
+            irregular scans.
+        stop_requested: whether the present scan is the last one.
+        present: the phase that ran last.
+    """
 
     def __init__(self, phases: ScanPhases, rack: Rack, exchange: Exchange, period_ns: int) -> None:
-        self.enabled = True  # False = every scan by its phases, as in tests and for irregular scans
+        self._finder: RepeatFinder | None = None
+        self.enabled = True
         self.stop_requested = False
-        self.present: Phase = phases.input_latch  # the phase that ran last
+        self.present: Phase = phases.input_latch
         self.patience = Patience()
         self._phases, self._exchange, self._period_ns = phases, exchange, period_ns
         self._memory, self._latch = rack.memory, memoryview(rack.memory)
         self._modules = tuple(slot.module for slot in rack.slots.values())
-        self._by_rows = False
+        self._by_rows = False  # whether the modules may be behind
+        self._ends = False  # whether the present scan ends its block
+        self._pending = _NO_ROWS
         exchange.tell_before_change(self.catch_up)
+
+    def pass_over_repeats(self, finder: RepeatFinder) -> None:
+        """Pass over scans that repeat the one before them, and look ahead more often for that."""
+        self._finder = finder
+        self.patience.longest_wait = self.patience.SHORTEST_WAIT
 
     def run(self, scans: int) -> None:
         """Run scans until they are done or a stop is requested."""
@@ -45,6 +89,25 @@ class ScansAhead:
             scans -= self._ahead(scans)
             if scans <= 0 or self.stop_requested:
                 break
+
+    def stop(self) -> None:
+        """Make the present scan the last one; may be called from a signal handler."""
+        self.stop_requested = self._ends = True
+
+    def end_block(self) -> None:
+        """End a block of rows with the present scan: the next one has to notice a change."""
+        self._ends = True
+
+    def before_new_listeners(self) -> None:
+        """End a block, and pass all scans before the present one to the present listeners."""
+        self._ends = True
+        self._pass_on(self._phases.view.number)
+
+    def catch_up(self) -> None:
+        """Advance the modules to the present scan, if they are behind."""
+        if self._by_rows:
+            self._by_rows, self._ends = False, True
+            self._exchange.catch_up(self._phases.view.now_ns)
 
     def _by_phases(self, scans: int) -> int:
         phases, phase = self._phases, self.present
@@ -61,10 +124,14 @@ class ScansAhead:
     def _ahead(self, most: int) -> int:
         """Run foreseen scans by rows; return their number."""
         view, patience = self._phases.view, self.patience
-        if not (self._phases.plain and self.enabled and numpy_is_worth_it(view.number)):
+        worth = self._finder is not None or numpy_is_worth_it(view.number)
+        if not (self._phases.plain and self.enabled and worth):
             patience.not_calm(0)
             return 0
-        if self.stop_requested or most < LEAST_ROWS or any(module.events for module in self._modules):
+        self._ends = False  # what ends a block from here on is not missed
+        if self.stop_requested or self._phases.attention or most < LEAST_ROWS:
+            return 0
+        if any(module.events for module in self._modules):
             return 0  # the next scan's phases handle events of a module that a listener has acted on
         calm = self._exchange.calm_scans(view.now_ns, self._period_ns)
         if calm < LEAST_ROWS:
@@ -73,16 +140,61 @@ class ScansAhead:
         count = min(calm, most)
         block = self._exchange.foresee(view.now_ns, self._period_ns, count, patience.most_rows)
         first = view.number
-        self._scan_rows(block.scans)
+        if self._finder is not None and isinstance(block.rows, bytes) and block.updated is None:
+            self._scan_repeats(self._finder, block)
+        else:
+            self._scan_block(block)
         used = view.number - first
         patience.ended(used, block.length)
         return used
 
-    def _scan_rows(self, scans: Iterable[tuple[bytes, bool]]) -> None:
+    def _scan_repeats(self, finder: RepeatFinder, block: Block) -> None:
+        """Run scans of one row, less those that repeat another one."""
+        view, period_ns = self._phases.view, self._period_ns
+        end, apart = view.number + block.length, 0
+        while view.number < end:
+            if apart and not self._scan_block(block._replace(length=min(apart, end - view.number - 1))):
+                return
+            finder.keep()
+            if not self._scan_block(block._replace(length=1)):
+                return
+            repeated = finder.repeats(view.number, view.now_ns - period_ns, end - view.number)
+            apart = 0 if repeated else min(2 * apart + 1, MOST_APART)
+            if repeated:
+                view.number += repeated
+                view.now_ns += repeated * period_ns
+                self._exchange.catch_up(view.now_ns - period_ns)
+
+    def _scan_block(self, block: Block) -> bool:
+        """Run scans by their rows; return whether the last one ended by its row."""
+        view, done = self._phases.view, 0
+        self._by_rows = True
+        try:
+            while self._by_rows and done < block.length:
+                most = self._phases.rows_at_once()
+                if most:
+                    count = min(most, block.length - done)
+                    self._scan_at_once(block, done, count)
+                else:
+                    count = block.length - done
+                    self._scan_one_by_one(block.scans(done))
+                done += count
+            ended = self._by_rows
+            if ended:
+                self.present = self._phases.input_latch
+                self._by_rows = False
+                self._exchange.catch_up(view.now_ns - self._period_ns)
+            return ended
+        except BaseException:
+            self.catch_up()
+            raise
+
+    # every scan is passed on as it ends
+
+    def _scan_one_by_one(self, scans: Iterable[tuple[bytes, bool]]) -> None:
         phases, memory, latch, period_ns = self._phases, self._memory, self._latch, self._period_ns
         view, logic, tell, flags = phases.view, phases.call_logic, phases.listeners.scan, phases.flags
         phase: Phase = phases.input_latch
-        self._by_rows = True
         try:
             for row, view.updated in scans:
                 latch[_WHOLE] = row
@@ -91,7 +203,7 @@ class ScansAhead:
                 if memory != row or not self._by_rows:
                     phase = phases.input_latch
                     self.catch_up()
-                    for phase in (phases.output_latch, phases.record, phases.housekeeping):
+                    for phase in phases.after_logic:
                         phase()
                     return
                 phase = phases.record
@@ -103,17 +215,68 @@ class ScansAhead:
                     return
                 view.number += 1
                 view.now_ns += period_ns
-            phase = phases.input_latch
-            self._by_rows = False
-            self._exchange.catch_up(view.now_ns - period_ns)
-        except BaseException:
-            self.catch_up()
-            raise
         finally:
             self.present = phase
 
-    def catch_up(self) -> None:
-        """Advance the modules to the present scan, if they are behind."""
-        if self._by_rows:
-            self._by_rows = False
-            self._exchange.catch_up(self._phases.view.now_ns)
+    # many scans are passed on at once
+
+    def _scan_at_once(self, block: Block, start: int, count: int) -> None:
+        phases, view, period_ns = self._phases, self._phases.view, self._period_ns
+        numbers = list(range(view.number, view.number + count))
+        times = list(range(view.now_ns, view.now_ns + count * period_ns, period_ns))
+        rows = block.part(start, count)
+        self._pending = numbers, times, rows
+        self.present, whole = phases.call_logic, False
+        try:
+            whole = self._play(numbers, times, rows, self._program_in_rows(block, start))
+            self.present = phases.record
+        finally:
+            self._pass_on(view.number + whole)
+            self._pending = _NO_ROWS
+        if whole and not self._ends:
+            view.number += 1
+            view.now_ns += period_ns
+            return
+        self.present = phases.input_latch
+        self.catch_up()
+        for self.present in (phases.housekeeping,) if whole else phases.after_logic:
+            self.present()
+
+    def _pass_on(self, end: int) -> None:
+        """Pass the scans by rows before number `end` to the listeners."""
+        numbers, times, rows = self._pending
+        done = end - numbers[0] if numbers else 0
+        if done:
+            self._pending = numbers[done:], times[done:], rows[done:]
+            self._phases.listeners.rows(numbers[:done], times[:done], self._phases.flags, rows[:done])
+
+    def _program_in_rows(self, block: Block, start: int) -> ScanLogic:
+        """Return the program, with the looks of listeners, and updates of the inputs in some scans only."""
+        program, looks = self._phases.program, self._phases.listeners.looks
+        self._phases.view.updated = True
+        if not looks and block.updated is None:
+            return program
+        updates = block.updates(start)
+
+        def program_with_more(scan: LogicScan) -> None:
+            scan.updated = next(updates)
+            program(scan)
+            for look in looks:
+                if look():
+                    self._ends = True
+
+        return program_with_more
+
+    def _play(self, numbers: list[int], times: list[int], rows: list[bytes], program: ScanLogic) -> bool:
+        """Run the logic of scans; return False if one ends its block: the present scan, not passed on yet."""
+        memory, latch, view = self._memory, self._latch, self._phases.view
+        for view.number, view.now_ns, row in zip(numbers, times, rows, strict=True):
+            latch[_WHOLE] = row
+            program(view)
+            if memory != row or self._ends:
+                return False
+        return True
+
+
+LOGIC_CALLERS = (ScanPhases.logic.__code__, ScansAhead._play.__code__)
+"""The functions that call the logic: on the stack they mean inside the logic."""

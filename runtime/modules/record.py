@@ -17,6 +17,7 @@ from ..loop.events import JsonValue
 from ..loop.exposed import Conditions
 from ..loop.module import Module
 from ..machine import Machine
+from ..machine.spec import INPUT_NAMES
 
 if TYPE_CHECKING:
     from pydantic import BaseModel
@@ -203,6 +204,8 @@ class ModuleRecord:
         round_trip_ms: longest time until it answers a command, ms; 0 = it answers at once.
         conditions: returns what is around a module, if that can be set while it runs.
         states: returns the names in such conditions with their states; of a number an example.
+        machine_inputs: the inputs of its machine that are wired to it, by name, each with its own name of
+            them, "" where it is the same, with these options.
         unread: stands for a module whose file is not executed: its options and named bits are not checked.
     """
 
@@ -224,4 +227,5 @@ class ModuleRecord:
     round_trip_ms: int = 0
     conditions: Callable[[Any], Conditions] | None = None
     states: Callable[[], Mapping[str, Sequence[str]]] = dict
+    machine_inputs: Callable[[Options], Mapping[str, str]] = lambda _options: dict.fromkeys(INPUT_NAMES, "")
     unread: bool = False

@@ -44,6 +44,7 @@ from .monitors.monitor import SessionFacts
 from .monitors.session_monitor import Setup
 from .options import WatchOptions
 from .prepared_run import PreparedRun, Start
+from .python_stops import PythonStops
 from .text import TextView
 
 
@@ -213,7 +214,7 @@ class Play:
             pacer,
             self._inbox,
             tap.tell,
-            stops=run.program.debugger,
+            stops=run.program.debugger or PythonStops(lambda: run.program.logic, job.program),
             live=wanted.asked.live,
             reload=editor.load_soon if wanted.editable else None,
             prepare=lambda scan, paused: self.prepare_branch(

@@ -16,7 +16,7 @@ from scanrack.rockwell.l5x.trial import Work, lockstep
 
 PARTS = 10
 GATES_OF_PART = amount(20)
-DIAGRAMS = int(os.environ.get("SCANRACK_DIAGRAMS", amount(300)))
+DIAGRAMS = int(os.environ.get("SCANRACK_DIAGRAMS", amount(300, few=20)))
 
 INPUTS = ("A", "B", "C")
 GATES = {"BAND__F": 2, "BOR__F": 2, "BXOR__F": 2, "BNOT__F": 1}

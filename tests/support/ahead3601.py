@@ -118,6 +118,7 @@ class Rig:
         ahead: whether scans may go by rows.
         actions: what happens at the end of which scan.
         trace: where every scan is recorded; None = nowhere.
+        made: makes the listeners, which then receive scans by rows, and the logic acts; None = a `Diary`.
     """
 
     def __init__(
@@ -127,6 +128,7 @@ class Rig:
         ahead: bool,
         actions: Sequence[tuple[int, Action]] = (),
         trace: Path | None = None,
+        made: Callable[[Rig], list[ScanListener]] | None = None,
     ) -> None:
         self.made_of = world
         self.setting = world.setting
@@ -137,7 +139,8 @@ class Rig:
         self.lamp = 0
         self.held = 0
         self.turned_until = 0
-        listeners: list[ScanListener] = [self.diary]
+        self.due = [] if made is None else list(reversed(actions))
+        listeners: list[ScanListener] = [self.diary] if made is None else made(self)
         if trace is not None:
             slots = [SlotInfo(slot.number, slot.catalog, slot.firmware) for slot in self.rack.slots.values()]
             listeners.insert(0, ScanRecorder(trace, self.rack.memory, slots, scan_period_ns=world.period_ns))
@@ -156,6 +159,8 @@ class Rig:
 
     def logic(self, scan) -> None:
         """Write the words of the script; bring the second 3601 into its motion."""
+        while self.due and self.due[-1][0] <= scan.number:
+            self.due.pop()[1](self)
         self.fresh.append(scan.updated)
         scan.slot[1].outputs.load(Image(self.words))
         if 2 in scan.slot:

@@ -23,10 +23,11 @@ from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.rungreader import load_library
 from scanrack.ladder.lowering.addon import ParameterMode
 from scanrack.ladder.model.stubs import NO_STUBS, Stubs
-from scanrack.runtime import Amci3601, Card, Cpu, Rack, Watchdog
+from scanrack.runtime import Amci3601, Card, Cpu, Rack
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 from scanrack.runtime.modules.registry import MODULES
+from sequence_bench import NO_WATCHDOG
 
 LIBRARY = load_library("axis3601")
 
@@ -179,7 +180,7 @@ class BlocksBench:
             scan_ms * 1_000_000,
             exchange=exchange,
             listeners=[self.diary],
-            watchdog=Watchdog(0),  # arming it costs as much as a scan, and many tests run one at a time
+            watchdog=NO_WATCHDOG,
         )
         self.tags = self.engine.tags
         self.tags["Axis.RoundTrip"] = 400 if model == ADAPTER else 2 * (rpi_ms or 0) + scan_ms

@@ -24,6 +24,9 @@ from scanrack.runtime.loop.scan import CpuMode
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 from scanrack.runtime.modules.cards.options import CardOptions
 
+NO_WATCHDOG = Watchdog(0)
+"""For benches that run one scan at a time: arming it costs as much as the scan."""
+
 PERIOD_NS = 2_000_000
 SETUP = Configuration.from_image(Image(CONFIGURATION))
 RATES: Any = {"acceleration": 20, "deceleration": 10}
@@ -80,8 +83,7 @@ class SequenceBench:
         )
         self.logic: Any = kind() if isinstance(kind, type) else kind
         exchange = EndOfScan() if rpi_ms is None else EveryRpi(rpi_ms * 1_000_000)
-        guard = Watchdog(0)  # arming it costs as much as a scan, and many tests run one at a time
-        self.cpu = Cpu(self.rack, self.logic, scan_ms * 1_000_000, exchange=exchange, watchdog=guard)
+        self.cpu = Cpu(self.rack, self.logic, scan_ms * 1_000_000, exchange=exchange, watchdog=NO_WATCHDOG)
 
     def scan(self, scans: int = 1) -> SequenceBench:
         """Let scans pass."""

@@ -58,7 +58,7 @@ class ScanBatch:
         self._flags: list[int] = []
         self._images: list[bytes] = []
         length = self.stride - _PREAMBLE_BYTES
-        self._head = _HEAD.pack(Opcode.MESSAGE, length, channel, 0, 0, 0, CDR_PREFIX, 0, 0)
+        self._head = Opcode.MESSAGE, length, channel, 0, 0, 0, CDR_PREFIX, 0
 
     def add(self, scan: int, now_ns: int, flags: int) -> bool:
         """Add a scan with the present memory block; return whether the batch is full."""
@@ -68,13 +68,33 @@ class ScanBatch:
         self._images.append(self._copy())
         return len(self._images) >= self.room
 
+    @property
+    def look(self) -> Callable[[], bool] | None:
+        """What is called after the logic of each scan by rows; true if messages are to follow it."""
+        return None
+
+    def begin_rows(self) -> int:
+        """Return the room for rows, from now on."""
+        return max(1, self.room - len(self._images))
+
+    def add_rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> bool:
+        """Add successive scans with these images; return whether the batch is full."""
+        self._numbers += scans
+        self._times += times
+        self._flags += [flags] * len(scans)
+        self._images += images
+        return len(self._images) >= self.room
+
     def take(self) -> tuple[array[int], bytearray]:
         """Return the times of the scans and their successive message records, and start again."""
-        records = bytearray(self._head).join([b"", *self._images])
+        flags = self._flags[0]  # mostly of all scans
+        head = bytearray(_HEAD.pack(*self._head, flags))
+        records = head.join([b"", *self._images])
         times = array("Q", self._times)
         self._fill(records, times, _TIME_PLACES, _TIME_BYTES)
         self._fill(records, array("Q", self._numbers), _NUMBER_PLACES, _NUMBER_BYTES)
-        self._fill(records, array("Q", self._flags), _FLAG_PLACES, _FLAG_BYTES)
+        if self._flags.count(flags) < len(self._flags):
+            self._fill(records, array("Q", self._flags), _FLAG_PLACES, _FLAG_BYTES)
         for column in (self._numbers, self._times, self._flags, self._images):
             column.clear()
         return times, records
@@ -98,6 +118,7 @@ class TagBatch(ScanBatch):
     def __init__(self, channel: int, memory: bytearray, room: int, tags: TagSource) -> None:
         self._start(channel, room, len(memory) + tags.plan.size, tags.take)
         self._pending = tags.pending
+        self._rows: list[bytes] = []
 
     def add(self, scan: int, now_ns: int, flags: int) -> bool:
         """Add a scan; return whether the batch is full, or messages are to follow the scan."""
@@ -108,3 +129,21 @@ class TagBatch(ScanBatch):
         if self._pending:
             return True
         return len(self._images) >= self.room
+
+    @property
+    def look(self) -> Callable[[], bool] | None:
+        """Copy a row's tags; true if messages are to follow its scan."""
+        return self._look
+
+    def _look(self) -> bool:
+        self._rows.append(self._copy())
+        return bool(self._pending)
+
+    def begin_rows(self) -> int:
+        """Return the room for rows, from now on."""
+        self._rows.clear()
+        return super().begin_rows()
+
+    def add_rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> bool:
+        """Add successive scans, with the tags that `look` has copied; return whether the batch is full."""
+        return super().add_rows(scans, times, flags, self._rows[: len(scans)])

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Never
 
@@ -178,13 +178,40 @@ class ScanRecorder:
                 still writes the summary.
         """
         if self._batch.add(scan, now_ns, flags):
-            self._hand_over(scan)
-            if self._draft_wanted:
-                self._draft(scan)
-            if self._tags is not None and self._tags.pending:
-                self._write_pending(scan, now_ns)
+            self._batch_ends(scan, now_ns)
         if self._snapshots is not None and not (scan + 1) % self._snapshots.every:
             self._snapshots.scan(scan)
+
+    @property
+    def look(self) -> Callable[[], bool] | None:
+        """What is called after the logic of each scan by rows: with tags, what copies them."""
+        return self._batch.look
+
+    def begin_rows(self, scan: int) -> int:
+        """Return how many scans can be recorded at once: up to the end of a batch, and to a snapshot."""
+        room, snapshots = self._batch.begin_rows(), self._snapshots
+        return room if snapshots is None else min(room, snapshots.every - scan % snapshots.every)
+
+    def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
+        """Record successive finished scans, at most `begin_rows`; equal to a call of `scan` in each.
+
+        Args:
+            images: the memory block in each.
+
+        Raises:
+            TraceFull: as in `scan`.
+        """
+        if self._batch.add_rows(scans, times, flags, images):
+            self._batch_ends(scans[-1], times[-1])
+        if self._snapshots is not None and not (scans[-1] + 1) % self._snapshots.every:
+            self._snapshots.scan(scans[-1])
+
+    def _batch_ends(self, scan: int, now_ns: int) -> None:
+        self._hand_over(scan)
+        if self._draft_wanted:
+            self._draft(scan)
+        if self._tags is not None and self._tags.pending:
+            self._write_pending(scan, now_ns)
 
     def draft_soon(self) -> None:
         """Write the open chunk uncompressed with the next scan: it survives a kill of the process.

@@ -16,7 +16,6 @@ from ...model.operand_checks import OperandError
 from ...model.operands import Constant, Place, Resolved
 from ...model.spec import InstructionKind, Spec, Use, action, always, condition
 from ...model.tree import Operand
-from ...model.types import REAL
 from ...state.lowered import OperandResolver
 from .. import assertion, bits, compare, control, files, move, shifts
 from . import files as words
@@ -52,9 +51,8 @@ def _prescan_one_shot(machine: Interpreter, storage: Place, *output: Place) -> N
         machine.put(each, False)
 
 
-def _shown(count: int) -> tuple[Use, ...]:
-    """Return uses of operands that only display a data file's content."""
-    return (Use.IGNORED,) * count
+_SHOWN = (Use.SHOWN, Use.SHOWN)
+"""PRE and ACC, or LEN and POS."""
 
 
 # --- timers
@@ -63,7 +61,7 @@ def _shown(count: int) -> tuple[Use, ...]:
 def _timer(name: str, run: Callable[..., None], prescan: Callable[..., None]) -> Spec:
     def resolve(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Any, ...]:
         timer = resolver.checked(Use.SLC_TIMER, given[0])
-        base = Constant(0.01, REAL) if len(given) < 4 else resolver.value(given[1])
+        base = resolver.value(given[1])
         if not isinstance(base, Constant) or float(base.value) not in timing.BASES_NS:
             raise OperandError(f"{given[1]} is not a time base", "write 1.0, 0.01 or 0.001")
         return timer, base
@@ -71,16 +69,17 @@ def _timer(name: str, run: Callable[..., None], prescan: Callable[..., None]) ->
     return Spec(
         name,
         InstructionKind.BOTH,
-        (Use.SLC_TIMER, *_shown(3)),
+        (Use.SLC_TIMER, Use.IGNORED, *_SHOWN),
         run=run,
         prescan=prescan,
         resolve=resolve,
-        optional=1,
+        captions=("Timer", "Time base", "Preset", "Accum"),
     )
 
 
 def _counter(name: str, run: Callable[..., None], prescan: Callable[..., None]) -> Spec:
-    return always(name, Use.SLC_COUNTER, *_shown(2), optional=2, run=run, prescan=prescan)
+    captions = ("Counter", "Preset", "Accum")
+    return always(name, Use.SLC_COUNTER, *_SHOWN, optional=2, run=run, prescan=prescan, captions=captions)
 
 
 def _first(count: int, spec: Spec) -> Callable[..., Any]:
@@ -95,13 +94,13 @@ def _queue(spec: Spec, *uses: Use) -> Spec:
         spec.prescan(machine, *operands[:3])
 
     return always(
-        spec.name, *uses, Use.SLC_CONTROL, *_shown(2), optional=2, run=_first(3, spec), prescan=prescan
+        spec.name, *uses, Use.SLC_CONTROL, *_SHOWN, optional=2, run=_first(3, spec), prescan=prescan
     )
 
 
 def _file(name: str, *uses: Use, shown: int, run: Callable[..., None]) -> Spec:
     prescan = words.prescan_control("EN", uses.index(Use.SLC_CONTROL))
-    return always(name, *uses, *_shown(shown), optional=shown, run=run, prescan=prescan)
+    return always(name, *uses, *_SHOWN[:shown], optional=shown, run=run, prescan=prescan)
 
 
 def _of_one(name: str, function: Callable[[float], float]) -> Spec:
@@ -186,16 +185,16 @@ _ROWS: tuple[Spec, ...] = (
     action("TND", run=_end_scan, prove=lambda machine, power: machine.end_scan(power)),
     condition("END", run=lambda _machine: True, alone=True),
     action("SUS", Use.IGNORED, run=_suspend, prove=lambda machine, power, _: machine.end_scan(power)),
-    action("IIM", *_shown(3), optional=2, run=_nothing),
-    action("IOM", *_shown(3), optional=2, run=_nothing),
-    action("REF", *_shown(2), optional=2, run=_nothing),
-    action("STD", *_shown(1), optional=1, run=_nothing),
-    action("STE", *_shown(1), optional=1, run=_nothing),
-    action("STS", *_shown(2), optional=2, run=_nothing),
-    action("INT", *_shown(1), optional=1, run=_nothing),
-    action("UID", *_shown(1), optional=1, run=_nothing),
-    action("UIE", *_shown(1), optional=1, run=_nothing),
-    action("UIF", *_shown(1), optional=1, run=_nothing),
+    action("IIM", Use.IGNORED, Use.IGNORED, Use.IGNORED, optional=2, run=_nothing),
+    action("IOM", Use.IGNORED, Use.IGNORED, Use.IGNORED, optional=2, run=_nothing),
+    action("REF", Use.IGNORED, Use.IGNORED, optional=2, run=_nothing),
+    action("STD", Use.IGNORED, optional=1, run=_nothing),
+    action("STE", Use.IGNORED, optional=1, run=_nothing),
+    action("STS", Use.IGNORED, Use.IGNORED, optional=2, run=_nothing),
+    action("INT", Use.IGNORED, optional=1, run=_nothing),
+    action("UID", Use.IGNORED, optional=1, run=_nothing),
+    action("UIE", Use.IGNORED, optional=1, run=_nothing),
+    action("UIF", Use.IGNORED, optional=1, run=_nothing),
     messages.MSG,
     assertion.ASSERT,
 )

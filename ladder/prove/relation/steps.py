@@ -33,7 +33,17 @@ from .unknowns import ONLY, UnknownOrigin, named, system_leaves
 _READ = frozenset(
     (
         *(Use.BIT, Use.NUMBER, Use.TEXT_OR_NUMBER, Use.INTEGER, Use.TEXT, Use.EXPRESSION, Use.CONDITION),
-        *(Use.TRUTH, Use.SWITCH, Use.IGNORED, Use.SOURCE, Use.TABLE, Use.ITEM, Use.CONSTANT, Use.MODE),
+        *(
+            Use.TRUTH,
+            Use.SWITCH,
+            Use.IGNORED,
+            Use.SHOWN,
+            Use.SOURCE,
+            Use.TABLE,
+            Use.ITEM,
+            Use.CONSTANT,
+            Use.MODE,
+        ),
         *(Use.KEYWORD, Use.LABEL),
     )
 )

@@ -65,7 +65,7 @@ class Pcl601:
         self._modbus = Modbus(self.controller)
         self._direct = Direct(self.controller)
         self._framer = Framer(timing)
-        self._format = FORMATS[Protocol.MODBUS]
+        self._format = pcl601_frames.LINE_FORMAT
         self._out = bytearray()
         self._now_ns = 0
 
@@ -75,6 +75,11 @@ class Pcl601:
         return self._format
 
     @property
+    def _present_format(self) -> LineFormat:
+        is_ascii = self.controller.protocol is Protocol.ASCII  # an enumeration's key costs a call
+        return pcl601_ascii.LINE_FORMAT if is_ascii else pcl601_frames.LINE_FORMAT
+
+    @property
     def quiet_ns(self) -> int:
         """Silence required before a frame, ns."""
         return self._framer.gap_ns if self.controller.protocol is Protocol.MODBUS else 0
@@ -82,7 +87,7 @@ class Pcl601:
     @property
     def turnaround_ns(self) -> int:
         """Silence between a request and its reply, ns: 3.5 characters in Modbus, none in ASCII."""
-        return SERIAL_TIMING.gap_ns if self._format is FORMATS[Protocol.MODBUS] else 0
+        return SERIAL_TIMING.gap_ns if self._format is pcl601_frames.LINE_FORMAT else 0
 
     @property
     def next_wake_ns(self) -> int | None:
@@ -96,7 +101,7 @@ class Pcl601:
 
     def receive(self, now_ns: int, data: bytes) -> None:
         """Receive characters without gaps; the last one is complete at `now_ns`."""
-        self._format = FORMATS[self.controller.protocol]
+        self._format = self._present_format
         self._now_ns = now_ns
         if self.controller.protocol is Protocol.ASCII:
             self._hear(now_ns, data)
@@ -107,7 +112,7 @@ class Pcl601:
 
     def advance(self, now_ns: int) -> bytes:
         """Advance to `now_ns`; return the bytes that go onto the line from then on."""
-        self._format = FORMATS[self.controller.protocol]
+        self._format = self._present_format
         while (due_ns := self._framer.deadline_ns) is not None and due_ns <= now_ns:
             self.controller.advance(due_ns)
             for one in self._framer.silence():
@@ -117,7 +122,7 @@ class Pcl601:
         data = bytes(self._out) + self.controller.take_sent()
         self._out.clear()
         if not data:
-            self._format = FORMATS[self.controller.protocol]
+            self._format = self._present_format
         return data
 
     def answer(self, pdu: bytes) -> bytes | None:
@@ -149,7 +154,7 @@ class Pcl601:
         self._framer.clear()
         self._direct.clear()
         self._out.clear()
-        self._format = FORMATS[self.controller.protocol]
+        self._format = self._present_format
 
     def _answer(self, now_ns: int, request: bytes) -> None:
         address, pdu = request[0], request[1:-2]

@@ -12,6 +12,7 @@ from scanrack.io_images.site import SettingError
 from ...loop.exposed import Conditions
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec
+from ...machine.spec import input_name
 from ..record import ModuleRecord, Options, Trait
 
 if TYPE_CHECKING:
@@ -41,6 +42,17 @@ def _option_table(model: Model) -> type[DriveOptions]:
     return options_of(model)
 
 
+def _machine_inputs(model: Model, options: Options) -> Mapping[str, str]:
+    """Return the machine's inputs by name, in the order of the drive's terminals; two may have one input."""
+    from .options import options_of
+
+    found: dict[str, str] = {}
+    for bit, own in zip(options_of(model).of(options).terminals(model), model.input_names, strict=True):
+        name = input_name(bit)
+        found[name] = ", ".join(filter(None, (found.get(name, ""), "" if own == name else own)))
+    return found
+
+
 def _conditions(drive: DriveUnit) -> Conditions:
     from .conditions import DriveConditions
 
@@ -62,6 +74,7 @@ def _record(model: Model) -> ModuleRecord:
         option_table=partial(_option_table, model),
         conditions=_conditions,
         states=_states,
+        machine_inputs=partial(_machine_inputs, model),
     )
 
 

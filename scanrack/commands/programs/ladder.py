@@ -133,7 +133,7 @@ def ladder(
             running = bench_at(file, at).program
             truths = {each.name: running.truth(each.name) for each in routines}
             routines = [running.routine_now(each.name) for each in routines]
-        captions = captions_of(program.add_ons.values())
+        captions = captions_of(program)
         wanted = with_rung(routines, rung)
         if svg is not None:
             with new_file(svg, SVG, used=used) as out:

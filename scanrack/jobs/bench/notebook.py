@@ -42,6 +42,6 @@ def _rungs(logic: Any) -> str:
     from scanrack.ladder.draw import captions_of, routines_svg
 
     first = logic.routine_now(logic.program.routines[0].name)
-    captions = captions_of(logic.program.add_ons.values())
+    captions = captions_of(logic.program)
     truths = {first.name: logic.truth(first.name)}
     return routines_svg([(first, list(first.numbers)[:RUNGS])], truths=truths, captions=captions)

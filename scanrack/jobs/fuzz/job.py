@@ -27,7 +27,7 @@ from scanrack.traces.replay import PackedTrace
 
 from ..load.claims import has_claims, with_monitors
 from ..load.loading import LoadedRack, load_job
-from ..load.program import load_program
+from ..load.program import LoadedProgram, executed_again, load_program
 from ..record.recording import recorder_for
 from ..record.sequence_watch import watching
 from ..trust.attachments import forget_imported
@@ -163,15 +163,26 @@ def logic_maker(job: LoadedRack, rack: str) -> Callable[[], ScanLogic]:
     if job.rack_file == job.program:
         return lambda: _of_rack(rack, job.folder.resolve())
     address = f"{job.program}:{job.logic_name.rpartition(':')[2]}"
-    folder = job.program.resolve().parent
-    return lambda: _function(address, folder)
+    return _FunctionMaker(address, job.program.resolve().parent)
 
 
-def _function(address: str, folder: Path) -> ScanLogic:
-    forget_imported(folder)
-    with branches_noted():
-        logic: ScanLogic = load_program(address).function
-    return logic
+class _FunctionMaker:
+    """Makes the function of a program in Python again, with new globals in all modules of its folder."""
+
+    def __init__(self, address: str, folder: Path) -> None:
+        self._address, self._folder = address, folder
+        self._program: LoadedProgram | None = None
+        self._elsewhere: set[str] = set()  # names of modules that are not in the folder
+
+    def __call__(self) -> ScanLogic:
+        if sys.modules.keys() - self._elsewhere:
+            forget_imported(self._folder)
+            self._elsewhere = set(sys.modules)
+        with branches_noted():
+            if self._program is not None:
+                return executed_again(self._program)
+            self._program = load_program(self._address)
+        return self._program.function
 
 
 def _of_rack(rack: str, folder: Path) -> ScanLogic:

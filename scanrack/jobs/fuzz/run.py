@@ -29,15 +29,18 @@ from ..load.building import build_cpu, build_rack
 from ..record.logic_wrapper import LogicWrapper, unwrapped
 from ..record.order_repeater import OrderRepeater
 from ..record.sequence_watch import sequences_in, standing
-from .aim.explored_states import ExploredStates, ExploredStateStop
+from .aim.explored_states import RARELY, ExploredStates, ExploredStateStop
 from .aim.probe import Probe
 from .aim.python_state import namespace_of
 from .invariants.busy import axes_in
 from .invariants.goals import MaximumGoal, Sometimes
-from .invariants.invariants import Invariant, Watch
+from .invariants.invariants import FOREVER_NS, Invariant, Watch
 from .invariants.output_line import Places
 from .invariants.scan_view import ProgramState, Snapshot
+from .program_clocks import clocks_of
+from .repeated_scans import NS_PER_MS, RepeatedScans, stops_of
 from .scenarios.panel import PanelTag
+from .scenarios.parts import timed_parts
 from .scenarios.scenario import Scenario
 from .scenarios.tearing import Rung, TornScans
 
@@ -228,6 +231,11 @@ class _Watcher(QuietListener):
         """Return whether the clock of an invariant runs."""
         return any(getattr(each.watch, "waiting", False) for each in self._asked)
 
+    def same_until_ns(self, counting: bool) -> int:
+        """Return the instant up to which no invariant has another answer, see `Watch`; 0 if unknown."""
+        asked = [getattr(each.watch, "same_until_ns", None) for each in self._asked]
+        return min((0 if each is None else each(counting) for each in asked), default=FOREVER_NS)
+
     def note_goals(self, note: Callable[[str, Hashable, int], None]) -> None:
         """Note where goals are reached."""
         for each in self._asked:
@@ -316,6 +324,7 @@ class TrialBench:
         probe: Probe | None = None,
         rests: ExploredStates | None = None,
         aloud: bool = False,
+        every_scan: bool = True,
     ) -> Verdict:
         """Run the program in a scenario until an invariant is broken or the time is over.
 
@@ -323,16 +332,18 @@ class TrialBench:
             without: names of invariants to skip, and keys of failures to ignore.
             probe: notes what changes.
             rests: what other runs with a probe have gone through, where this one may end.
+            every_scan: False = pass over scans that repeat the one before them, without `listeners`.
 
         Raises:
             InvariantError: an invariant raised.
         """
         start_ns = wall_ns()
-        run = _Run(self, scenario, frozenset(without), traced=False, probe=probe)
+        run = _Run(self, scenario, frozenset(without), traced=False, every_scan=every_scan, probe=probe)
         run.rester = None if rests is None else rests.begin(scenario, self.spec)
         verdict = run.go(listeners, aloud=aloud)
         if verdict.broken is not None and verdict.broken.cause == UNPLACED:
-            verdict = _Run(self, scenario, frozenset(without), traced=True).go(_no_listeners, aloud=False)
+            run = _Run(self, scenario, frozenset(without), traced=True, every_scan=every_scan)
+            verdict = run.go(_no_listeners, aloud=False)
         spent = {**verdict.spent, BUILDING: 0}
         return replace(verdict, spent={**spent, BUILDING: wall_ns() - start_ns - sum(spent.values())})
 
@@ -356,6 +367,7 @@ class _Run:
 
     Args:
         traced: find the lines that write outputs, which makes the program slower.
+        every_scan: whether scans that repeat the one before them are run, too, see `repeated_scans`.
     """
 
     def __init__(
@@ -365,10 +377,12 @@ class _Run:
         without: frozenset[str],
         *,
         traced: bool,
+        every_scan: bool = True,
         probe: Probe | None = None,
     ) -> None:
         self.rester: ExploredStateStop | None = None
-        self._scans = bench.scans
+        self._scans, self._scenario = bench.scans, scenario
+        self._every_scan = every_scan
         self._without = without
         self._printed = _LineCounter()
         self._spec, self._orders = scenario.laid_over(bench.spec), scenario.orders
@@ -404,6 +418,8 @@ class _Run:
         watcher.cpu = cpu = build_cpu(self._spec, self._timed, self._rack, listeners=listening)
         if self._torn is not None:
             self._torn.cpu = cpu
+        if not self._every_scan:
+            self._pass_over_repeats(cpu)
         repeated = self._operator(cpu)
         start_ns = wall_ns()
         try:
@@ -428,6 +444,24 @@ class _Run:
             self._printed.lines,
             watcher.greatest,
         )
+
+    def _pass_over_repeats(self, cpu: Cpu) -> None:
+        """Let the CPU pass over scans that repeat the one before them, if the program is one of rungs."""
+        engine, spec = unwrapped(self._timed), self._spec
+        clocks = clocks_of(engine.lowered) if isinstance(engine, Engine) else None
+        if clocks is None or spec.scan_ns % NS_PER_MS:
+            return
+        stops = stops_of(self._instants_ns(), spec.scan_ns)
+        until_ns = self._watcher.same_until_ns
+        if self.rester is not None:
+            self.rester.calm = RARELY
+        cpu.pass_over_repeats(RepeatedScans(engine, clocks, spec.scan_ns, stops, until_ns))
+
+    def _instants_ns(self) -> Iterator[int]:
+        """Yield the instants at which something begins or ends in this run."""
+        for part in (*timed_parts(self._scenario), *self._spec.incidents):
+            yield part.at_ns
+            yield part.at_ns + getattr(part, "for_ns", 0)
 
     def _run_scans(self, cpu: Cpu) -> None:
         if self.rester is None or self._probe is None:

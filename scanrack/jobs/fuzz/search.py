@@ -234,7 +234,7 @@ def shrunk(
         if not whole:
             return None
         runs += 1
-        verdict = bench.run(scenario, without=without)
+        verdict = bench.run(scenario, without=without, every_scan=False)
         if report is not None:
             report.add(scenario, verdict)
             report.shrinking += 1
@@ -288,7 +288,9 @@ class _Hunt:
         return None if broken else edges
 
     def _run(self, scenario: Scenario, probe: Probe | None) -> BrokenInvariant | None:
-        verdict = self.bench.run(scenario, without=self.known, probe=probe, rests=self.rests)
+        verdict = self.bench.run(
+            scenario, without=self.known, probe=probe, rests=self.rests, every_scan=probe is None
+        )
         self.report.add(scenario, verdict)
         return verdict.broken
 

@@ -160,6 +160,16 @@ def load_program(
     return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",), stubs=stubs)
 
 
+def executed_again(program: LoadedProgram) -> Callable[..., Any]:
+    """Run the file of a program in Python again, as a new module; return the new function.
+
+    Raises:
+        ProgramError: an error while the file runs.
+    """
+    function: Callable[..., Any] = getattr(_execute(program.path, program.data), program.name)
+    return function
+
+
 def load_stubs(texts: Mapping[str, str], folder: Path | str, *, missing_tags: bool = False) -> Stubs:
     """Read the stubs of a rack file.
 

@@ -122,7 +122,7 @@ def drawn(program: LadderLogic, scans: Sequence[ScanOf], asked: WatchedClaim) ->
     by_name = {each.name: each for each in program.routines}
     routines = [(debugger.routine_now(name), sorted(numbers)) for name, numbers in _grouped(shown).items()]
     truths = {name: debugger.truth(name) for name in _grouped(shown) if name in by_name}
-    return routines_svg(routines, WIDTH, truths, captions_of(program.add_ons.values()))
+    return routines_svg(routines, WIDTH, truths, captions_of(program))
 
 
 def _grouped(rungs: Iterable[tuple[str, int]]) -> dict[str, list[int]]:

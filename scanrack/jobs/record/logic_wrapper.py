@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from scanrack.runtime.loop.rack import Slot
-from scanrack.runtime.loop.scan import AttachedLogic, LogicScan, ScanLogic
+from scanrack.runtime.loop.scan import LogicScan, ScanLogic, attached
 
 
 class LogicWrapper:
@@ -20,13 +20,13 @@ class LogicWrapper:
 
     def __attach_logic__(self, slots: Mapping[int, Slot]) -> None:
         """Attach the inner logic, if it needs that."""
-        if isinstance(self._logic, AttachedLogic):
-            self._logic.__attach_logic__(slots)
+        if (inside := attached(self._logic)) is not None:
+            inside.__attach_logic__(slots)
 
     def __close_logic__(self) -> None:
         """Close the inner logic, if it needs that."""
-        if isinstance(self._logic, AttachedLogic):
-            self._logic.__close_logic__()
+        if (inside := attached(self._logic)) is not None:
+            inside.__close_logic__()
 
 
 def unwrapped(logic: ScanLogic) -> ScanLogic:

@@ -9,12 +9,12 @@ A waiting sequence costs one comparison per scan; the text is made only after a 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from scanrack.ladder.python.sequences import Logic, Sequence, parts_of, sequences_of
 from scanrack.runtime.loop.events import JsonValue
-from scanrack.runtime.loop.listeners import ScanListener
+from scanrack.runtime.loop.listeners import RowListener, ScanListener
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.format.topics import SEQUENCES
 from scanrack.traces.read.sequence_steps import Step
@@ -59,6 +59,7 @@ class WatchesSequences:
 
     def __init__(self, listener: ScanListener, sequences: tuple[Sequence, ...]) -> None:
         self._listener = listener
+        self._rows = listener if isinstance(listener, RowListener) else None
         self.watch(sequences)
 
     def watch(self, sequences: tuple[Sequence, ...]) -> None:
@@ -79,6 +80,28 @@ class WatchesSequences:
                 if step is not None:
                     self._listener.event(scan, now_ns, SEQUENCES.name, fields_of(step))
         self._listener.scan(scan, now_ns, flags)
+
+    @property
+    def look(self) -> Callable[[], bool]:
+        """What is called within rows: true if a sequence has made a step."""
+        watched, listeners_own = self._watched, None if self._rows is None else self._rows.look
+
+        def look() -> bool:
+            for each in watched:
+                if each.sequence.resumed != each.resumed:
+                    return True
+            return listeners_own is not None and listeners_own()
+
+        return look
+
+    def begin_rows(self, scan: int) -> int:
+        """Return how many scans the listener can receive at once."""
+        return 0 if self._rows is None else self._rows.begin_rows(scan)
+
+    def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
+        """Pass on scans in which no sequence has made a step."""
+        assert self._rows is not None, "`begin_rows` has allowed them"
+        self._rows.rows(scans, times, flags, images)
 
     def close(self) -> None:
         """Close the listener."""

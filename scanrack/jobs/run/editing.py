@@ -251,6 +251,9 @@ class RecordsEdits:
     def __init__(self, recorder: ScanRecorder, editions: ProgramVersions) -> None:
         self._recorder, self._editions = recorder, editions
         self.scan = recorder.scan
+        self.begin_rows = recorder.begin_rows
+        self.rows = recorder.rows
+        self.look = recorder.look
         self.close = recorder.close
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:

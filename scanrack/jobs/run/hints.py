@@ -15,7 +15,7 @@ from scanrack.io_images.amci3601 import ALL_INPUTS, CommandLsw, CommandMsw, Inpu
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.io_images.dataclass import dataclass
 from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.listeners import QuietListener
+from scanrack.runtime.loop.listeners import ROWS_AT_ONCE, QuietListener
 from scanrack.runtime.loop.rack import Rack, Slot
 from scanrack.runtime.machine import MachineSpec
 from scanrack.runtime.machine.spec import input_name
@@ -63,6 +63,11 @@ class SlotHints:
         self._before = bytes(self._raw)
         self._words: list[int] = list(slot.outputs)
         self._configures = False
+
+    @property
+    def attentive(self) -> bool:
+        """Whether the next scans concern it even if the outputs stay."""
+        return self._configures or self._raw != self._before
 
     def look(self, scan: int) -> None:
         """Check the images of a scan."""
@@ -114,6 +119,15 @@ class Hints(QuietListener):
             for slot in rack.slots.values()
             if is_stepper(slot.words)
         ]
+
+    look = None
+
+    def begin_rows(self, scan: int) -> int:
+        """Return how many scans are of no interest; 0 while a configuration waits for its answer."""
+        return 0 if any(slot.attentive for slot in self.slots) else ROWS_AT_ONCE
+
+    def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
+        """Do nothing: their outputs are those of the scan before."""
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Check the images of a scan."""

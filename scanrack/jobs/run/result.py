@@ -10,7 +10,7 @@ from pathlib import Path
 
 from scanrack.io_images.dataclass import dataclass
 from scanrack.runtime.loop.events import JsonValue
-from scanrack.runtime.loop.listeners import QuietListener
+from scanrack.runtime.loop.listeners import ROWS_AT_ONCE, QuietListener
 from scanrack.runtime.loop.rack import Rack
 from scanrack.traces.read.event_text import OF_ADAPTERS, describe
 
@@ -69,6 +69,18 @@ class RunCounters(QuietListener):
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Count a scan."""
         self.scans += 1
+
+    @property
+    def look(self) -> None:
+        """Nothing is called within rows."""
+
+    def begin_rows(self, scan: int) -> int:
+        """Return that any number can be counted at once."""
+        return ROWS_AT_ONCE
+
+    def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
+        """Count scans."""
+        self.scans += len(images)
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,9 @@ from scanrack.io_images.times import parse_duration, seconds
 from scanrack.ladder.debug import CauseLink
 from scanrack.ladder.debug.watched import shown
 from scanrack.runtime.live import actions
+from scanrack.runtime.live.operator_actions import OperatorActions
+from scanrack.runtime.machine.spec import INPUT_NAMES
+from scanrack.runtime.modules.record import Trait
 
 PRESS = "60 ms"
 BETWEEN = "100 ms"
@@ -204,12 +207,12 @@ def _of_links(bench: Rack, link: CauseLink) -> Iterator[Act]:
         elif each.kind == "mode":
             turn = actions.Mode("run")
             yield Act("turn the key to run", "the key", lambda bench: bench.run_mode(), orders=(turn,))
+        elif each.kind in ("input", "operator") and terminal is not None:
+            yield from _of_input(bench, int(terminal[1]), (terminal[2] or terminal[3]).lower())
         elif each.kind == "operator" and isinstance(each.value, bool):
             yield _of_tag(each.name, not each.value)
         elif each.kind == "incident" and slot is not None:
             yield _of_link(int(slot[1]))
-        elif each.kind == "input" and terminal is not None:
-            yield from _of_input(bench, int(terminal[1]), (terminal[2] or terminal[3]).lower())
 
 
 def _of_force(name: str) -> Act:
@@ -230,14 +233,23 @@ def _of_tag(name: str, value: bool) -> Act:
 
 
 def _of_panels(bench: Rack) -> Iterator[Act]:
-    """Yield acts on the named inputs of cards: buttons and switches."""
+    """Yield acts on the named inputs of cards, buttons and switches, and on inputs of an axis that are on."""
     for slot in bench.spec.slot:
         for name in (slot.options or {}).get("inputs") or ():
             yield from _of_input(bench, slot.number, str(name))
+        if slot.has(Trait.MACHINE) and not slot.is_live:
+            status = slot.words.groups["status"]
+            for name in INPUT_NAMES:
+                at = f"IN_{name.upper()}"
+                if at in status and bench[f"slot{slot.number}.status.{at}"]:
+                    yield from _of_input(bench, slot.number, name)
 
 
 def _of_input(bench: Rack, number: int, name: str) -> Iterator[Act]:
-    """Yield what can be done to an input; a switch of the machine refuses it."""
+    """Yield what can be done to an input that the machine does not operate: the orders of a session."""
+    slot = next(each for each in bench.spec.slot if each.number == number)
+    if slot.has(Trait.MACHINE) and name in INPUT_NAMES and slot.machine.fed_inputs & INPUT_NAMES[name].value:
+        return
     at = f"{name} (slot {number})"
     try:
         is_on = bool(bench[f"slot{number}.input.{name}"])
@@ -245,11 +257,25 @@ def _of_input(bench: Rack, number: int, name: str) -> Iterator[Act]:
         is_on = bool(bench[f"slot{number}.status.IN_{name.upper()}"])
     off, on = (actions.Press(number, name, each) for each in (False, True))
     if is_on:
-        yield Act(f"open {at}", at, lambda bench: bench.slot[number].set_input(name, False), orders=(off,))
+        yield Act(f"open {at}", at, _by_hand(off), orders=(off,))
         return
     press = (on, parse_duration(PRESS), off)
-    yield Act(f"press {at} for {PRESS}", at, lambda bench: bench.slot[number].press(name, PRESS), True, press)
-    yield Act(f"close {at}", at, lambda bench: bench.slot[number].set_input(name, True), orders=(on,))
+    yield Act(f"press {at} for {PRESS}", at, _by_hand(*press), True, press)
+    yield Act(f"close {at}", at, _by_hand(on), orders=(on,))
+
+
+def _by_hand(*steps: actions.Action | int) -> Callable[[Any], None]:
+    """Return what gives orders, and waits between them, ns."""
+
+    def do(bench: Any) -> None:
+        hands = OperatorActions(bench.cpu, bench.cpu.rack, None)
+        for each in steps:
+            if isinstance(each, int):
+                bench.run_for(f"{each} ns")
+            else:
+                hands.act(each, bench.now_ns, bench.scans)
+
+    return do
 
 
 def _becomes(wanted: object) -> str:

@@ -12,6 +12,7 @@ from scanrack.io_images.amci3601 import COMPLETION_BITS, MOTIONS, CommandMsw, St
 from scanrack.io_images.amci3601.rules.causes import BitCause, Origin, cause_of
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.doors import json_value
 from scanrack.io_images.times import seconds
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import CauseLink, Chains, Debugger, linked
@@ -430,7 +431,8 @@ class RackChain:
         for each in self._events_by_scan.get(scan, []):
             text = str(each.fields.get("text", ""))
             if each.topic == "/orders" and text.startswith(f"Slot {slot.number}:"):
-                yield "operator", f"{at}: {text}"
+                if _is_for(each, slot, bits):
+                    yield "operator", f"{at}: {text}"
             elif each.topic == "/stimuli" and each.fields.get("slot", 0) == slot.number:
                 if each.fields.get("name") in _INCIDENTS:
                     yield "incident", f"slot {slot.number}: {text}"
@@ -529,6 +531,12 @@ def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
     names = [each.lower() for each, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
     inputs = any(each in (name.lower(), f"in_{name.lower()}") for each in names)
     return inputs or slot.words.modes is None or (not slot.is_stepper and any(map(_shows, names)))
+
+
+def _is_for(order: TraceEvent, slot: SlotInfo, bits: Bits) -> bool:
+    """Whether an order on a slot is one on the bits of an input image: a press has its input alone."""
+    said = json_value(str(order.fields.get("order", "{}")))
+    return "name" not in said or _is_of(str(said["name"]), slot, bits)
 
 
 def _shows(name: str) -> bool:

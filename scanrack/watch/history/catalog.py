@@ -81,7 +81,7 @@ class Catalog:
         self._lowered = program.build()
         self._layout = self._lowered.layout
         self._resolver = Resolver(self._layout)
-        self._captions = captions_of(program.add_ons.values())
+        self._captions = captions_of(program)
         self._known = WatchedEngine(program.build(), program.scanner).tags
 
     def routines(self) -> list[Json]:
@@ -223,7 +223,9 @@ class Catalog:
         program = program_of(routine)
         resolver = Resolver(self._layout, program)
         names = lambda address: self._name_of(resolver, program, address)  # noqa: E731
-        return live_rung(rung, ident, columns, self._captions, names, operands=operands)
+        return live_rung(
+            rung, ident, columns, self._captions, names, specs=self._program.builtin, operands=operands
+        )
 
     def _text(self, routine: Routine) -> tuple[PageRoutine, Json]:
         names: dict[str, None] = {}

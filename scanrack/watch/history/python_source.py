@@ -85,12 +85,40 @@ class PythonSource:
     def show(self, names: tuple[str, ...]) -> tuple[PageRoutine, Json]:
         """Return its contents, and the answer with its text."""
         spans = spans_of(self._lines)
+        uses = uses_in("\n".join(self._lines))
         lines = [
-            {"number": number, "text": text, "spans": spans.get(number, [])}
+            {"number": number, "text": text, "spans": spans.get(number, []), "uses": uses.get(number, [])}
             for number, text in enumerate(self._lines, 1)
         ]
         answer = {"routine": self._name, "file": self._name, "text": lines, "names": list(names)}
         return PageRoutine(self._name, {}, (), names), answer
+
+
+def uses_in(text: str) -> dict[int, list[str]]:
+    r"""Return the names and attributes in each line of a program: `line.step`, and `.step` of `self.step`.
+
+    >>> uses_in("class Line:\n    def run(self):\n        self.step = line.count")
+    {3: ['.step', 'line.count', 'line']}
+    """
+    found: dict[int, dict[str, None]] = {}
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):
+        return {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Name | ast.Attribute):
+            name = _dotted(node)
+            if name and name != "self":
+                found.setdefault(node.lineno, {})[name.removeprefix("self")] = None
+    return {line: list(names) for line, names in found.items()}
+
+
+def _dotted(node: ast.expr) -> str:
+    """Return a name with its attributes, "" of anything else."""
+    if isinstance(node, ast.Attribute):
+        stem = _dotted(node.value)
+        return stem and f"{stem}.{node.attr}"
+    return node.id if isinstance(node, ast.Name) else ""
 
 
 def _names_in(line: str) -> Iterator[str]:

@@ -86,7 +86,9 @@ def _chains(monitor: Monitor, causes: Causes, tags: Sequence[str], scan: int) ->
 
 
 def _event(event: Mapping[str, Any], forces: Json) -> TraceEvent:
-    fields: Json = {key: event[key] for key in ("slot", "kind", "name", "text", "module") if key in event}
+    fields: Json = {
+        key: event[key] for key in ("slot", "kind", "name", "text", "module", "order") if key in event
+    }
     if event["kind"] == "forces":
         fields = {"tags": forces}
     return TraceEvent(event["scan"], event["t"], _TOPICS.get(event["kind"], f"/{event['kind']}"), fields)

@@ -10,7 +10,7 @@ from scanrack.io_images.drives.models import MODELS
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.loop.incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind
-from scanrack.runtime.machine.spec import INPUT_NAMES, MachineSpec, input_name
+from scanrack.runtime.machine.spec import MachineSpec, input_name
 from scanrack.runtime.modules.record import Trait
 
 from .picture import said_values
@@ -87,7 +87,7 @@ def bits_of(slot: int, words: ModuleWords) -> list[Json]:
                     "word": at.word,
                     "bit": at.bit,
                     "output": at.image == "O",
-                    **({"error": True} if at.image == "I" and name in words.errors else {}),
+                    "error": at.image == "I" and name in words.errors,
                 }
             )
     return found
@@ -136,9 +136,13 @@ def inputs_of(slot: SlotSpec) -> list[Json]:
     stationed = {input_name(each.input) for each in slot.machine.stations}
     kinds = dict.fromkeys(stationed, "station") | dict.fromkeys(switched, "switch")
     return [
-        {"name": name, "title": TITLES[name], "kind": kinds.get(name, "button"), "rest": False}
-        for name in INPUT_NAMES
+        {"name": name, "title": _titled(name, own), "kind": kinds.get(name, "button"), "rest": False}
+        for name, own in slot.record.machine_inputs(slot.options).items()
     ]
+
+
+def _titled(name: str, own: str) -> str:
+    return f"{TITLES[name]} ({own})" if own else TITLES[name]
 
 
 def machine_of(machine: MachineSpec) -> Json:
@@ -209,10 +213,8 @@ def _conditions_of(spec: RackSpec) -> Iterator[Json]:
     known = next(each.record.states() for each in spec.slot if each.number == slots[0])
     choices = [f"{name}={state}" for name, states in known.items() for state in states]
     slot = {"name": "slot", "title": "Slot", "kind": "choice", "default": slots[0], "choices": slots}
-    named = {"name": "state", "title": "State", "kind": "choice", "default": choices[0], "choices": choices}
-    typed = {"name": "state", "title": "State", "kind": "text", "default": "temperature=95"}
-    for title, field in (("Around a drive", named), ("Around a drive, as text", typed)):
-        yield {"name": FaultKind.CONDITION.value, "title": title, "fields": [slot, field]}
+    state = {"name": "state", "title": "State", "kind": "text", "choices": choices}
+    yield {"name": FaultKind.CONDITION.value, "title": "Condition of a drive", "fields": [slot, state]}
 
 
 def _can(kind: FaultKind, slot: SlotSpec) -> bool:

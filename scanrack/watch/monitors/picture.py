@@ -20,6 +20,9 @@ from ..history.watched_machines import PER_SLOT
 
 Json = dict[str, Any]
 
+MOVING = ("MOVING_CW", "MOVING_CCW")
+"""Status bits of a module that says whether it moves."""
+
 DEEP = ("words", "values", "machine", "power", "tags")
 """Parts of a frame of which only changed keys are sent."""
 
@@ -121,8 +124,17 @@ class Places:
         position = module.quantity("position")
         if position is None or any(module.configures("I", words) for _, words in both):
             return None  # in configuration mode these words are a mirror
+        if not _moves(module, row["words"][inputs].tolist()):
+            return 0
         now, then = (formats.value(slot, scan, position, words) for scan, words in both)
         return round((now - then) * 1e9 / (int(row["now_ns"]) - int(before[0]["now_ns"])))
+
+
+def _moves(module: ModuleWords, inputs: Sequence[int]) -> bool:
+    """Whether a module says that it moves; True of one that does not say."""
+    status = module.groups.get("status", {})
+    moving = [status[name] for name in MOVING if name in status]
+    return not moving or any(inputs[at.word] >> at.bit & 1 for at in moving)
 
 
 def _levels(module: ModuleWords, inputs: Sequence[int]) -> int | None:

@@ -14,7 +14,7 @@ from .marks import Marks
 from .monitor import Json, Monitor
 from .page import Page
 from .panel_questions import PANEL_QUESTIONS
-from .since import LastChange, last_change
+from .since import last_change
 from .why_questions import want, why
 
 MOST_WATCHED = 500
@@ -171,20 +171,21 @@ def _marks_of(monitor: Monitor) -> Marks:
 def since(monitor: Monitor, page: Page, said: Said) -> Json:
     """Say since when a tag has its value in the scan of the page, and what it was before.
 
-    If it has not changed from a scan on, `searched` names that scan; a question with it as `from` goes on.
+    One question looks at a stretch of scans; `from` is the scan from which the next question goes on back,
+    null where nothing is left.
     """
-    tag, row, begin = text_in(said, "tag"), monitor.row_of(page), said.get("from")
-    if begin is not None and type(begin) is not int:
-        raise ValueError("from is the number of a scan")
+    tag, row, end = text_in(said, "tag"), monitor.row_of(page), said.get("from")
+    if end is not None and type(end) is not int:
+        raise ValueError("from must be a scan number")
     if row is None:
-        return {"since": None, "searched": None}
-    scan = int(row["scan"])
-    found = last_change(monitor, tag, scan if begin is None else min(begin, scan))
-    if not isinstance(found, LastChange):
-        return {"since": None, "searched": found}
+        return {"since": None, "from": None}
+    found, left = last_change(monitor, tag, int(row["scan"]) if end is None else end)
+    if found is None:
+        extent = monitor.subject.timeline.extent
+        return {"since": None, "from": None if left <= (extent[0] if extent else 0) else left}
     changed = monitor.subject.timeline.row(found.scan)
     now_ns = None if changed is None else int(changed["now_ns"])
-    return {"since": {"scan": found.scan, "t": now_ns, "before": found.before}}
+    return {"since": {"scan": found.scan, "t": now_ns, "before": found.before}, "from": left}
 
 
 def share(monitor: Monitor, page: Page, said: Said) -> None:

@@ -93,6 +93,7 @@ class SessionMonitor(Monitor):
             self._add(each)
         self._setup, self._ring, self._pipe = setup, ring, pipe
         self._errors = ErrorWatch(self.subject.words)
+        self._error: tuple[ErrorBit, Json] | None = None  # the latest that came on, as pages are told of it
         self._rows_at = max(0, ring.written - ring.shape.rows)
         self._messages_at = ring.messages.oldest
         self._snapshots_at = ring.snapshots.oldest
@@ -141,6 +142,7 @@ class SessionMonitor(Monitor):
     @override
     def join(self, page: Page) -> None:
         super().join(page)
+        self._name_standing(page)
         if self._mistake is not None:
             page.send({"mistake": self._mistake})
         if self._preview is not None:
@@ -190,8 +192,7 @@ class SessionMonitor(Monitor):
     def _name_errors(self, rows: Rows) -> None:
         """Name an error bit to the pages that follow the scans; those that wish it stay at its scan."""
         found = self._errors.first(rows)
-        pages = [page for page in self.pages if page.past is None]
-        if found is None or not pages:
+        if found is None:
             return
         row, bit = rows[found[0]], found[1]
         scan = int(row["scan"])
@@ -202,9 +203,17 @@ class SessionMonitor(Monitor):
             "text": rule["text"] if rule else "",
             "rule": rule["rule"] if rule else "",
         }
-        for page in pages:
+        self._error = bit, {**told, **said}
+        for page in [page for page in self.pages if page.past is None]:
             page.past = scan if page.stops else None
             page.send({"error": {**told, **said, "stopped": page.stops}})
+
+    def _name_standing(self, page: Page) -> None:
+        """Name the latest error bit to a new page, if it is still on."""
+        if self._error is not None and self.latest is not None:
+            bit, told = self._error
+            if self._errors.is_on(self.latest, bit):
+                page.send({"error": {**told, "stopped": False}})
 
     def _take_notes(self) -> None:
         records, self._snapshots_at, _lost = self._ring.snapshots.read(self._snapshots_at)
@@ -264,6 +273,7 @@ class SessionMonitor(Monitor):
         subject = self.subject
         subject.recent.clear()
         self._errors.clear()
+        self._error = None
         subject.timeline.forget(Path(told["trace"]))
         subject.programs.clear()
         subject.told.clear()

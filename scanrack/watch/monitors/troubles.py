@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scanrack.io_images.memory_layout import memory_layout
 from scanrack.io_images.module_words import BitPlace, ModuleWords
-from scanrack.runtime.live.ring import Rows
+from scanrack.runtime.live.ring import Row, Rows
 
 
 class ErrorBit(NamedTuple):
@@ -43,6 +43,11 @@ class ErrorWatch:
     def clear(self) -> None:
         """Restart: another session."""
         self._last = None
+
+    def is_on(self, row: Row, bit: ErrorBit) -> bool:
+        """Whether an error bit is on in a row."""
+        (start, _module), _bit = next(each for each in self._bits if each[1] == bit)
+        return bool(int(row["words"][start + bit.place.word]) >> bit.place.bit & 1)
 
     def first(self, rows: Rows) -> tuple[int, ErrorBit] | None:
         """Return the first of these rows in which an error bit comes on, and the bit; None without one."""

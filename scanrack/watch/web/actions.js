@@ -1,52 +1,32 @@
 // What can be done with a tag or a rung, by menu and by key: a row each, with the reason why it can't be done now.
 
-import * as orders from "./orders.js";
+import { WAITS, waits } from "./breakpoints.js";
+import {
+  closed, first, lacksBreak, lacksForce, notBool, notSingle, past, python, untimed, unwritable,
+} from "./lacks.js";
 import { showPanel } from "./layout.js";
+import * as orders from "./orders.js";
 import { select } from "./selection.js";
 import { run } from "./state.js";
 import { MOST, hasLane, tagNames, toggleTag } from "./taglanes.js";
-import { isPython, uses, want, why } from "./tag.js";
-import { addressOf, isForced, valueOf } from "./values.js";
+import { uses, want, why } from "./tag.js";
+import { isForced, valueOf } from "./values.js";
 import { addToWatch, isWatched } from "./watchtable.js";
 
-export const declared = tag => run.hello?.tags?.find(each => each.name.toUpperCase() === tag.toUpperCase());
-
-const IMAGE = /^(Local:\d+:|[IO]:)/i;
-const isImage = tag => IMAGE.test(addressOf(tag));
-const isInput = tag => /^(Local:\d+:I|I:)/i.test(addressOf(tag));
-const isBool = tag => typeof valueOf(tag) === "boolean" || declared(tag)?.type === "BOOL" || /^Local:.*\.\d+$|^[IO]:.*\/\d+$/i.test(addressOf(tag));
-
-// Reasons; "" for none.
-const closed = () => (orders.allowed() ? "" : orders.recorded() ? "a recording takes no orders" : "this page is read-only");
-const untimed = () => closed() || (orders.timed() ? "" : "a real controller does not wait");
-const past = () => (run.state === "past" ? "a scan of the past is shown: Live first" : "");
-const notBool = ({ tag }) => (isBool(tag) ? "" : "not a BOOL");
-const notSingle = ({ tag }) => (typeof valueOf(tag) === "object" && valueOf(tag) !== null ? "it has members: take one of them" : "");
-const unwritable = ({ tag }) => {
-  if (isInput(tag)) return "an input of a module: press it at the machine, or force it";
-  if (isImage(tag)) return "an output image, which every scan writes: force it";
-  return (declared(tag)?.writable ?? run.hello.settable) ? "" : "it can't be set";
-};
-const unforceable = subject => (isImage(subject.tag) ? "" : unwritable(subject));
-const python = () => (isPython() ? "the program is in Python: it has no rungs" : "");
-const full = ({ tag }) => (tagNames().length >= MOST && !hasLane(tag) ? `the strip has room for ${MOST} tags` : "");
-
-const first = (...checks) => subject => checks.reduce((found, check) => found || check(subject), "");
-
-export const lacksWrite = first(closed, unwritable), lacksForce = first(closed, unforceable);
-export const lacksBreak = first(untimed, ({ tag }) => (isImage(tag) ? "" : python()));
-
-// What a breakpoint on a rung waits for: the end of its place, and words.
-/** @type {[string, string, string][]} */
-export const WAITS = [["", "true", "is true"], [" changes", "changes", "changes"], [" executes", "executes", "executes"]];
-export const breakpointsAt = (ident, list = run.breakpoints) => WAITS.filter(([end]) => list.includes(ident + end));
+const full = ({ tag }) =>
+  tagNames().length >= MOST && !hasLane(tag) ? `the strip has room for ${MOST} tags` : "";
 
 const unitOf = rung => (run.hello.routines.find(each => rung.startsWith(`${each.name}.`))?.kind === "ladder" ? "rung" : "line");
 const onTag = (key, text, says, lacks, act, more) => ({ key, text: () => text, says, lacks, act, of: "tag", ...more });
-const onRung = (key, [end, , words]) => ({
-  key, of: "rung", text: ({ rung }) => `Break when ${unitOf(rung)} ${rung.split(".").at(-1)} ${words}`, says: `breakpoint: when the rung ${words}`, lacks: first(untimed, python),
-  checked: ({ rung }) => run.breakpoints.includes(rung + end), act: ({ rung }) => orders.breakpoint(rung + end),
-});
+const onRung = (key, wait) => {
+  const [end, , words] = wait;
+  return {
+    key, of: "rung", text: ({ rung }) => `Break when ${unitOf(rung)} ${rung.split(".").at(-1)} ${words}`,
+    says: `breakpoint: when the rung ${words}`,
+    lacks: first(untimed, () => (waits().includes(wait) ? "" : "a line of Python executes or not")),
+    checked: ({ rung }) => run.breakpoints.includes(rung + end), act: ({ rung }) => orders.breakpoint(rung + end),
+  };
+};
 
 export const ACTIONS = [
   onTag("t", "Toggle", "toggle the tag", first(closed, past, notBool, unwritable), ({ tag }) => orders.write(tag, !valueOf(tag))),

@@ -1,18 +1,19 @@
 // One line in the state bar: what failed or was asked about, its first cause, and when. A click opens the numbered causes
 // beneath the bar. Live stays live at an error bit of a module, unless the viewer wishes to stop there.
 
-import { causes, claim, onCauses, ordered, rungOf, takeCauses } from "./causes.js";
+import { causes, claim, onCauses, ordered, rungOf, setFailed, takeCauses } from "./causes.js";
 import { visit } from "./chain.js";
 import { at, button, el, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, count } from "./format.js";
 import { keep, kept } from "./kept.js";
+import { isPython } from "./lacks.js";
 import { late } from "./lateness.js";
 import * as orders from "./orders.js";
 import { showRung } from "./program.js";
 import { lookAt } from "./scrub.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
-import { askWhy, isPython } from "./tag.js";
+import { askWhy } from "./tag.js";
 import { aliasOf, nameOf } from "./words.js";
 
 const CALM_MS = 300; // an error bit that another one follows sooner is not explained
@@ -38,6 +39,8 @@ let known = null; // the fault that was explained: an earlier scan is looked at 
 let quiet = false, told = null; // late scans are not to be told of; what was told of them
 let open = false, taking = false, own = false; // own: the causes are those of what failed
 
+const fails = found => { failed = found; setFailed(found); };
+
 const key = () => `scanrack stops ${run.hello.path}`;
 const arm = () => { if (run.hello.kind === "rack") ask("stop", { at_errors: box.checked ? "stop" : "off" }).catch(() => {}); };
 
@@ -45,7 +48,7 @@ onHello(hello => {
   box.checked = kept(key(), {}).on === true;
   setFlag(stopBox, "hidden", hello.kind !== "rack");
   if (box.checked) arm();
-  failed = known = null;
+  fails(known = null);
   quiet = false;
   takeCauses();
 });
@@ -59,7 +62,7 @@ export function erred({ scan, t, slot, bit, tag, text, rule, stopped }) {
 }
 
 function fail(found) {
-  failed = found;
+  fails(found);
   if (own) takeCauses();
   open = Boolean(found.seen);
   paint();
@@ -110,16 +113,13 @@ function dismiss() {
   if (subject() === late) quiet = true;
   if (!claim || own) {
     if (failed?.seen && run.state === "past") lookAt("live");
-    failed = null;
+    fails(null);
   }
   open = false;
   takeCauses();
 }
 
 const oneSecondBefore = () => Math.max(failed.scan - Math.round(1e9 / run.hello.period_ns), run.range?.[0] ?? 0, 1);
-
-// The rungs and lines to be marked: of faults, and of the error in its scan.
-export const faultPlaces = () => [...run.faults.map(({ at: place }) => place), ...(failed?.place && run.scan === failed.scan ? [failed.place] : [])];
 
 // Whether rungs without a cause are hidden.
 function showRungs(only) {
@@ -181,8 +181,8 @@ onPaint(changes => {
 // A fault of the CPU is explained once; later looks at it mark its rung only.
 function faulted() {
   const [fault] = run.faults, same = fault && known && fault.scan === known.scan && fault.at === known.place;
-  if (!fault && !own && failed?.fault) failed = null; // nothing had failed yet in the scan shown
-  if (same && failed !== known) failed = known, open = true;
+  if (!fault && !own && failed?.fault) fails(null); // nothing had failed yet in the scan shown
+  if (same && failed !== known) fails(known), open = true;
   if (!fault || same) return paint();
   const { scan, at: place, tags } = fault;
   const [what, ...others] = run.faults.map(each => each.text.replace(SAID_ELSEWHERE, ""));

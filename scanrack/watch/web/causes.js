@@ -18,6 +18,13 @@ export function ordered(links) {
   return order.map((place, before) => ({ ...links[place], link: place, number: before + 1, because: links[place].causes.flat().map(each => links[each].name) }));
 }
 
+let failed = null; // { place, scan }: of the failure that is told of
+
+export const setFailed = found => { failed = found; };
+
+// The rungs and lines to be marked: of faults, and of the error in its scan.
+export const faultPlaces = () => [...run.faults.map(({ at }) => at), ...(failed?.place && run.scan === failed.scan ? [failed.place] : [])];
+
 // Takes the links of a chain; none take the causes away.
 export function takeCauses(links = []) {
   const found = ordered(links);

@@ -4,12 +4,12 @@ import { count } from "./format.js";
 import { valueOf } from "./lanes.js";
 import { tell } from "./notice.js";
 import { lookAt } from "./scrub.js";
+import { lastChange } from "./since.js";
 import { ask } from "./source.js";
 import { run } from "./state.js";
 import { bitName } from "./words.js";
 
-const PIECE = 4096, MOST = 1000; // scans of a question; questions for one change
-const WAIT_MS = 300; // until values that are worked out are asked for again
+const PIECE = 4096, MOST = 50; // scans of a question; questions for one change
 
 const WORD = /^(Local:\d+:[IO]\.Data\[\d+\]|[IO]:\d+\.\d+)$/i; // of an image
 
@@ -31,29 +31,13 @@ async function go(tag, search, where) {
   }
 }
 
-// Asks since when a tag has its value, on and on while told(scan) says so, with the scan that was looked back to.
-// Returns { scan, t, before }, or null.
-export async function sinceWhen(tag, told) {
-  for (let from = run.scan ?? 0; ;) {
-    const { since, searched } = await ask("since", { tag, from });
-    const found = since || typeof searched !== "number" || searched < run.range?.[0];
-    if (!told(found ? since : searched) || found) return since;
-    if (searched === from) await new Promise(later => { setTimeout(later, WAIT_MS); }); // it is being worked out
-    from = searched;
-  }
-}
-
 // A tag that has changed in the scan shown is looked at one scan earlier.
 async function previous(tag, from, goesOn) {
-  const looking = searched => {
-    if (typeof searched === "number" && searched < from) tell(`Looking for a change before scan ${count(searched)} …`, "told");
-    return goesOn();
-  };
-  const since = await sinceWhen(tag, looking);
+  const since = await lastChange(tag, goesOn);
   if (!since || since.scan < from) return since?.scan ?? null;
   if (from <= run.range[0]) return null;
   await ask("look", { scan: from - 1 });
-  return (await sinceWhen(tag, looking))?.scan ?? null;
+  return (await lastChange(tag, goesOn))?.scan ?? null;
 }
 
 async function next(tag, from, goesOn) {

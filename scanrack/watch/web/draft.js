@@ -2,10 +2,11 @@
 // here, checked by the server, and accepted, tested and assembled there. Every change can be undone.
 
 import { el, setText } from "./dom.js";
+import { keep, kept as keptOf } from "./kept.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { ask } from "./source.js";
-import { onHello } from "./state.js";
+import { onHello, run } from "./state.js";
 
 const WOULD_MS = 700; // a draft is tried on the last scans when nothing has been changed for so long
 
@@ -19,10 +20,14 @@ export const session = { ...NOTHING };
 export const verdict = el("p", { class: "verdict", role: "status" });
 export const would = el("div", { class: "would", "aria-live": "polite" });
 const watchers = [], ours = new Set(); // edits that were accepted here
+let accepting = false; // an edit, whose name the answer brings
 let done = [], undone = [], asked = 0, timer = 0, extra = null, columns = 88, ordering = 0;
 
 export const onDraft = visit => { watchers.push(visit); };
-const changed = () => { for (const each of watchers) each(); };
+function changed() {
+  save();
+  for (const each of watchers) each();
+}
 
 export const keyOf = (routine, rung) => `${routine}\n${rung}`;
 const rungsOf = map => [...map].map(([key, texts]) => { const [routine, rung] = key.split("\n"); return [routine, Number(rung), texts]; });
@@ -32,6 +37,19 @@ export const isLocked = () => session.stage === "testing";
 export const isAccepted = () => session.edit !== "" && JSON.stringify([rungsOf(draft.rungs), draft.tags]) === JSON.stringify([session.rungs, session.tags]);
 export const canUndo = () => done.length > 0;
 export const canRedo = () => undone.length > 0;
+
+// A draft outlives a reload of its tab.
+const tab = () => sessionStorage, storeKey = () => `scanrack draft ${run.hello.path}`;
+const save = () => run.hello && keep(storeKey(), draft.own && draft.rungs.size ? { ...fields(), ours: [...ours] } : {}, tab);
+
+// Takes the draft that this tab had before it was loaded again; returns whether there was one.
+function restored() {
+  const { base, rungs, tags, ours: mine } = keptOf(storeKey(), {}, tab);
+  if (draft.own || !rungs?.length || !orders.allowed()) return false;
+  Object.assign(draft, { rungs: mapOf(rungs), tags, base, own: true });
+  for (const each of mine) ours.add(each);
+  return true;
+}
 
 // Begins to edit; throws why the program's rungs are not edited.
 export async function begin() {
@@ -150,7 +168,12 @@ function take({ rungs }) {
 }
 
 // What was typed while the connection was lost, or asked before that, has no answer yet.
-onHello(() => { if (draft.words) check(); });
+onHello(() => {
+  if (draft.words) return check();
+  if (!restored()) return;
+  tell("Your draft from before this tab was loaded again is shown.", "told");
+  changed();
+});
 
 // Declares a missing tag whose type its use does not decide.
 export function declare(name, type, program) {
@@ -162,7 +185,7 @@ function said({ mistakes, missing, right }) {
   const counted = [...draft.checked.values()].reduce((sum, each) => sum + each.mistakes.length, mistakes.length);
   const count = draft.rungs.size, edited = `${count} ${count === 1 ? "place" : "places"} edited`, { stage, by } = session;
   const isShown = isLocked() || !count || isAccepted();
-  const whose = !by || ours.has(session.edit) ? "" : draft.own && count ? ` The edit of ${by} is ${STAGES[stage][0]}, not this one.` : ` It is the edit of ${by}.`;
+  const whose = !by || accepting || ours.has(session.edit) ? "" : draft.own && count ? ` The edit of ${by} is ${STAGES[stage][0]}, not this one.` : ` It is the edit of ${by}.`;
   if (stage && isShown) return say("good", STAGES[stage][1] + whose);
   if (!count) return say("", "Nothing is edited: click into a rung, or type where the caret is.");
   if (missing.length && missing.every(each => each.types.length > 1)) return say("mistake", `${edited}: choose the type of ${missing.map(each => each.name).join(", ")}.${whose}`);
@@ -202,7 +225,10 @@ const OPPOSITE = { accept: "cancel", test: "untest", untest: "test", assemble: "
 // Takes a step with the edit that is accepted; false if it was refused.
 async function order(step, edit = session.edit) {
   ordering += 1;
-  const state = await orders.order("online", { step, ...(step === "accept" ? fields() : { base: step === "save" ? session.base : edit }) });
+  accepting = step === "accept";
+  const state = await orders.order("online", { step, ...(accepting ? fields() : { base: step === "save" ? session.base : edit }) });
+  if (accepting && state) ours.add(state.edit);
+  accepting = false;
   ordering -= 1;
   if (state) heard(state);
   return Boolean(state);
@@ -223,7 +249,6 @@ export async function step(name) {
   } else {
     const { own } = draft;
     if (!await order(name)) return changed();
-    if (name === "accept") ours.add(session.edit);
     const { edit } = session, back = async () => { const taken = await order(OPPOSITE[name], edit); draft.own ||= taken && own; return taken; };
     if (OPPOSITE[name]) remember({ undo: back, redo: () => order(name) });
     else { done = []; undone = []; } // saved: its changes are the program, and can't be taken back

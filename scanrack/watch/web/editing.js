@@ -31,7 +31,7 @@ const stepButtons = new Map(Object.entries(STEPS).map(([name, [title]]) => [name
 const undoButton = button("Undo", draft.undo, { text: "↶", title: "Undo (Ctrl+Z)", class: "sign" });
 const redoButton = button("Redo", draft.redo, { text: "↷", title: "Redo (Ctrl+Y)", class: "sign" });
 const others = el("div", { class: "soft" });
-const hint = el("p", { class: "soft hint" }, "Type XIC Start and Enter. Arrows move, [ makes a branch and , a leg, Shift selects, Enter is a new rung.");
+const hint = el("p", { class: "soft hint" }, "Type XIC Start and Enter: it stands behind what is chosen; F2 types the chosen one anew. Arrows move, [ makes a branch and , a leg, Shift selects, Enter is a new rung.");
 const bar = el("div", { class: "editing rungbar", role: "group", "aria-label": "Edit rungs", hidden: true, keydown: barKeyed },
   el("div", { class: "line" }, ...stepButtons.values(), undoButton, redoButton,
     button("New rung", newRung, { text: "+ Rung", title: "New rung (Enter)" }), button("Delete rung", deleteRung, { text: "− Rung", title: "Delete the rung (Ctrl+Delete)" }),
@@ -44,7 +44,8 @@ draft.onDraft(() => {
   redoButton.disabled = !draft.canRedo();
   setFlag(hint, "hidden", draft.draft.rungs.size > 0 || draft.session.stage !== "");
   others.replaceChildren(...draft.draft.mistakes.map(each => el("p", { class: "note", "data-kind": "mistake" }, each)));
-  if (draft.session.stage && bar.hidden && orders.allowed() && panel.hidden) resume();
+  const hasEdit = draft.session.stage || (draft.draft.own && !draft.draft.words); // or a draft of this tab before
+  if (hasEdit && bar.hidden && orders.allowed() && panel.hidden) resume();
 });
 
 // An edit that another page, or this one before it was loaded again, has accepted.

@@ -2,6 +2,7 @@
 // further events come as it is scrolled. Kinds of events can be hidden.
 
 import { at, button, el, heading, setAttribute, setText } from "./dom.js";
+import { rowsOf } from "./eventrows.js";
 import { clock, count } from "./format.js";
 import { stopBox } from "./causeband.js";
 import { isHidden, kindsOf } from "./eventkinds.js";
@@ -116,8 +117,8 @@ new IntersectionObserver(([{ isIntersecting }]) => { if (isIntersecting && liste
 // Shows events; rows that stay are not touched, since one may have the focus.
 function show(events) {
   listed = events;
-  const isLast = (event, place) => event.name !== "step" || events[place + 1]?.name !== "step"; // one row for many steps
-  const wanted = events.filter(isLast).reverse(), known = new Set(wanted.map(keyOf));
+  const wanted = rowsOf(events).reverse();
+  const known = new Set(wanted.map(keyOf));
   for (const row of [...list.children]) if (!known.has(row.key)) row.remove();
   let next = list.firstChild;
   for (const event of wanted) {

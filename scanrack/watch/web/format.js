@@ -13,6 +13,12 @@ export function clock(ns) {
   return min < 60 ? `${two(min)}:${tail}` : `${Math.floor(min / 60)}:${two(min % 60)}:${tail}`;
 }
 
+// A text in which numbers of four digits and more are grouped as elsewhere; not parts of names and addresses.
+export const grouped = text => text.replace(/(?<![\w.:,#])-?\d{4,}(?![\w.]|:\d)/g, number => Number(number).toLocaleString("en"));
+
+// A text in which the time since when something is so is a clock's, as elsewhere.
+export const clocked = text => text.replace(/\bsince ([\d.e+-]+) s\b/g, (_, s) => `since ${clock(Math.round(Number(s) * 1e9))}`);
+
 /** @type {[number, string][]} */
 const UNITS = [[1e9, "s"], [1e6, "ms"], [1e3, "µs"], [1, "ns"]];
 
@@ -76,13 +82,14 @@ export function inRadix(value, radix = "decimal", type = "DINT") {
 // A value in its plainest form, short enough for the place that a box of a rung keeps for it.
 export function shown(value) {
   if (value === null || value === undefined) return "–"; // it can't be read now
-  if (typeof value !== "number" || Number.isInteger(value)) return plain(value);
+  if (isWhole(value)) return value.toLocaleString("en");
+  if (typeof value !== "number") return plain(value);
   return Math.abs(value) >= 1e7 || Math.abs(value) < 1e-4 ? value.toExponential(4) : String(Number(value.toPrecision(7)));
 }
 
 // What was typed, as a value; undefined if it is none.
 export function parsed(text, type = "") {
-  const said = text.trim().replaceAll("_", "");
+  const said = text.trim().replaceAll("_", "").replace(/^-?\d{1,3}(,\d{3})+$/, whole => whole.replaceAll(",", ""));
   if (type === "BOOL" || /^(true|false)$/i.test(said)) {
     return { 1: true, 0: false, true: true, false: false }[said.toLowerCase()];
   }

@@ -26,14 +26,21 @@ function card(kind) {
 
 function input(field) {
   if (field.kind === "words") return words(field);
+  if (field.kind === "text") return text(field);
   const title = field.title ?? field.name;
   const control = field.kind === "choice"
     ? el("select", {}, ...field.choices.map(choice => el("option", { value: choice }, String(choice))))
-    : el("input", { type: field.kind === "text" ? "text" : "number", step: field.kind === "number" ? "any" : 1 });
+    : el("input", { type: "number", step: field.kind === "number" ? "any" : 1 });
   if (field.default !== undefined && field.default !== null) control.value = field.default;
-  const read = () => field.kind === "int" || field.kind === "number" ? Number(control.value)
-    : field.kind === "choice" ? field.choices[control.selectedIndex] : control.value;
+  const read = () => field.kind === "choice" ? field.choices[control.selectedIndex] : Number(control.value);
   return { name: field.name, read, node: el("label", {}, el("span", {}, title), control, field.unit ?? "") };
+}
+
+// Text, typed or chosen from what is offered.
+function text({ name, title, choices }) {
+  const offers = el("datalist", { id: `${name}-offers` }, ...choices.map(choice => el("option", { value: choice })));
+  const control = el("input", { type: "text", list: offers.id, placeholder: choices[0], required: true, autocomplete: "off" });
+  return { name, read: () => control.value.trim(), node: el("label", {}, el("span", {}, title), control, offers) };
 }
 
 // A choice of several words, by number.

@@ -1,6 +1,6 @@
 // Rungs: drawn once by the server, lit here. A frame carries one character per element of a rung that changed.
 
-import { WAITS, breakpointsAt } from "./actions.js";
+import { breakpointsAt, toggleBreakpoint } from "./breakpoints.js";
 import { drawing, el, setAttribute, setFlag } from "./dom.js";
 import { shown } from "./format.js";
 import { beginNow, paintNow } from "./now.js";
@@ -108,12 +108,6 @@ function paintStop(ident, row, stop, set) {
   setAttribute(stop, "aria-description", words ? `Waits for: ${words}` : null);
   stop.lastChild.textContent = words;
   stop.title = [`Rung ${number}: ${set.length ? `waits until it ${set.map(each => each[2]).join(", or ")}` : "breakpoint (b); right-click for other ones"}`, stop.dataset.file].filter(Boolean).join("\n");
-}
-
-// Sets a breakpoint that waits until a rung is true, or removes all of it.
-function toggleBreakpoint(ident) {
-  const set = breakpointsAt(ident);
-  for (const [end] of set.length ? set : WAITS.slice(0, 1)) orders.breakpoint(ident + end);
 }
 
 function light(rung, now) {

@@ -87,5 +87,7 @@ function follow() {
   if (failure?.tag && !rung && (scan ?? failure.scan) === failure.scan) explain(failure.tag, caused);
 }
 
-addEventListener("hashchange", follow);
-connect(keyOf(), hear);
+// Another key is the link of another session, which may have been started at the same port.
+const key = keyOf();
+addEventListener("hashchange", () => { keyOf() === key ? follow() : location.reload(); });
+connect(key, hear);

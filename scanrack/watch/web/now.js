@@ -2,9 +2,10 @@
 
 import { setText } from "./dom.js";
 import { count, shown } from "./format.js";
+import { run } from "./state.js";
 import { valueOf } from "./values.js";
 
-const REFERENCE = /\{([^}]+?)(:s)?\}/g; // {Out.ACC}, in seconds {Out.ACC:s}
+const REFERENCE = /\{([^}]+?)(?::s(\d*))?\}/g; // {Out.ACC}; in seconds {Out.ACC:s} of ms, {T4:0.ACC:s10} of 10 ms
 
 const POWER = "*"; // the condition that power reaches the block
 
@@ -27,12 +28,24 @@ export function paintNow(tags, power) {
 
 const rungOf = group => group.dataset.element.slice(0, group.dataset.element.lastIndexOf("."));
 
-function say({ node, states, group }) {
-  const state = states.find(([when]) => !when || (when === POWER ? group.dataset.power === "1" : valueOf(when)));
-  setText(node, state ? state[1].replace(REFERENCE, (_, name, inSeconds) => said(valueOf(name), inSeconds)) : "");
+// The first state that holds; none while it is not known whether an earlier one does.
+function stateOf({ states, group }) {
+  for (const state of states) {
+    const [when] = state, holds = when === "" || (when === POWER ? group.dataset.power === "1" : valueOf(when));
+    if (holds === undefined || holds === null || (when === POWER && run.known === false)) return null;
+    if (holds) return state;
+  }
+  return null;
 }
 
-function said(value, inSeconds) {
-  if (inSeconds && typeof value === "number") return (value / 1000).toFixed(value % 100 && value < 100 ? 3 : 1);
+function say({ node, states, group }) {
+  const state = stateOf({ states, group });
+  setText(node, state ? state[1].replace(REFERENCE, (_, name, ms) => said(valueOf(name), ms)) : "");
+}
+
+function said(value, ms) {
+  if (ms !== undefined && typeof value === "number") return seconds(value * (ms || 1));
   return Number.isInteger(value) ? count(value) : shown(value);
 }
+
+const seconds = ms => (ms / 1000).toFixed(ms % 100 && ms < 100 ? 3 : 1);

@@ -4,7 +4,7 @@ import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.j
 import { link, wanted } from "./link.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
-import { itemOf } from "./panelitems.js";
+import { itemOf, lay } from "./panelitems.js";
 import { editing, editor } from "./paneledit.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, onProgram, run } from "./state.js";
@@ -12,7 +12,6 @@ import { place, unplace } from "./values.js";
 import { alsoWatched, sendWatched } from "./watchtable.js";
 
 const CONFIRM_MS = 500; // the rack lets go what is not confirmed for four times as long
-const NARROW = 4; // columns of a narrow page
 
 const grid = el("div", { class: "grid" });
 const reason = el("p", { id: "panel-reason", class: "soft" });
@@ -45,7 +44,7 @@ export function take(panel) {
 }
 
 export function edit(on) {
-  editor(on ? told : null, show);
+  editor(on ? told : null, { show, edit, take });
   only(wanted().panel);
   if (!on) load();
 }
@@ -83,15 +82,6 @@ function partOf(item, bound) {
   if (bound.read && !isLevel(bound)) place(cell, bound.read, value => { part.show(value); return null; });
   else if (!bound.broken) cell.dataset.name = bound.read;
   return part;
-}
-
-/**
- * @param {HTMLElement | SVGElement} cell
- * @param {{ at: number[], size: number[] }} item
- */
-export function lay(cell, { at: [column, row], size: [width, height] }) {
-  cell.style.gridArea = `${row + 1} / ${column + 1} / span ${height} / span ${width}`;
-  cell.style.setProperty("--narrow", String(width < NARROW ? NARROW / 2 : NARROW));
 }
 
 // What an item shows: a button whether it is pressed, by the level of its input or else by the last order.

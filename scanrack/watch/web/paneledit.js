@@ -3,7 +3,7 @@
 import { at, button, el, setFlag, setText } from "./dom.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
-import { edit, lay, take } from "./panel.js";
+import { lay } from "./panelitems.js";
 import { ask } from "./source.js";
 
 const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
@@ -11,17 +11,17 @@ const ROOM = 4; // free rows below the last item
 const isList = key => ["positions", "values"].includes(key), isNumber = key => ["least", "most", "decimals"].includes(key);
 const FIRST = { least: 0, most: 100, positions: ["Off", "On"] };
 
-let told = null, show = null, draft = null, bound = [], chosen = null, filled, node = null, changed = false, checks = 0;
+let told = null, shown = null, draft = null, bound = [], chosen = null, filled, node = null, changed = false, checks = 0;
 const form = el("div", { class: "row form", role: "group" });
 const wrong = el("p", { class: "wrong", role: "status" });
-const saveButton = button("Save panel", save, { text: "Save" }), leaveButton = button("Discard changes", () => edit(false));
+const saveButton = button("Save panel", save, { text: "Save" }), leaveButton = button("Discard changes", () => shown.edit(false));
 
 // The tools of the panel that is being edited, or null.
 export const editing = () => node;
 
-// Begins to edit a panel that is shown by `showing`; null ends it.
-export function editor(panel, showing) {
-  [told, show, chosen, filled, changed] = [panel, showing, null, undefined, false];
+// Begins to edit a panel; null ends it. `by` shows it: its functions show, edit and take.
+export function editor(panel, by) {
+  [told, shown, chosen, filled, changed] = [panel, by, null, undefined, false];
   node = panel && el("div", { class: "building" },
     el("div", { class: "line", role: "group", "aria-label": "Add an item" }, ...Object.entries(panel.kinds).map(([kind, { title }]) =>
       el("button", { type: "button", class: "kind", title: `Drag onto the grid: ${title}`, pointerdown: event => dragNew(event, kind), click: event => { if (!event.detail) add(kind); } }, `+ ${kind}`)),
@@ -34,7 +34,7 @@ export function editor(panel, showing) {
 
 function redraw() {
   const cells = at("panel").querySelector(".grid"), inGrid = cells.contains(document.activeElement);
-  show(draft, bound);
+  shown.show(draft, bound);
   cells.dataset.building = "";
   cells.style.setProperty("--rows", Math.max(0, ...draft.map(({ at: [, row], size: [, height] }) => row + height)) + ROOM);
   for (const cell of cells.children) handle(cell, draft.find(item => item.name === cell.dataset.item));
@@ -199,6 +199,6 @@ async function save() {
   const said = await orders.order("save_panel", { items: draft, base: told.base });
   if (!said) return;
   editor(null);
-  take(said);
+  shown.take(said);
   tell(`${said.file} is saved.`, "told");
 }

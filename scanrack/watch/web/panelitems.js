@@ -8,6 +8,18 @@ const LEVELS = { true: "on", false: "off" };
 const MOVES = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 };
 const STEPS = { ArrowUp: 1, ArrowDown: -1, PageUp: 10, PageDown: -10 };
 
+const NARROW = 4; // columns of a narrow page
+
+// Puts a cell to its place on the grid.
+/**
+ * @param {HTMLElement | SVGElement} cell
+ * @param {{ at: number[], size: number[] }} item
+ */
+export function lay(cell, { at: [column, row], size: [width, height] }) {
+  cell.style.gridArea = `${row + 1} / ${column + 1} / span ${height} / span ${width}`;
+  cell.style.setProperty("--narrow", String(width < NARROW ? NARROW / 2 : NARROW));
+}
+
 const caption = item => el("span", { class: "caption" }, item.name);
 const isNumber = value => typeof value === "number" || typeof value === "bigint";
 

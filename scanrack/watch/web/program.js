@@ -1,7 +1,6 @@
 // The program: its routines as tabs, rungs or text of the one that is chosen, what is selected in it.
 
-import { faultPlaces } from "./causeband.js";
-import { markCauses, onCauses } from "./causes.js";
+import { faultPlaces, markCauses, onCauses } from "./causes.js";
 import { editButton, editor } from "./editing.js";
 import { at, button, el, goTo, heading, setAttribute, setFlag } from "./dom.js";
 import { buildDiagram } from "./diagram.js";
@@ -24,7 +23,7 @@ const UNIT = 8, LEAST = 40, MOST = 160; // CSS pixels of a column; columns betwe
 const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "Routines" });
 const sheet = el("div", { class: "sheet", role: "tabpanel", "aria-label": "Routine" });
 const unknown = el("p", { class: "unknown", role: "status" }, "Power and values of this scan are being worked out.");
-let routine = null, columns = 0, shownAt = "", drawnAt = "", wantedRung = null, smooth = true, generation = 0;
+let routine = null, columns = 0, shownAt = "", drawnAt = "", drawn = "", wantedRung = null, smooth = true, generation = 0;
 
 const operands = button("Parameters", () => { keep(key(), { on: operands.getAttribute("aria-pressed") !== "true" }); open(routine.name); }, { title: "Show the parameters of blocks that say what they do", hidden: true });
 
@@ -36,6 +35,7 @@ const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.client
 onProgram(hello => {
   const routines = hello.routines ?? [];
   const tree = routines.length > 1 && isTree(routines);
+  const { scrollTop } = at("program"); // the routine that was shown stays where it was
   at("program").replaceChildren(heading("Program", tree ? null : tabs, el("span", { class: "tools" }, operands, editButton)), editor, unknown, el("div", { class: "book" }, tree ? tabs : null, sheet));
   setFlag(tabs, "data-tree", tree);
   const [program, ...others] = new Set(routines.map(each => PROGRAM.exec(each.name)?.[0] ?? ""));
@@ -43,6 +43,7 @@ onProgram(hello => {
   tabs.hidden = routines.length < 2;
   const before = routines.find(each => each.name === routine?.name);
   shownAt = "";
+  if (before) at("program").scrollTop = scrollTop;
   if (routines.length) open((before ?? routines[0]).name);
   else sheet.replaceChildren(el("p", { class: "soft" }, hello.lacks || "The program has no source to show: its images are below."));
 });
@@ -83,15 +84,18 @@ async function open(name) {
   learn(answer.addresses);
   const focused = sheet.contains(document.activeElement) ? document.activeElement.dataset.element : undefined;
   unplace(sheet);
+  const { scrollTop } = at("program");
   sheet.replaceChildren(answer.diagram ? buildDiagram(answer) : answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
   setFlag(operands, "hidden", Boolean(run.hello.shared) || (!all && !sheet.querySelector(".instruction:has([data-now]):not(:has(.caption))")));
   decorate(sheet, name, answer, columns);
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
-  paintText({ power: run.power, tags: run.tags, lines: run.lines });
+  paintText({ power: run.power, tags: run.tags, lines: run.lines, met: run.met, breakpoints: run.breakpoints });
   mark(selected);
   markFaults();
   markCauses(sheet);
+  if (name === drawn) at("program").scrollTop = scrollTop;
+  drawn = name;
   if (focused) sheet.querySelector(`[data-element="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
   reveal();
 }

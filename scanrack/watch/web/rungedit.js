@@ -181,14 +181,17 @@ function splice(range, piece, inward = 0) {
 const selection = () => between(textOf(at), at.place, at.anchor);
 
 function insert(typed) {
-  const piece = pieceOf(typed, draft.words.instructions, tagsOf(routine));
+  const piece = pieceOf(typed, draft.words.instructions, tagsOf(routine)), range = at.retyped ? selection() : after();
+  at.retyped = false;
   input.value = "";
   widen();
   offers.close();
-  splice(selection() ?? here(), piece);
+  splice(range, piece);
 }
 
-const here = () => { const { at: from } = read(textOf(at)).places[at.place]; return { from, to: from }; };
+const placeAt = number => { const { at: from } = read(textOf(at)).places[number]; return { from, to: from }; };
+const here = () => placeAt(at.place);
+const after = () => placeAt(Math.max(at.place, at.anchor)); // of what is chosen, as in Studio
 
 function branch() {
   const range = selection() ?? here(), said = textOf(at).slice(range.from, range.to), first = Math.min(at.place, at.anchor);
@@ -247,7 +250,7 @@ function keyed(event) {
   if (event.key !== "Tab") event.stopPropagation();
   if (offers.keyed(event)) return;
   const typed = input.value.trim(), key = event.key.length === 1 && (event.ctrlKey || event.metaKey) ? event.key.toLowerCase() : event.key;
-  if (typed && event.key === "Escape") { input.value = ""; widen(); offers.close(); return; }
+  if (typed && event.key === "Escape") { input.value = ""; at.retyped = false; widen(); offers.close(); return; }
   if (typed && event.key !== "Enter") return;
   const act = event.ctrlKey || event.metaKey ? CONTROL[key] : event.altKey ? null : typed ? () => insert(input.value) : PLAIN[key];
   if (!act || event.isComposing) return;
@@ -283,6 +286,7 @@ function toNeighbor(by) {
 function retype() {
   const range = selection();
   if (!range || range.from === range.to) return;
+  at.retyped = true;
   input.value = typedOf(textOf(at).slice(range.from, range.to));
   widen();
   input.select();

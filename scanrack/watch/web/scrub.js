@@ -13,6 +13,7 @@ const live = button("Live", () => goLive(), { text: "Live", title: "Back to the 
 const branchButton = button("Branch from here", branch, { title: "Run again from this scan on, into a recording of its own" });
 
 let wanted = null, asking = false;
+let aim = null; // the scan that is on its way: keys that follow one another quickly move on from there
 let held = false; // by a finger, which gives no focus: frames leave the slider where it is
 for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, () => { held = false; }, true);
 
@@ -23,12 +24,13 @@ export const scrubber = (above, ...behind) => el("div", { class: "scrub", role: 
 // Looks at a scan; while an answer is awaited only the latest wish is kept.
 export async function lookAt(scan) {
   wanted = clamp(scan);
+  aim = wanted === "live" ? null : wanted;
   if (asking) return;
   asking = true;
   while (wanted !== null) {
     const next = wanted;
     wanted = null;
-    await orders.look(next);
+    if (!await orders.look(next) && wanted === null) aim = null; // it was refused
   }
   asking = false;
 }
@@ -54,7 +56,7 @@ export function goOn() {
 }
 
 // Moves by so many scans, from the present into the past if need be.
-export const moveBy = scans => lookAt((run.scan ?? 0) + scans);
+export const moveBy = scans => lookAt((aim ?? run.scan ?? 0) + scans);
 
 let branched = null; // the scan of a branch of which nothing was told yet
 
@@ -80,6 +82,7 @@ onPaint(changes => {
   if (!run.range) return;
   const [first, last] = run.range;
   const past = run.state === "past";
+  if (run.scan === aim) aim = null;
   if (Number(slider.min) !== first) slider.min = first;
   if (Number(slider.max) !== last) slider.max = last;
   if (!held && (document.activeElement !== slider || !past)) slider.value = past ? run.scan : last;

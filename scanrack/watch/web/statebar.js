@@ -86,6 +86,7 @@ function paintForces(names) {
   setFlag(forces.node, "data-warning", names.length > 0);
   allButton.hidden = !names.length || !orders.allowed();
   setText(allButton, `Remove ${names.length} force${names.length === 1 ? "" : "s"}`);
+  setAttribute(allButton, "aria-label", allButton.textContent);
   forces.node.title = names.length ? `Forced: ${names.join(", ")}` : "Nothing is forced";
 }
 

@@ -1,15 +1,16 @@
 // The selected tag: its value, writing and forcing it, and why it is as it is.
 
-import { declared, lacksBreak, lacksForce, lacksWrite } from "./actions.js";
 import { chainOf, clearChain } from "./chain.js";
-import { sinceWhen, toNext, toPrevious } from "./changes.js";
+import { toNext, toPrevious } from "./changes.js";
 import { at, button, el, heading, setFlag, setText } from "./dom.js";
-import { clock, count, parsed, plain, shown } from "./format.js";
+import { clock, clocked, count, parsed, plain, shown } from "./format.js";
+import { declared, isPython, lacksBreak, lacksForce, lacksWrite } from "./lacks.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { showRung } from "./program.js";
 import { lookAt } from "./scrub.js";
 import { onSelect, select, selected } from "./selection.js";
+import { lastChange } from "./since.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 import { hasLane, toggleTag } from "./taglanes.js";
@@ -81,23 +82,23 @@ function show({ tag, names }) {
   at("tag").scrollIntoView({ block: "nearest" });
 }
 
-const wished = () => `${selected.tag} ${plain(valueOf(selected.tag))} ${run.state === "past" ? run.scan : run.state}`;
-
 // Since when the tag has its value: asked again when that changes, or another scan of the past is shown.
 async function askSince() {
-  const { tag } = selected, wish = wished();
+  const wish = wishNow(), { tag } = selected;
   if (!tag || wish === sinceOf || asking) return;
   sinceOf = wish;
   asking = true;
   try {
-    await sinceWhen(tag, told => { if (tag === selected.tag) showSince(told); return tag === selected.tag && wish === wished(); });
+    const told = await lastChange(tag, () => wish === wishNow(), from => setText(since, `It has not changed since scan ${count(from)}; earlier ones are being looked at …`));
+    if (told !== undefined) showSince(told);
   } catch { if (tag === selected.tag) setText(since, ""); }
   setTimeout(() => { asking = false; askSince(); }, SINCE_MS);
 }
 
+const wishNow = () => `${selected.tag} ${plain(valueOf(selected.tag))} ${run.state === "past" ? run.scan : run.state}`;
+
 function showSince(told) {
-  if (typeof told === "number") return setText(since, `Not since scan ${count(told)}; looking further back …`);
-  if (!told) return setText(since, orders.recorded() ? "It does not change before." : "It has not changed in the scans that are known.");
+  if (!told) return setText(since, "It has not changed in any scan up to here.");
   const simple = told.before === null || typeof told.before === "object" ? "" : `, before that ${shown(told.before)}`;
   since.replaceChildren("Since ", el("button", { type: "button", class: "plain", title: `Look at scan ${told.scan}`, click: () => lookAt(told.scan) }, told.t === null ? `scan ${count(told.scan)}` : clock(told.t)), simple);
 }
@@ -176,7 +177,7 @@ async function answerTo(tag, tries = 1) {
 // Asks why; the answer calls words and bits by their names. Returns it, or null.
 export async function askWhy(fields, wanted, tries = TRIES) {
   const said = await askAgain(fields, wanted, tries);
-  return said && { ...said, text: named(said.text), chain: said.chain?.map(link => ({ ...link, text: named(link.text) })) };
+  return said && { ...said, text: clocked(named(said.text)), chain: said.chain?.map(link => ({ ...link, text: named(link.text) })) };
 }
 
 // Asks of a scan that is being worked out again and again while the answer is wanted.
@@ -191,8 +192,6 @@ async function askAgain(fields, wanted, tries) {
   }
   return orders.order("why", fields);
 }
-
-export const isPython = () => run.hello.routines.some(each => each.kind === "python");
 
 // The lines of the program in Python that an answer names.
 function linesOf({ lines = [] }) {

@@ -1,7 +1,9 @@
 // Structured text with values beside its lines; Python with the line that runs and the variables that are recorded.
 
-import { at as partOf, el, setAttribute, setText } from "./dom.js";
+import { breakpointsAt, toggleBreakpoint } from "./breakpoints.js";
+import { at as partOf, el, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, shown } from "./format.js";
+import * as orders from "./orders.js";
 import { select } from "./selection.js";
 import { run } from "./state.js";
 import { place } from "./values.js";
@@ -11,9 +13,11 @@ let routine = ""; // its name
 let variables = null, chips = new Set(); // place of the values of a program in Python, and their names
 let followed = null; // the row of the line that was brought into view
 let waits = null; // where it is said at which line each sequence waits
+let users = []; // lines in Python: { beside, uses }, the names in each
 
 export function buildText({ name, kind }, { text = [], names = [] }) {
   lines = new Map();
+  users = [];
   routine = name;
   followed = null;
   waits = kind === "python" ? el("ul", { class: "waits", "aria-label": "Sequences" }) : null;
@@ -24,12 +28,16 @@ export function buildText({ name, kind }, { text = [], names = [] }) {
   return el("div", {}, variables ?? "", waits ?? "", code);
 }
 
-// A program in Python may make variables while it runs.
+// A program in Python may make variables while it runs. Each stands above, and beside the lines that name it.
 function addChips(names) {
   const more = names.filter(name => !chips.has(name));
   if (!variables || !more.length) return;
-  variables.append(...more.map(chip));
-  for (const name of more) chips.add(name);
+  variables.append(...more.map(name => chip(name)));
+  for (const name of more) {
+    chips.add(name);
+    const own = name.slice(name.indexOf(".")); // `.step` of line.step, for self.step
+    for (const { beside, uses } of users) if (uses.includes(name) || uses.includes(own)) beside.append(chip(name, own.slice(1)));
+  }
 }
 
 // The text of a line, its spans marked with their kinds.
@@ -43,40 +51,57 @@ function pieces(text, spans) {
   return [...found, text.slice(done)];
 }
 
-function rowOf({ number, text, names = [], spans = [] }) {
-  const parts = [el("span", { class: "number" }, number ? String(number) : ""), el("code", {}, ...pieces(text, spans)), el("span", { class: "beside" }, ...names.map(chip))];
+function rowOf({ number, text, names = [], spans = [], uses = [] }) {
+  const ident = `${routine}.${number}`, beside = el("span", { class: "beside" }, ...names.map(name => chip(name)));
+  const parts = [number ? stopOf(ident, number) : el("span", { class: "number" }), el("code", {}, ...pieces(text, spans)), beside];
   if (!number) return el("li", { class: "code-line" }, ...parts); // nothing runs there
-  const ident = `${routine}.${number}`;
+  if (uses.length) users.push({ beside, uses });
   const row = el("li", { class: "code-line", "data-element": `${ident}.0`, "data-at": ident, "data-power": "0", click: () => select({ rung: ident, tag: names[0] ?? null, names }) }, ...parts);
   if (!lines.has(ident)) lines.set(ident, []);
   lines.get(ident).push(row);
   return row;
 }
 
-function chip(name) {
+// The number of a line is its breakpoint.
+const stopOf = (ident, number) => el("button", {
+  type: "button", class: "stop number", tabindex: -1, "aria-label": `Breakpoint on line ${number}`, "aria-pressed": "false",
+  disabled: !orders.timed(), title: `Line ${number}: breakpoint (b)`,
+  click: event => { event.stopPropagation(); toggleBreakpoint(ident); },
+}, String(number));
+
+function chip(name, text = name) {
   const value = el("output", { class: "figure" }, "–");
   place(value, name, shown);
-  return el("button", { type: "button", class: "chip", click: event => { event.stopPropagation(); select({ tag: name }); } }, el("span", {}, name), value);
+  return el("button", { type: "button", class: "chip", title: name, click: event => { event.stopPropagation(); select({ tag: name }); } }, el("span", {}, text), value);
 }
 
-export function paintText({ power, tags, lines: running }) {
+export function paintText({ power, tags, lines: running, breakpoints, met }) {
   if (tags) addChips(Object.keys(tags));
+  if (breakpoints) for (const [ident, rows] of lines) for (const row of rows) paintStop(row, breakpointsAt(ident, breakpoints).length > 0);
   for (const [ident, now] of Object.entries(power ?? {})) {
     for (const row of lines.get(ident) ?? []) setAttribute(row, "data-power", now[0] ?? "0");
   }
-  if (running && waits) paintRunning();
+  if ((running || met) && waits) paintRunning();
+}
+
+function paintStop(row, isSet) {
+  setFlag(row, "data-breakpoint", isSet);
+  setAttribute(row.firstChild, "aria-pressed", String(isSet));
 }
 
 // A sequence waits at one line at a time: that line is marked, and said for what it waits and since when.
 function paintRunning() {
   const here = Object.entries(run.lines).filter(([, at]) => at);
-  const marked = new Set(here.filter(([, at]) => isHere(at)).map(([, { line }]) => line));
+  const marked = new Set([...here.filter(([, at]) => isHere(at)).map(([, { line }]) => line), ...metLines()]);
   for (const [ident, [row]] of lines) setAttribute(row, "data-power", marked.has(Number(ident.split(".").at(-1))) ? "1" : "0");
   while (waits.children.length < here.length) waits.append(el("li", {}, el("button", { type: "button", class: "plain", click: jump }), el("code")));
   while (waits.children.length > here.length) waits.lastChild.remove();
   here.forEach(([name, at], place) => paintWait(waits.children[place], name, at));
-  follow(lines.get(`${routine}.${here.find(([, at]) => isHere(at))?.[1].line}`)?.[0]);
+  follow(lines.get(`${routine}.${metLines()[0] ?? here.find(([, at]) => isHere(at))?.[1].line}`)?.[0]);
 }
+
+// The lines whose breakpoints have ended the latest run.
+const metLines = () => (run.met ?? []).map(said => Number(/ line (\d+) has run$/.exec(said)?.[1])).filter(Boolean);
 
 // Brings the line at which the first sequence waits into view, unless the reader has gone elsewhere.
 function follow(row) {

@@ -8,14 +8,15 @@ import { place } from "./values.js";
 const MOST = 256; // members shown of one value
 
 const isGroup = value => typeof value === "object" && value !== null;
-const countOf = value => (Array.isArray(value) ? `[${value.length}]` : `{${Object.keys(value).length}}`);
+const countOf = value => (Array.isArray(value) ? `${value.length} elements` : `${Object.keys(value).length} members`);
 
 // The text of a value beside its tree: how many members it has, or else what `say` makes of it.
 export const brief = say => value => (isGroup(value) ? countOf(value) : say(value));
 
 // The tree of a tag; hidden while its value is a single one. `say` makes the text of a member.
-export function treeOf(tag, say = shown) {
+export function treeOf(tag, say = shown, open = false) {
   const root = branch(tag, "members", say);
+  root.node.open = open;
   let latest = null;
   root.node.addEventListener("toggle", () => root.fill(latest));
   place(root.node, tag, value => { latest = value; root.fill(value); return null; });

@@ -46,7 +46,7 @@ function show() {
 }
 
 function rowOf(row) {
-  const say = given => inRadix(given, row.radix, typeOf(row.tag)), value = el("output", { class: "figure" }, "–"), tree = treeOf(row.tag, say);
+  const say = given => inRadix(given, row.radix, typeOf(row.tag)), value = el("output", { class: "figure" }, "–"), tree = treeOf(row.tag, say, true);
   place(value, row.tag, brief(say));
   const radix = el("select", { "aria-label": `Radix of ${row.tag}`, change: () => { row.radix = radix.value; keep(key, rows); again(row.tag, value, tree); } },
     ...RADIXES.map(name => el("option", { value: name, selected: name === row.radix }, name)));

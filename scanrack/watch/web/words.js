@@ -47,7 +47,7 @@ function group(title, slot, bits) {
 function bitOf(slot, bit) {
   const level = el("span", { class: "level" }, "0"), name = bitName(slot, bit);
   const node = el("button", {
-    type: "button", class: "bit", title: [bit.meaning, bit.section, bit.address].filter(Boolean).join("\n"),
+    type: "button", class: "bit", "data-kind": bit.error ? "error" : null, title: [bit.meaning, bit.section, bit.address].filter(Boolean).join("\n"),
     click: () => select({ tag: bit.address ?? name }),
   }, el("span", {}, label(bit)), level);
   place(node, name, value => { level.textContent = value ? "1" : "0"; return null; });

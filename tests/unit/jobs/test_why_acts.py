@@ -6,8 +6,9 @@ import os
 
 import pytest
 from scanrack.commands import build
+from scanrack.jobs import open_bench
 from scanrack.jobs.why.acts import acts_for, every_act
-from scanrack.runtime.live.actions import action_of
+from scanrack.runtime.live.actions import Press, action_of
 from scanrack.runtime.live.operator_actions import OperatorActions
 from typer.testing import CliRunner
 from why_questions import do, make
@@ -88,3 +89,20 @@ def test_the_command_says_what_to_do(tmp_path):
         "Cause: Start is off: slot 2 input 0 (start), never on",
         f"Run comes on 0.16 s after this: {START}",
     ]
+
+
+def test_an_emergency_stop_that_a_page_has_pressed_is_let_go():
+    bench = open_bench("examples/feeder/feeder.toml")
+    bench.run_for("2 s")  # the rack file presses it at 8 s
+    OperatorActions(bench.cpu, bench.cpu.rack, None).act(
+        Press(1, "estop", True), bench.cpu.now_ns, bench.scans
+    )
+    bench.run_for("1 s")
+    chain = bench.chain("Feeding")
+    assert [each.kind for each in chain.walk()][-1] == "operator"
+    assert "IN_ESTOP" in str([each.text for each in chain.walk()][-1])  # not of the bit that follows from it
+    found = acts_for(bench, chain, "Feeding", True)
+    assert found is not None
+    assert found.found is not None, str(found)
+    assert [act.text for act in found.found] == ["open estop (slot 1)"]
+    assert found.after_ns <= 5_000_000_000

@@ -50,3 +50,30 @@ def test_the_feeder_shows_its_configuration_in_hexadecimal():
     assert isinstance(words, Tag)
     assert words.initial == [-31684, 60, 0, 500, 0, 0, 0, 0]
     assert "16#843C" in program.source
+
+
+def test_engines_of_one_program_share_no_values():
+    program = parse_program(
+        """PROGRAM many
+TYPE PART (Name : STRING, Data : DINT[3], Delay : TIMER)
+SLOT axis : 1
+TAG One : PART
+TAG Two : PART
+TAG List : DINT[4] := [1, 2, 3, 4]
+TAG Number : REAL := 2.5
+ROUTINE Main
+COP(One,Two,1);
+ADD(Number,1,Number)MOV(9,List[2])MOV(7,One.Data[1])MOV(1,axis.O.Data[0]);
+TON(One.Delay,100,0);
+END
+"""
+    )
+    first = program.compile()
+    expected = first.memory.snapshot()
+    others = [program.compile() for _ in range(2)]
+    for each in (first, *others[:1]):
+        each.step()
+        each.step()
+        assert each.memory.snapshot() != expected
+    assert first.memory.snapshot() == others[0].memory.snapshot()
+    assert others[1].memory.snapshot() == program.interpret().memory.snapshot() == expected

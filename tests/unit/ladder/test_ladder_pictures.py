@@ -125,7 +125,7 @@ def test_an_add_on_instruction_shows_its_parameters_names():
     program = load_program("examples/feeder/feeder.rung").function
     assert isinstance(program, Program)
     rung = next(each for each in program.routines[0].rungs if "MC_Reset(" in str(each))
-    picture = "\n".join(rung_text(rung, 80, captions=captions_of(program.add_ons.values())))
+    picture = "\n".join(rung_text(rung, 80, captions=captions_of(program)))
     for line in ("Instance    Reset", "Axis         Axis", "Execute  Quiet.DN"):
         assert line in picture
 

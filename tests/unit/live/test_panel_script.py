@@ -40,6 +40,7 @@ STUBS = {
         };""",
     "panelitems.js": """
         import { items } from "./stage.js";
+        export const lay = () => {};
         export const itemOf = (item, bound, does) => {
           items[item.name] = does;
           return { node: { matches: () => true, setAttribute() {} }, show() {} };

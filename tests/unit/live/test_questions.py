@@ -1,15 +1,11 @@
 """Questions of a page with mistakes in them; the rail of a machine; clients of tags while orders repeat."""
 
-from types import SimpleNamespace
-from typing import Any
-
 import pytest
 from recordings import opened, recorded
 from scanrack.commands import build
 from scanrack.jobs import load_job
-from scanrack.watch.monitors.comparison import recordings
+from scanrack.watch.monitors.comparison import recordings_beside
 from scanrack.watch.monitors.hello import machine_of, slot_of
-from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.play import Play
 from scanrack.watch.typed_text import effects_between
@@ -69,9 +65,7 @@ def test_tags_are_a_list_of_so_many_names(seen, do, most, mistake):
 def test_recordings_to_compare_with_are_beside_the_own_one_else_beside_the_rack(tmp_path, record, names):
     for name in ("run.mcap", "beside.mcap"):
         (tmp_path / name).touch()
-    path, own = str(tmp_path / "rack.toml"), record and str(tmp_path / record)
-    monitor: Any = SimpleNamespace(about=SimpleNamespace(record=own, path=path))
-    assert sorted(recordings(monitor, Page(), {})["recordings"]) == names
+    assert sorted(recordings_beside(tmp_path / (record or "rack.toml"))) == names
 
 
 LINE = "def logic(scan):\n    pass\n"

@@ -238,3 +238,38 @@ def test_figures_are_those_of_the_scan():
     cpu.run(1000)
     assert seen == [600 + 10 * (500 - 102)]
     assert listener.positions[-1] == 600 + 10 * (999 - 102)
+
+
+class RepeatsTen:
+    """Finds ten repeated scans whenever it is called."""
+
+    def __init__(self) -> None:
+        self.found: list[tuple[int, int, int]] = []
+
+    def keep(self) -> None:
+        pass
+
+    def repeats(self, scan: int, now_ns: int, most: int) -> int:
+        self.found.append((scan, now_ns, most))
+        return min(10, most)
+
+
+def test_scans_that_are_passed_over_take_their_time():
+    cpu, listener = cpu_of(module := Amci3601(), logic=lambda scan: None)
+    every, _ = cpu_of(other := Amci3601(), logic=lambda scan: None)
+    cpu.pass_over_repeats(finder := RepeatsTen())
+    cpu.run(1_000)
+    every.run(1_000)
+    assert (cpu.scan, cpu.now_ns) == (1_000, 2_000 * MS)
+    assert len(listener.positions) == 1_000 - sum(min(10, most) for _, _, most in finder.found)
+    assert all(now_ns == 2 * MS * (scan - 1) for scan, now_ns, _ in finder.found)
+    assert module.update(cpu.now_ns, Image()).raw == other.update(every.now_ns, Image()).raw
+
+
+def test_no_scan_of_a_move_is_passed_over():
+    cpu, listener = cpu_of(Amci3601())
+    every, expected = cpu_of(Amci3601())
+    cpu.pass_over_repeats(RepeatsTen())
+    cpu.run(1_000)
+    every.run(1_000)
+    assert listener.positions == expected.positions

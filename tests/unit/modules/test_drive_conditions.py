@@ -142,9 +142,9 @@ def test_a_lost_link_of_a_drive_names_its_conditions() -> None:
 
 
 def test_a_page_sets_conditions_by_choice_or_as_text() -> None:
-    named, typed = [each for each in incidents_of(rack("ang1")) if each["name"] == "condition"]
-    assert "cable=lost" in named["fields"][1]["choices"]
-    assert typed["fields"][1]["kind"] == "text"
+    (condition,) = [each for each in incidents_of(rack("ang1")) if each["name"] == "condition"]
+    assert "cable=lost" in condition["fields"][1]["choices"]
+    assert condition["fields"][1]["kind"] == "text"
     assert all(each["name"] != "condition" for each in incidents_of(rack("amci3601")))
 
 

@@ -57,6 +57,9 @@ def _mask(output: int) -> int:
     return 1 << output - 1
 
 
+WIRED_OUTPUTS = _mask(MARK_OUTPUT) | _mask(PROXIMITY_OUTPUT)
+
+
 class SimulatedPcl601(Plant):
     """A controller, its line and its machine.
 
@@ -90,7 +93,7 @@ class SimulatedPcl601(Plant):
     @property
     @override
     def feedback(self) -> int:
-        return self.device.controller.outputs & (_mask(MARK_OUTPUT) | _mask(PROXIMITY_OUTPUT))
+        return self.device.controller.outputs & WIRED_OUTPUTS
 
     @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:

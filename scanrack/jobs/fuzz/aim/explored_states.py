@@ -1,7 +1,7 @@
 """Ends runs in explored states: those from which another run has already gone on to its end.
 
 A state is what `Probe.state` says of it: steps, flags, commands, status, nothing of timers and positions.
-It is looked at after every `CALM` scans behind the last event.
+Every `CALM` scans after the last event it is compared with them.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from ..scenarios.parts import Lasting, Timed, parts_of, timed_parts
 from ..scenarios.scenario import Scenario
 from .probe import Probe
 
-CALM = 1_500
-"""Scans between two looks; a shorter run has no look."""
+CALM, RARELY = 100, 1_500
+"""Scans between two looks; and between two where scans that repeat the one before them cost nothing."""
 
 MOST = 100_000
 """Largest number of states."""
@@ -47,6 +47,7 @@ class ExploredStateStop:
     def __init__(self, firsts: dict[bytes, int], surroundings: str, calm_from: int) -> None:
         self._firsts, self._surroundings, self._calm_from = firsts, surroundings, calm_from
         self._passed: dict[bytes, int] = {}
+        self.calm = CALM
 
     def run(self, cpu: Cpu, probe: Probe, scans: int, waits: Callable[[], bool]) -> None:
         """Run scans, fewer if the state is known and nothing is waited for.
@@ -54,9 +55,9 @@ class ExploredStateStop:
         Args:
             waits: returns whether an invariant's clock runs.
         """
-        cpu.run(min(scans, self._calm_from) if scans > CALM else scans)
+        cpu.run(min(scans, self._calm_from) if scans > self.calm else scans)
         while cpu.scan < scans and not cpu.stop_requested:
-            cpu.run(min(CALM, scans - cpu.scan))
+            cpu.run(min(self.calm, scans - cpu.scan))
             state = probe.state(self._surroundings)
             if self._firsts.get(state, scans) <= cpu.scan and not waits():
                 return

@@ -73,7 +73,12 @@ class Probe(QuietListener):
             (slot, 2, 2) if may_be_stepper(slot.words) else (slot, len(slot.inputs), len(slot.outputs))
             for slot in rack.slots.values()
         ]
-        self._memory, self._seen = rack.memory, bytes(len(rack.memory))
+        self._memory = rack.memory
+        self._looked_at = [
+            (places.outputs.start, places.inputs.start + 2 * min(known + 1, len(slot.inputs)))
+            for (slot, known, _), places in zip(self._slots, rack.layout.places.values(), strict=True)
+        ]
+        self._seen = [bytearray(end - begin) for begin, end in self._looked_at]
         self._words = [((0,) * len(slot.inputs), (0,) * len(slot.outputs)) for slot, *_ in self._slots]
         self.logic = logic
         inside, notes = unwrapped(logic), self._notes
@@ -88,17 +93,20 @@ class Probe(QuietListener):
             if sequences := sequences_in(logic):
                 self._values.append((STATE, _Lines(sequences)))
         self._last = [[] for _ in self._values]
+        self._is_fresh = [group != "path" for group, _ in self._values]  # the notes are always the same list
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Note what differs from the scan before."""
-        if self._memory != self._seen:
-            self._seen = bytes(self._memory)
-            self._note_words(scan)
+        memory = self._memory
+        for place, (begin, end) in enumerate(self._looked_at):
+            if memory[begin:end] != self._seen[place]:
+                self._seen[place] = memory[begin:end]
+                self._note_words(place, scan)
         for place, (group, read) in enumerate(self._values):
-            now = read()
-            if now != (last := self._last[place]):
+            now, last = read(), self._last[place]
+            if now is not last and now != last:
                 self._note(group, place, now, last, scan)
-                self._last[place] = now.copy()  # the notes are always the same list
+                self._last[place] = now if self._is_fresh[place] else now.copy()
         if self._branches:
             self._note_branches(scan)
 
@@ -115,39 +123,39 @@ class Probe(QuietListener):
         ]
         return blake2b(repr((surroundings, words, kinds)).encode(), digest_size=16).digest()
 
-    def _note_words(self, scan: int) -> None:
+    def _note_words(self, place: int, scan: int) -> None:
+        """Note the words of a slot that have changed."""
         add = self.edges.add
-        for place, (slot, known, commanding) in enumerate(self._slots):
-            inputs, outputs = now = tuple(slot.inputs.words), tuple(slot.outputs.words)
-            inputs_before, outputs_before = self._words[place]
-            if now == self._words[place]:
-                continue
-            self._words[place] = now
-            if outputs != outputs_before:
-                words = tuple(word for word, each in enumerate(outputs) if each != outputs_before[word])
-                if len(words) > 1:
-                    add(TOGETHER, (place, words), scan)
-            for word in range(max(known, commanding)):
-                if word < commanding and outputs[word] != outputs_before[word]:
-                    add(COMMAND, (place, word, outputs[word]), scan)
-                if word >= known:
-                    continue
-                if changed := (inputs[word] ^ inputs_before[word]) & 0xFFFF:
-                    add("status", (place, word, changed), scan)
-                    add(PAIR, (place, word, changed, outputs_before[0]), scan)
-            if known < len(inputs) and inputs[2] != inputs_before[2]:
-                add("number", place, scan)
+        slot, known, commanding = self._slots[place]
+        inputs, outputs = tuple(slot.inputs.words), tuple(slot.outputs.words)
+        inputs_before, outputs_before = self._words[place]
+        self._words[place] = inputs, outputs
+        if outputs != outputs_before:
+            words = tuple(word for word, each in enumerate(outputs) if each != outputs_before[word])
+            if len(words) > 1:
+                add(TOGETHER, (place, words), scan)
+        for word in range(max(known, commanding)):
+            if word < commanding and outputs[word] != outputs_before[word]:
+                add(COMMAND, (place, word, outputs[word]), scan)
+            if word < known and (changed := (inputs[word] ^ inputs_before[word]) & 0xFFFF):
+                add("status", (place, word, changed), scan)
+                add(PAIR, (place, word, changed, outputs_before[0]), scan)
+        if known < len(inputs) and inputs[2] != inputs_before[2]:
+            add("number", place, scan)
 
     def _note(self, group: str, place: int, now: Values, last: Values, scan: int) -> None:
-        add = self.edges.add
-        before = dict(_named(last))
-        steps = _steps(now) if group is STATE else ()
+        """Note the values that have changed."""
+        add, steps = self.edges.add, None
+        before = last if isinstance(last, dict) else dict(enumerate(last))
         for name, value in _named(now):
             old = before.get(name)
-            if old != value or old.__class__ is not value.__class__:
-                kind = _kind(value)
-                add(SIZE if kind.__class__ is _Size else group, (place, name, kind), scan)
-                if steps and value.__class__ is bool:
+            if old is value or (old == value and old.__class__ is value.__class__):
+                continue
+            kind = _kind(value)
+            add(SIZE if kind.__class__ is _Size else group, (place, name, kind), scan)
+            if value.__class__ is bool and group is STATE:
+                steps = _steps(now) if steps is None else steps
+                if steps:
                     add(UNDER, (place, name, value, steps), scan)
 
     def _note_branches(self, scan: int) -> None:

@@ -7,9 +7,10 @@ own classes: flags, texts, integers, members of an Enum, up to two objects deep.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping, Sequence
 from enum import Enum
 from itertools import islice
+from operator import is_
 from types import FunctionType
 from typing import Any
 
@@ -43,20 +44,53 @@ def fields_reader(logic: ScanLogic, module: Mapping[str, Any]) -> Callable[[], d
         name for name, value in module.items() if value.__class__ in plain and not name.startswith("__")
     ]
 
-    def read() -> dict[Hashable, Hashable]:
+    return _FieldsReader(holders, shared, module, plain)
+
+
+class _FieldsReader:
+    """Reads values again where an object in their place is another one than before.
+
+    A call returns the values: the same dict as long as nothing has changed. Objects are compared by identity,
+    since a program's own classes may define equality in any way.
+    """
+
+    def __init__(
+        self,
+        holders: Sequence[tuple[int, Mapping[str, Any]]],
+        shared: Sequence[str],
+        module: Mapping[str, Any],
+        plain: Collection[type],
+    ) -> None:
+        self._holders, self._shared, self._module, self._plain = holders, shared, module, plain
+        self._seen: list[list[Any]] = [[] for _ in holders]
+        self._seen_shared: list[Any] = []
+        self._values: dict[Hashable, Hashable] = {}
+
+    def __call__(self) -> dict[Hashable, Hashable]:
+        get, fresh = self._module.get, False
+        shared = [*map(get, self._shared)]
+        if len(shared) != len(self._seen_shared) or not all(map(is_, shared, self._seen_shared)):
+            self._seen_shared, fresh = shared, True
+        for place, holder in self._holders:
+            seen = self._seen[place]
+            if len(holder) != len(seen) or not all(map(is_, holder.values(), seen)):
+                self._seen[place], fresh = [*holder.values()], True
+        if fresh:
+            self._values = self._read()
+        return self._values
+
+    def _read(self) -> dict[Hashable, Hashable]:
+        plain = self._plain
         values: dict[Hashable, Hashable] = {
             (place, name): value
-            for place, holder in holders
+            for place, holder in self._holders
             for name, value in holder.items()
             if value.__class__ in plain
         }
-        for name in shared:
-            value = module.get(name)
+        for name, value in zip(self._shared, self._seen_shared, strict=True):
             if value.__class__ in plain:
                 values[name] = value
         return values
-
-    return read
 
 
 def _holders(logic: ScanLogic, module: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:

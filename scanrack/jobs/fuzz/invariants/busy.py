@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from scanrack.io_images.amci3601.bits import StatusLsw, StatusMsw
-from scanrack.io_images.times import time_text
+from scanrack.io_images.times import LONGEST_NS, time_text
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.axis3601.evidence import HOME_REST_NS
 from scanrack.ladder.python.axis3601.kinds import GEAR, HOME
@@ -104,8 +104,13 @@ class RestMeter:
 
     def too_long(self, now_ns: int, *, linked: bool) -> str | None:
         """Return the command that rests for too long, in words."""
-        told = [each.too_long(now_ns, linked=linked) for each in self._axes]
-        return next((each for each in told if each), None)
+        found = [each.too_long(now_ns, linked=linked) for each in self._axes]
+        return next(filter(None, found), None)
+
+    @property
+    def same_until_ns(self) -> int:
+        """The instant up to which a rest is not too long if its command makes no progress."""
+        return min((each.until_ns for each in self._axes), default=LONGEST_NS)
 
 
 class _Rest:
@@ -115,6 +120,7 @@ class _Rest:
         self._ask = ask
         self._since_ns: int | None = None
         self._phase = 0
+        self.until_ns = LONGEST_NS
 
     def too_long(self, now_ns: int, *, linked: bool) -> str | None:
         busy = self._ask()
@@ -123,6 +129,10 @@ class _Rest:
         elif self._since_ns is None:
             self._since_ns = now_ns
         self._phase = busy.phase if busy is not None else 0
-        if busy is None or self._since_ns is None or now_ns - self._since_ns <= busy.limit_ns:
+        self.until_ns = LONGEST_NS
+        if busy is None or self._since_ns is None:
+            return None
+        self.until_ns = self._since_ns + busy.limit_ns
+        if now_ns <= self.until_ns:
             return None
         return f"{busy.text} is busy, and its axis has rested for {time_text(now_ns - self._since_ns)}"

@@ -8,7 +8,7 @@ from functools import partial
 from scanrack.ladder.prove.claims import ClaimKind
 from scanrack.ladder.prove.monitors import MonitoredProgram, WatchedClaim
 
-from .invariants import Invariant, Watch
+from .invariants import FOREVER_NS, Invariant
 from .scan_view import Snapshot
 
 
@@ -19,16 +19,21 @@ def invariants_in(program: MonitoredProgram) -> Iterator[Invariant]:
     """
     for each in program.properties:
         if each.claim.kind is not ClaimKind.REACHABLE:
-            yield Invariant(each.claim.name, each.claim.sentence, partial(_watch, program, each))
+            yield Invariant(each.claim.name, each.claim.sentence, partial(_ClaimWatch, program, each))
 
 
-def _watch(program: MonitoredProgram, asked: WatchedClaim) -> Watch:
-    bits = [name for name, _ in (*program.assume, *asked.assume)]
-    assumed = True
+class _ClaimWatch:
+    """Watches a run for the bit of a monitor, as long as the assumptions have held."""
 
-    def watch(now: Snapshot) -> str | None:
-        nonlocal assumed
-        assumed = assumed and all(now.tags[name] for name in bits)
-        return "it is broken" if assumed and now.tags[asked.bit[0]] else None
+    def __init__(self, program: MonitoredProgram, watched: WatchedClaim) -> None:
+        self._assumed = [name for name, _ in (*program.assume, *watched.assume)]
+        self._bit = watched.bit[0]
+        self._holds = True
 
-    return watch
+    def __call__(self, now: Snapshot) -> str | None:
+        self._holds = self._holds and all(now.tags[name] for name in self._assumed)
+        return "it is broken" if self._holds and now.tags[self._bit] else None
+
+    def same_until_ns(self, _counting: bool) -> int:
+        """See `Watch`."""
+        return FOREVER_NS

@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from ..aim.edges import SIZE, STATE
-from .invariants import Condition, Invariant, always, answer
+from .invariants import FOREVER_NS, Condition, Invariant, always, answer, same_until_ns
 from .scan_view import Snapshot
 
 Note = Callable[[str, Hashable, int], None]
@@ -57,6 +57,10 @@ class Sometimes:
             if self.note is not None:
                 self.note(STATE, ("sometimes", str(self._condition.__name__), "seen"), now.scan)
 
+    def same_until_ns(self, counting: bool) -> int:
+        """See `Watch`."""
+        return FOREVER_NS if self.applied else same_until_ns(self._condition, counting)
+
 
 class MaximumGoal:
     """Watches a run for the greatest value of a number."""
@@ -83,6 +87,10 @@ class MaximumGoal:
             self._level = level
             if self.note is not None:
                 self.note(SIZE, ("maximize", str(self._measure.__name__), *level), now.scan)
+
+    def same_until_ns(self, counting: bool) -> int:
+        """See `Watch`."""
+        return same_until_ns(self._measure, counting)
 
 
 def level_of(value: int) -> tuple[int, int]:

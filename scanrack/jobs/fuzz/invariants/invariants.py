@@ -16,7 +16,11 @@ from scanrack.io_images.annotations import signature_of
 from scanrack.io_images.times import parse_duration, time_text
 
 from ...load.modules_beside import find_beside
+from .condition_reads import Reads, reads_of
 from .scan_view import Snapshot
+
+FOREVER_NS = 1 << 62
+"""An instant after the end of any run."""
 
 Condition = Callable[[Snapshot], Any]
 """A condition of a snapshot; its answer counts as true or false."""
@@ -24,8 +28,13 @@ Condition = Callable[[Snapshot], Any]
 Watch = Callable[[Snapshot], str | None]
 """Checks every scan of one run; returns the violation, or None.
 
-Attributes that a watch may have: `applied`, whether it had something to check; `waiting`, whether its clock
-runs; `origin_scan`, the scan of the cause if a violation shows later.
+Attributes that a watch may have:
+
+applied         whether it had something to check
+waiting         whether its clock runs
+origin_scan     the scan of the cause if a violation shows later
+same_until_ns   a method: the instant up to which its answer stays the same if only the time changes, and the
+                counts of timers if its argument is true. A watch without it is called in every scan.
 """
 
 
@@ -114,6 +123,13 @@ class _Eventually:
         """Whether the clock runs."""
         return self._since_ns is not None
 
+    def same_until_ns(self, counting: bool) -> int:
+        """See `Watch`."""
+        least = min(same_until_ns(each, counting) for each in (self._condition, self._after))
+        return (
+            least if self._since_ns is None else min(least, self._since_ns + self._paused_ns + self._limit_ns)
+        )
+
     def _start(self, now: Snapshot) -> None:
         self._since_ns, self._paused_ns, self.origin_scan = now.ns, 0, now.scan
         self.applied = True
@@ -125,13 +141,31 @@ class _Eventually:
 
 def _single(condition: Condition, *, wanted: bool) -> Invariant:
     _check(condition)
+    return Invariant(_name(condition), _sentence(condition), lambda: _Single(condition, wanted=wanted))
 
-    def watch(now: Snapshot) -> str | None:
-        if bool(answer(condition, now)) is wanted:
+
+class _Single:
+    """Watches a run for a scan in which a condition has the wrong answer."""
+
+    __slots__ = ("_condition", "_wanted")
+
+    def __init__(self, condition: Condition, *, wanted: bool) -> None:
+        self._condition, self._wanted = condition, wanted
+
+    def __call__(self, now: Snapshot) -> str | None:
+        if bool(answer(self._condition, now)) is self._wanted:
             return None
-        return f"it is {'false' if wanted else 'true'}"
+        return f"it is {'false' if self._wanted else 'true'}"
 
-    return Invariant(_name(condition), _sentence(condition), lambda: watch)
+    def same_until_ns(self, counting: bool) -> int:
+        """See `Watch`."""
+        return same_until_ns(self._condition, counting)
+
+
+def same_until_ns(condition: Condition, counting: bool) -> int:
+    """Return the instant up to which a condition has the same answer, see `Watch`: always, or not at all."""
+    reads = reads_of(condition)
+    return FOREVER_NS if reads is Reads.IMAGES_AND_TAGS or (reads is Reads.COUNTS and not counting) else 0
 
 
 def _check(condition: Condition) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from .busy import RestMeter
-from .invariants import Invariant, Watch, always, never
+from .invariants import FOREVER_NS, Invariant, always, never
 from .scan_view import Snapshot
 
 
@@ -37,19 +37,24 @@ def one_motion(now: Snapshot) -> bool:
     return all(slot.motions <= 1 for slot in now.slot.values())
 
 
-def _commands_end() -> Watch:
-    rests: list[RestMeter] = []
+class _CommandsEnd:
+    """Watches a run for a command whose axis rests for too long."""
 
-    def watch(now: Snapshot) -> str | None:
-        if not rests or now.resting:  # the axes restart when the PLC runs again
-            rests[:] = [RestMeter(now.axes)]
-        return rests[0].too_long(now.ns, linked=all(slot.linked for slot in now.slot.values()))
+    def __init__(self) -> None:
+        self._meter: RestMeter | None = None
 
-    return watch
+    def __call__(self, now: Snapshot) -> str | None:
+        if self._meter is None or now.resting:  # the axes restart when the PLC runs again
+            self._meter = RestMeter(now.axes)
+        return self._meter.too_long(now.ns, linked=all(slot.linked for slot in now.slot.values()))
+
+    def same_until_ns(self, _counting: bool) -> int:
+        """See `Watch`."""
+        return FOREVER_NS if self._meter is None else self._meter.same_until_ns
 
 
 commands_end = Invariant(
-    "commands_end", "No command is busy while its axis rests for a second and the link is good", _commands_end
+    "commands_end", "No command is busy while its axis rests for a second and the link is good", _CommandsEnd
 )
 
 

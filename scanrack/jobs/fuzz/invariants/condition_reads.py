@@ -1,0 +1,125 @@
+"""What a user's condition reads, found in its code.
+
+A condition that reads only tags and images has the same answer until one of them changes. A condition that
+reads the time, keeps something between calls, or calls unknown code may change its answer in any scan.
+Where the code leaves doubt, the condition counts as one of these.
+"""
+
+from __future__ import annotations
+
+import builtins
+import dis
+import math
+import re
+from collections.abc import Callable, Iterator
+from enum import Enum, auto
+from functools import lru_cache
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+
+class Reads(Enum):
+    """What a condition depends on."""
+
+    IMAGES_AND_TAGS = auto()
+    COUNTS = auto()  # tags that count time, too: accumulated values of timers
+    ANYTHING = auto()
+
+
+TIMED = frozenset({"ns", "seconds", "scan", "shaft", "axes", "rules", "state"})
+"""Attributes of a snapshot that change while program and modules stand still, or that may."""
+
+CHANGING = ("STORE_GLOBAL", "STORE_ATTR", "STORE_SUBSCR", "DELETE_", "IMPORT_")
+"""Instructions by which a function may keep something."""
+
+_KNOWN_NAMES = (
+    "abs all any bool dict divmod enumerate filter float frozenset getattr int isinstance len list map max "
+    "min pow range reversed round set sorted str sum tuple zip"
+)
+
+KNOWN = frozenset(getattr(builtins, name) for name in _KNOWN_NAMES.split(" "))
+"""Builtins that depend on their arguments only."""
+
+PLAIN = (bool, int, float, str, bytes, type(None), Enum)
+
+COUNT = re.compile(r"(^|\.)ACC$", re.IGNORECASE)
+"""The end of the name of a timer's accumulated value."""
+
+DEEP = 5
+"""Number of functions, one called by the other, that are looked into."""
+
+
+@lru_cache(maxsize=1024)
+def reads_of(condition: Callable[..., Any]) -> Reads:
+    """Return what a condition depends on.
+
+    >>> reads_of(lambda now: now.tags["Step"] == 7 and now.slot[1].status.MOVING_CW).name
+    'IMAGES_AND_TAGS'
+    >>> reads_of(lambda now: now.tags["Delay.ACC"] < 100).name, reads_of(lambda now: now.ns > 5).name
+    ('COUNTS', 'ANYTHING')
+    """
+    found = list(_reads(condition, DEEP))
+    return max(found, key=lambda each: each.value, default=Reads.IMAGES_AND_TAGS)
+
+
+def _reads(function: object, deep: int) -> Iterator[Reads]:
+    """Yield what a function and those that it calls depend on."""
+    if not isinstance(function, FunctionType) or not deep or not _is_constant(function.__defaults__ or ()):
+        yield Reads.ANYTHING
+        return
+    names = {**function.__globals__, **_closure(function)}
+    for code in _codes(function.__code__):
+        yield from _of_code(code, function.__code__.co_freevars)
+        for name in _names(code):
+            value = names.get(name, getattr(builtins, name, None))
+            if isinstance(value, FunctionType):
+                yield from _reads(value, deep - 1)
+            elif not (_is_constant(value) or value is math or (_is_hashable(value) and value in KNOWN)):
+                yield Reads.ANYTHING
+
+
+def _closure(function: FunctionType) -> dict[str, Any]:
+    cells = zip(function.__code__.co_freevars, function.__closure__ or (), strict=True)
+    return {name: cell.cell_contents for name, cell in cells}
+
+
+def _codes(code: CodeType) -> Iterator[CodeType]:
+    """Yield the code of a function and of the functions inside."""
+    yield code
+    for each in code.co_consts:
+        if isinstance(each, CodeType):
+            yield from _codes(each)
+
+
+def _names(code: CodeType) -> Iterator[str]:
+    """Yield the global names, and those of the closure, that some code reads."""
+    for each in dis.get_instructions(code):
+        if each.opname in ("LOAD_GLOBAL", "LOAD_NAME", "LOAD_DEREF", "LOAD_CLASSDEREF"):
+            yield each.argval
+
+
+def _of_code(code: CodeType, outer: tuple[str, ...]) -> Iterator[Reads]:
+    """Yield what single instructions depend on; `outer`: variables that outlive a call."""
+    steps = [each for each in dis.get_instructions(code) if each.opname not in ("CACHE", "EXTENDED_ARG")]
+    for step, following in zip(steps, [*steps[1:], None], strict=True):
+        if step.opname.startswith(CHANGING) or (step.opname == "STORE_DEREF" and step.argval in outer):
+            yield Reads.ANYTHING
+        if step.opname in ("LOAD_ATTR", "LOAD_METHOD") and step.argval in TIMED:
+            yield Reads.ANYTHING
+        if step.opname == "LOAD_ATTR" and step.argval == "tags":
+            named = following is not None and following.opname == "LOAD_CONST"
+            if not named or not isinstance(following.argval, str) or COUNT.search(following.argval):
+                yield Reads.COUNTS
+        if step.opname == "LOAD_CONST" and isinstance(step.argval, str) and step.argval in TIMED:
+            yield Reads.ANYTHING  # perhaps for getattr
+
+
+def _is_constant(value: object) -> bool:
+    """Whether a value always stays as it is."""
+    if isinstance(value, tuple | frozenset):
+        return all(map(_is_constant, value))
+    return isinstance(value, (*PLAIN, re.Pattern)) or (isinstance(value, type) and issubclass(value, Enum))
+
+
+def _is_hashable(value: object) -> bool:
+    return not isinstance(value, ModuleType) and getattr(type(value), "__hash__", None) is not None

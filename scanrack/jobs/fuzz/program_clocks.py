@@ -1,0 +1,180 @@
+"""The values of a ladder program that follow the time, and what may depend on them.
+
+Inputs, memory and the time determine a scan. `clocks_of` returns the clocks of a program in which only TON,
+TOF and RTO read the time. A timer is *even* if its count can go on while nothing else changes: other
+instructions only read its bits, copy the count, or compare it with constants.
+
+    XIC(Run)TON(Cycle,1400,0)      the count changes in every scan, the bits when it is done
+    GRT(Cycle.ACC,700)OTE(Late)    changes between a count of 700 and one of 701
+    XIC(Lost)MOV(Cycle.ACC,Since)  has run if Since is the count
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+
+from scanrack.ladder.debug.crossref import Mention, cross_reference
+from scanrack.ladder.instructions import compare, move, timing
+from scanrack.ladder.model.operands import Constant, Group, Place
+from scanrack.ladder.model.tags import Leaf
+from scanrack.ladder.model.types import DINT
+from scanrack.ladder.state.lowered import ADD_ON, LoweredProgram, LoweredStep
+
+_FAMILIES = (
+    "addons arrays bits blocks compare compute control decimal files move sequencers shifts statements "
+    "timing trigonometry"
+)
+
+EVEN = frozenset(_FAMILIES.split(" "))
+"""Families of instructions that depend on their operands only, and count time in milliseconds."""
+
+TIMERS = frozenset({timing.TON.name, timing.TOF.name, timing.RTO.name})
+
+COMPARISONS = tuple(
+    each.run for each in (compare.EQU, compare.NEQ, compare.GRT, compare.GEQ, compare.LES, compare.LEQ)
+)
+
+
+@dataclass(frozen=True, slots=True)
+class EvenTimer:
+    """The members of a timer.
+
+    Attributes:
+        last: virtual time at which it counted last, ns.
+        constants: with which its count is compared.
+        copies: tags that get its count by a MOV, and nothing else.
+    """
+
+    count: Leaf
+    last: Leaf
+    preset: Leaf
+    counting: Leaf
+    constants: frozenset[int] = frozenset()
+    copies: tuple[Leaf, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ProgramClocks:
+    """The clocks of a program.
+
+    Attributes:
+        scanned: time of the latest scan of a controller with tasks, ns; None without tasks.
+    """
+
+    timers: tuple[EvenTimer, ...]
+    scanned: Leaf | None
+
+
+_KNOWN: list[tuple[LoweredProgram, ProgramClocks | None]] = []
+"""The program that was analyzed last: a search has one."""
+
+
+def clocks_of(lowered: LoweredProgram) -> ProgramClocks | None:
+    """Return the clocks of a program; None if it reads the time in other ways, or calls Python."""
+    if not _KNOWN or _KNOWN[0][0] is not lowered:
+        _KNOWN[:] = [(lowered, _clocks(lowered))]
+    return _KNOWN[0][1]
+
+
+def _clocks(lowered: LoweredProgram) -> ProgramClocks | None:
+    schedule = lowered.schedule
+    if lowered.functions or lowered.opening or lowered.closing or not all(map(_is_even, _steps(lowered))):
+        return None
+    if schedule is not None and schedule.called:
+        return None  # a periodic or event task
+    mentions = cross_reference(lowered).mentions
+    timers = tuple(_even_timers(mentions))
+    return ProgramClocks(timers, None if schedule is None else schedule.before)
+
+
+def _steps(lowered: LoweredProgram) -> Iterator[LoweredStep]:
+    return (step for each in lowered.routines.values() for line in each.lines for step in line.all_steps)
+
+
+def _is_even(step: LoweredStep) -> bool:
+    family = getattr(step.spec.run, "__module__", "").rpartition(".instructions.")[2]
+    return step.name == ADD_ON or family in EVEN
+
+
+@dataclass(slots=True)
+class _Uses:
+    """How a program uses the count of a timer."""
+
+    constants: set[int] = field(default_factory=set)
+    copies: list[Leaf] = field(default_factory=list)
+    even: bool = True
+
+
+def _even_timers(mentions: Iterable[Mention]) -> Iterator[EvenTimer]:
+    """Yield the even timers among the single ones, those in instances of add-on instructions included."""
+    timers: dict[str, Group] = {}
+    written: dict[str, int] = defaultdict(int)
+    for each in mentions:
+        written[_path(each)] += each.writes
+        if _is_timer(each) and isinstance(each.where, Group) and not each.where.indices:
+            timers[_path(each)] = each.where
+    uses = {path: _Uses() for path in timers}
+    by_step: dict[tuple[int, str], list[Mention]] = defaultdict(list)
+    for each in mentions:
+        by_step[id(each.step), each.instance].append(each)
+    for together in by_step.values():
+        for each in together:
+            _note_use(each, together, uses)
+    for path, group in timers.items():
+        use = uses[path]
+        if use.even and all(_is_written_once(leaf, written) for leaf in use.copies):
+            members = (group.member(name).leaf for name in ("ACC", "~last_ns", "PRE", "TT"))
+            yield EvenTimer(*members, frozenset(use.constants), tuple(use.copies))
+
+
+def _path(mention: Mention) -> str:
+    where = mention.where
+    return (where.path if isinstance(where, Group) else where.leaf.path).upper()
+
+
+def _is_timer(mention: Mention) -> bool:
+    return mention.step is not None and mention.step.name in TIMERS
+
+
+def _is_written_once(leaf: Leaf, written: dict[str, int]) -> bool:
+    """Whether one instruction only writes a tag, alone or as a part of a structure."""
+    path = leaf.path.upper()
+    return sum(count for name, count in written.items() if path == name or path.startswith(f"{name}.")) == 1
+
+
+def _note_use(mention: Mention, together: list[Mention], uses: dict[str, _Uses]) -> None:
+    """Note a mention of timers.
+
+    Args:
+        together: all mentions of its instruction.
+    """
+    path, step = _path(mention), mention.step
+    assert step is not None
+    if isinstance(mention.where, Group):
+        if step.name in (*TIMERS, timing.RES.name, ADD_ON):
+            return
+        for timer, use in uses.items():
+            use.even = use.even and not (timer == path or timer.startswith(f"{path}."))
+    elif path.endswith(".ACC") and (found := uses.get(path.removesuffix(".ACC"))) is not None:
+        _note_count(mention.where, step, together, found)
+
+
+def _note_count(place: Place, step: LoweredStep, together: list[Mention], use: _Uses) -> None:
+    """Note a mention of a timer's count."""
+    others = [each for each in step.operands if isinstance(each, Constant)]
+    if place.bit is not None:
+        use.even = False
+    elif step.spec.run in COMPARISONS and len(others) == 1 and isinstance(others[0].value, int):
+        use.constants.add(others[0].value)
+    elif step.spec.run is move.MOV.run and len(together) == 2 and _is_copy(together[1]):
+        use.copies.append(together[1].where.leaf)  # type: ignore[union-attr]  # a place, see `_is_copy`
+    else:
+        use.even = False
+
+
+def _is_copy(target: Mention) -> bool:
+    where = target.where
+    single = isinstance(where, Place) and not where.indices and where.bit is None
+    return single and target.writes and not target.reads and where.leaf.type is DINT  # type: ignore[union-attr]

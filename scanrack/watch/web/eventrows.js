@@ -1,0 +1,21 @@
+// The rows of the list of events: by time, each thing once.
+
+import { grouped } from "./format.js";
+
+// An order that presses an input is told of; that the input is on then says the same.
+const pressOf = ({ order, scan }) => {
+  if (!order) return null;
+  const { do: what, slot, name } = JSON.parse(order);
+  return what === "press" ? `${scan} ${slot} ${name}`.toLowerCase() : null;
+};
+
+const isStep = event => event?.name === "step";
+
+// Events in the order of their times, one row for many steps.
+export function rowsOf(events) {
+  const pressed = new Set(events.map(pressOf));
+  const isSaid = ({ kind, scan, slot, name }) => kind === "stimulus" && pressed.has(`${scan} ${slot} ${name}`.toLowerCase());
+  const told = events.filter(event => !isSaid(event)).sort((one, other) => one.t - other.t);
+  const rows = told.filter((event, place) => !isStep(event) || !isStep(told[place + 1]));
+  return rows.map(event => ({ ...event, text: grouped(event.text) }));
+}

@@ -1,0 +1,119 @@
+"""The page of a program in Python: values at their lines, the line that waits or ran, breakpoints, causes.
+
+Broken on purpose: no values of `self`, a trace of another file, no numbers at lines of causes: red.
+"""
+
+import pytest
+from watched_page import until, watching
+
+RACK = """
+name = "small"
+program = "small.py"
+scan_ms = 2
+watchdog_ms = 0
+[[slot]]
+number = 1
+module = "1769-IQ16"
+[slot.options]
+inputs = { go = 0 }
+"""
+FUNCTION = """\
+class State:
+    step: int = 0
+    rounds: int = 0
+
+
+state = State()
+
+
+def logic(scan):
+    state.step += 1
+    if state.step == 300:
+        state.rounds += 1
+"""
+SEQUENCE = """\
+from scanrack import Input, Logic, sequence
+
+
+class Small(Logic):
+    go = Input("go")
+    rounds = 7
+
+    @sequence
+    async def cycle(self) -> None:
+        while True:
+            await self.go.rises
+            self.rounds += 1
+"""
+BESIDE = """
+const line = document.querySelector(`[data-at='small.py.${arguments[0]}']`);
+return [...line.querySelectorAll(".chip")].map(each => each.textContent);
+"""
+MARKED = "return [...document.querySelectorAll(\".code-line[data-power='1']\")].map(each => each.dataset.at)"
+CAUSES = "return [...document.querySelectorAll('.code-line[data-cause]')].map(each => each.dataset.at)"
+
+
+@pytest.fixture
+def rack(tmp_path):
+    """Makes a rack file with a program beside it."""
+
+    def make(program):
+        (tmp_path / "small.py").write_text(program, encoding="utf-8")
+        (tmp_path / "rack.toml").write_text(RACK, encoding="utf-8")
+        return tmp_path / "rack.toml"
+
+    return make
+
+
+def break_at(page, line):
+    page.run("document.querySelector(`[data-at='small.py.${arguments[0]}'] .stop`).click()", line)
+    page.until_there(f"[data-at='small.py.{line}'][data-breakpoint]")
+
+
+def test_a_function_has_values_at_its_lines_breakpoints_and_causes(page, rack):
+    with watching(rack(FUNCTION), "--paused", "--time-scale", "max") as session:
+        page.open_at(session, 100)
+        until(lambda: page.run(BESIDE, 10) == ["step100"])
+        assert page.run(BESIDE, 12) == ["rounds0"]
+        assert page.run(BESIDE, 1) == []
+        break_at(page, 12)
+        page.press("Go on")
+        page.until_scan(299, "paused")
+        until(lambda: page.run(MARKED) == ["small.py.12"])
+        assert "small.py line 12 has run" in page.run("return document.getElementById('notice').textContent")
+        until(lambda: page.run(BESIDE, 12) == ["rounds1"])
+        page.run("document.querySelector(\"[data-at='small.py.12'] .chip\").click()")
+        page.press("Why")
+        until(lambda: "small.py.12" in page.run(CAUSES))
+        page.run("document.querySelector(\"[data-at='small.py.1'] .stop\").click()")
+        until(
+            lambda: "nothing runs there" in page.run("return document.getElementById('notice').textContent")
+        )
+
+
+def test_a_sequence_shows_the_line_that_waits_and_stops_at_one(page, rack):
+    with watching(rack(SEQUENCE), "--paused", "--time-scale", "max") as session:
+        page.open_at(session, 50)
+        until(lambda: page.run(MARKED) == ["small.py.11"])
+        assert page.run(BESIDE, 12) == ["rounds7"]
+        break_at(page, 12)
+        page.press("Press go")
+        page.press("Go on")
+        until(lambda: page.run(MARKED) == ["small.py.11", "small.py.12"])
+        assert page.handle("state") == "paused"
+        until(lambda: page.run(BESIDE, 12) == ["rounds8"])
+
+
+def test_a_value_that_changes_is_a_breakpoint(page, rack):
+    with watching(rack(FUNCTION), "--paused", "--time-scale", "max") as session:
+        page.open_at(session, 100)
+        page.run("document.querySelector(\"[data-at='small.py.12'] .chip\").click()")
+        page.press("Breakpoint")
+        page.press("Go on")
+        page.until_scan(299, "paused")
+        until(
+            lambda: (
+                "state.rounds was 0 and is 1"
+                in page.run("return document.getElementById('notice').textContent")
+            )
+        )

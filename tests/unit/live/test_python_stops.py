@@ -1,0 +1,77 @@
+"""Breakpoints of a program in Python: which lines, which values, and what they leave traced.
+
+Broken on purpose: lines of the module's own text, the trace kept after the last breakpoint: red.
+"""
+
+import sys
+
+import pytest
+from scanrack.watch.python_stops import PythonStops
+
+PROGRAM = """\
+class State:
+    step = 0
+
+
+state = State()
+
+
+def logic(scan):
+    state.step += 1
+    if scan > 2:
+        state.step = 100
+"""
+
+
+@pytest.fixture
+def stops(tmp_path):
+    path = tmp_path / "line.py"
+    path.write_text(PROGRAM, encoding="utf-8")
+    names: dict[str, object] = {}
+    exec(compile(PROGRAM, str(path), "exec"), names)
+    found = PythonStops(lambda: names["logic"], path)
+    yield found, names["logic"]
+    found.clear_breakpoints()
+
+
+def test_a_line_is_met_in_the_scan_in_which_it_runs(stops):
+    found, logic = stops
+    found.break_at("LINE.PY", 11)
+    met = []
+    for scan in range(4):
+        logic(scan)
+        met.append(found.stops)
+    assert met == [(), (), (), ("line.py line 11 has run",)]
+    found.remove_breakpoint("LINE.PY", 11)
+    assert sys.gettrace() is None
+    logic(3)
+    assert found.stops == ()
+
+
+def test_a_value_is_met_when_it_changes(stops):
+    found, logic = stops
+    found.break_on("state.step")
+    assert found.stops == ()
+    logic(0)
+    assert found.stops == ("state.step was 0 and is 1",)
+    assert found.stops == ()
+
+
+@pytest.mark.parametrize(
+    ("routine", "line", "when", "says"),
+    [
+        ("other.py", 9, "true", "no file other.py; the program is line.py"),
+        ("line.py", 2, "true", "line.py line 2: nothing runs there in a scan"),
+        ("line.py", 6, "true", "nothing runs there in a scan"),
+        ("line.py", 9, "changes", "a line of Python has no 'changes'; it executes"),
+    ],
+)
+def test_what_can_not_be_waited_for_is_refused(stops, routine, line, when, says):
+    with pytest.raises(ValueError, match=says):
+        stops[0].break_at(routine, line, when)
+    assert sys.gettrace() is None
+
+
+def test_a_value_that_can_not_be_read_is_refused(stops):
+    with pytest.raises(ValueError, match=r"state.none can't be read"):
+        stops[0].break_on("state.none")
