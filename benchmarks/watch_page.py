@@ -191,7 +191,7 @@ def main(arguments: list[str]) -> int:
         print(f"not measured: {missing}")
         return 0
     if given.against:
-        return in_turns_with(given.against, given.turns, given.scans, given.trace)
+        return in_turns_with(given.against, given.turns, given.scans)
     if given.turn:
         given.turn.write_text(json.dumps(turn(given.trace, given.clicks, given.scrubs)), encoding="utf-8")
         return 0
@@ -381,7 +381,7 @@ def turn(trace: Path, clicks: int, scrubs: int) -> dict[str, float]:
     return found
 
 
-def in_turns_with(commit: str, turns: int, scans: int, trace: Path | None) -> int:
+def in_turns_with(commit: str, turns: int, scans: int) -> int:
     """Measure this commit and another one in turns; print medians and ratios."""
     import against  # of this folder: it lays out another commit
 
@@ -389,18 +389,20 @@ def in_turns_with(commit: str, turns: int, scans: int, trace: Path | None) -> in
     with tempfile.TemporaryDirectory() as kept:
         folder = Path(kept)
         against.laid_out(against.archived(commit, folder / "source"), folder / "site")
-        if trace is None:
-            trace = folder / "run.mcap"
-            words = ["run", FEEDER, "--scans", scans, "--record", trace, "-q"]
-            subprocess.run([sys.executable, "-m", "scanrack", *map(str, words)], check=True)
         sides: dict[str, list[dict[str, float]]] = {str(folder / "site"): [], "": []}
-        for _ in range(turns):
-            for site, figures in sides.items():
-                environment = os.environ | ({"PYTHONPATH": site} if site else {})
-                result = folder / "turn.json"
-                told = [sys.executable, str(own), "--turn", str(result), "--trace", str(trace)]
-                subprocess.run([*told, "--clicks", "20", "--scrubs", "20"], env=environment, check=True)
-                figures.append(json.loads(result.read_text(encoding="utf-8")))
+        for turn_of, site in [(number, site) for number in range(turns) for site in sides]:
+            environment = os.environ | ({"PYTHONPATH": site} if site else {})
+            trace, result = (
+                folder / f"{bool(site)}.mcap",
+                folder / "turn.json",
+            )  # each reads its own recordings
+            if not turn_of:
+                words = ["run", FEEDER, "--scans", scans, "--record", trace, "-q"]
+                command = [sys.executable, "-m", "scanrack", *map(str, words)]
+                subprocess.run(command, env=environment, cwd=folder, check=True)
+            told = [sys.executable, str(own), "--turn", str(result), "--trace", str(trace)]
+            subprocess.run([*told, "--clicks", "20", "--scrubs", "20"], env=environment, check=True)
+            sides[site].append(json.loads(result.read_text(encoding="utf-8")))
     other, this = sides.values()
     print(f"{'':14} {'before':>10} {'now':>10} {'ratio':>6}   ratios of the turns")
     for name in this[0]:
