@@ -162,8 +162,38 @@ def searches(its: Any, folder: Path) -> Iterator[tuple[str, Callable[[], list[An
         yield name, search_of(name)
 
 
+def questions(_its: Any, folder: Path) -> Iterator[tuple[str, Callable[[], list[Any]]]]:
+    """Yield programs: each call asks the built-in questions of `scanrack prove`.
+
+    It returns the seconds, those of the first answers (None where they come together), what is found, and
+    how many questions are open.
+    """
+    proving = import_module("scanrack.jobs.prove.proving")
+    subject_of = import_module("scanrack.jobs.prove.subject").subject_of
+    listens = hasattr(proving, "AnswerListener")
+
+    def ask_about(rack: Path) -> list[Any]:
+        subject = subject_of(str(rack))
+        first: list[float] = []
+        listener = proving.AnswerListener() if listens else None
+        if listener is not None:
+            listener.found = lambda _answer: first.append(process_time())
+            listener.left = lambda _count, _most_s: first.append(process_time())
+        start = process_time()
+        with proving.ScenarioFolder(folder / rack.stem) as scenarios:
+            found = proving.ask_questions(subject, scenarios, (), *([listener] if listens else []))
+        took = process_time() - start
+        texts = sorted(f"{each.finding.rule} {each.finding.site} {each.finding.text}" for each in found.found)
+        return [took, first[0] - start if first else None, texts, sum(found.open.values())]
+
+    examples = Path(__file__).parents[1] / "examples"
+    for rack in (examples / "feeder/feeder.toml", examples / "three_stations_ladder/line.toml"):
+        yield rack.parent.name, lambda rack=rack: ask_about(rack)  # type: ignore[misc]
+
+
 LONG: dict[str, tuple[str, Callable[[Any, Path], Iterator[tuple[str, Callable[[], Any]]]]]] = {
     "fuzz": ("fuzz", searches),
+    "prove": ("prove", questions),
 }
 """The same for rows that are no slices: fuzz.py and prove.py compare them."""
 

@@ -33,6 +33,7 @@ from random import Random
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
+import against
 from bars import highest_mib
 from proofs import LIMITS, Proofs, claims, program_text
 from scanrack.jobs.prove.checking import Opinion, Solver, check, solvers
@@ -160,7 +161,7 @@ def machines(smoke: bool) -> None:
         said("median property", statistics.median(times), f"worst {max(times):.2f} s", scan)
         seconds, answers = spent(lambda: ask(problem, ["dead-rung"]))  # noqa: B023
         assert isinstance(answers, Answers)
-        text = f"{answers.asked['dead-rung']} asked, {len(answers.findings)} dead"
+        text = f"{answers.counts['dead-rung']} asked, {len(answers.findings)} dead"
         said("dead rungs", seconds, text, scan)
         assert answers.open["dead-rung"] <= count // 50, answers
 
@@ -403,6 +404,33 @@ def many(count: int) -> None:
     print(round(highest_mib()))
 
 
+QUESTIONS_AT_MOST, FIRST_AT_MOST = 0.1, 0.02
+"""Bars of `questions`: all answers, and the first ones, as shares of all at the other commit."""
+
+
+def questions(smoke: bool) -> None:
+    """Ask the built-in questions of examples, here and at another commit, in turns: minutes there."""
+    commit = against.named_commit()
+    if smoke or not against.has(commit):
+        return  # what is found is in tests
+    worst = 0.0
+    with against.sides_of(commit) as sides, against.workers(sides, "prove") as (other, this):
+        for name in this.rows:
+            here = [this.measure(name)]
+            there = other.measure(name)
+            here += [this.measure(name) for _ in range(4)]
+            assert set(there[2]) <= set(here[0][2]), set(there[2]) - set(here[0][2])
+            ratios, firsts = (sorted(each[place] / there[0] for each in here) for place in (0, 1))
+            text = (
+                f"{name}: {there[0]:.1f} s there; {ratios[2]:.3f}, {ratios[0]:.3f} to {ratios[-1]:.3f}, "
+                f"bar {QUESTIONS_AT_MOST}; first answers {firsts[2]:.3f}, bar {FIRST_AT_MOST}; "
+                f"open {there[3]}, now {here[0][3]}; {len(here[0][2])} findings"
+            )
+            said("questions", statistics.median(each[0] for each in here), text)
+            worst = max(worst, ratios[2] / QUESTIONS_AT_MOST, firsts[2] / FIRST_AT_MOST)
+    assert worst <= 1, worst
+
+
 PARTS: dict[str, Callable[[bool], None]] = {
     "machines": machines,
     "coils": coils,
@@ -413,6 +441,7 @@ PARTS: dict[str, Callable[[bool], None]] = {
     "attack": attack,
     "opinions": opinions,
     "memory": memory,
+    "questions": questions,
 }
 
 

@@ -33,19 +33,19 @@ MOST_TRIES = 10
 """Maximum runs of the program for one property."""
 
 HELPED_FROM = 3
-"""Scans after which invariants are sought: what breaks early is found without them."""
+"""Scans after which invariants are searched: what breaks early is found without them."""
 
 WORK = 10_000_000
 """Default limit of the work for a property."""
 
 SCANS, FURTHER = 20, 1_000_000
-"""Scans of a run that is sought in any case; longer ones as long as the work is below."""
+"""Length of a run up to which the search always goes; it goes on to longer runs while the work is below."""
 
 FUSES = 10
 """Fuses of a question that make up that of a property."""
 
 STRETCHED_FROM = 5
-"""Scans after which a run with longer scans is sought."""
+"""Scans after which the search tries a run with longer scans."""
 
 
 class VerdictKind(StrEnum):
@@ -61,11 +61,11 @@ class Limits:
     """Limits of a proof: the same verdict everywhere, with every version of the solver unless a fuse blows.
 
     Attributes:
-        scans: longest run that is sought.
+        scans: longest run of the search.
         k: most scans of an induction.
-        work: terms that questions ask about, for one property; see `Solver`.
+        work: terms of the questions of one property; see `Solver`.
         fuse: the solver's steps for one question; ten times as many for one property.
-        helped: whether invariants are sought.
+        helped: whether the proof may use invariants.
         replays: whether a run that the solver finds is done by the compiled program.
     """
 
@@ -94,7 +94,7 @@ class Verdict:
         blame: instructions or limits, if unknown.
         states: how many state values decide the property.
         values: how many variables decide it in all.
-        work: terms that questions asked about.
+        work: terms of the questions.
         steps: of the solver.
         certificates: of what is proved, and of "the relation follows the program" if that needs a proof.
     """
@@ -130,7 +130,7 @@ def prove(problem: System, bad: T | Key, limits: Limits = Limits(), *, fault: Si
 @dataclass(slots=True)
 class _Proof:
     system: System
-    asked: T | Key
+    target: T | Key
     limits: Limits
     fault: Site | None = None
     tries: int = MOST_TRIES
@@ -141,11 +141,11 @@ class _Proof:
     def verdict(self) -> Verdict:
         """Decide."""
         system, result = self.system, self.result
-        if isinstance(self.asked, tuple):
+        if isinstance(self.target, tuple):
             assert isinstance(system, ProgramSystem)
-            self.key, self.bad = self.asked, system.after(self.asked)
+            self.key, self.bad = self.target, system.after(self.target)
         else:
-            self.bad = self.asked
+            self.bad = self.target
         own, system.contract = system.contract, system.narrowed([self.bad])
         try:
             self._answer(system.cone([self.bad]))
@@ -243,9 +243,9 @@ class _Proof:
         pins: list[Any] = []
         while True:
             scans = [frame.values() for frame in frames]
-            for behind, scan in pairwise(scans):  # what prescan reads is there in the scan
-                for name in [each for each in behind if each.startswith(THEN)]:
-                    scan.setdefault(name.removeprefix(THEN), behind[name])
+            for before, scan in pairwise(scans):  # what prescan reads is there in the scan
+                for name in [each for each in before if each.startswith(THEN)]:
+                    scan.setdefault(name.removeprefix(THEN), before[name])
             if not isinstance(self.system, ProgramSystem) or not self.limits.replays:
                 self._refuted(scans)
                 return
@@ -300,7 +300,7 @@ class _Proof:
     # --- longer scans than the rack's
 
     def _refute_stretched(self, cone: dict[str, T]) -> bool:
-        """Seek a run with longer scans, and do it with the rack's own scans, inputs held."""
+        """Search a run with longer scans, and replay it with the rack's own scans, inputs held."""
         system, key = self.system, self.key
         if not isinstance(system, ProgramSystem) or key is None or system.bounds.high_ms >= STRETCHED_MS:
             return False
@@ -335,11 +335,11 @@ class _Proof:
 
 
 def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
-    """Return that prescan reads the inputs of the scan behind it, as it does in a scenario."""
+    """Return that prescan reads the inputs of the scan after it, as it does in a scenario."""
     return [
         base.apply("=", [made, scan.chosen[name.removeprefix(THEN)][1]])
-        for behind, scan in pairwise(frames)
-        for name, (v, made) in behind.chosen.items()
+        for before, scan in pairwise(frames)
+        for name, (v, made) in before.chosen.items()
         if name.startswith(THEN) and v.kind in (BOOL, INT) and name.removeprefix(THEN) in scan.chosen
     ]
 
@@ -352,7 +352,7 @@ class _Steps:
     bad: T
     limits: Limits
     found: Sequence[Invariant] = ()
-    k: int = -1  # the step that was asked last
+    k: int = -1  # the latest step
     _solver: Solver = field(init=False)
     _last: Frame | None = None
     _open: bool = True
@@ -364,7 +364,7 @@ class _Steps:
 
     @property
     def work(self) -> int:
-        """Terms that questions asked about."""
+        """Terms of the questions."""
         return self._before[0] + self._solver.work
 
     @property

@@ -70,7 +70,7 @@ class _Stopwatch:
         self._target = target
         self.begin, self.runs = process_time(), 0
 
-    def told(self, found: Counterexample) -> None:
+    def failed(self, found: Counterexample) -> None:
         """End the search if this failure is the mistake; it is not shrunk before."""
         if self._target.is_it(found.scenario, found.broken.invariant):
             self.runs += found.after
@@ -86,7 +86,7 @@ def aimed(target: Target, seed: int, runs: int) -> Took:
     watch = _Stopwatch(target)
     try:
         report = search(
-            target.planted.bench, target.planted.kinds, examples=runs, start=seed, told=watch.told
+            target.planted.bench, target.planted.kinds, examples=runs, start=seed, failed=watch.failed
         )
     except _FoundError:
         return watch.took(found=True, scans=watch.runs * target.planted.bench.scans)
@@ -131,7 +131,7 @@ def solved(target: Target, seed: int, runs: int) -> Took:
                 corpus=state.kept.share(24).dealt(0, 1),
                 known=frozenset(state.found),
                 again=again,
-                told=watch.told,
+                failed=watch.failed,
             )
         except _FoundError:
             return watch.took(found=True, scans=watch.runs * bench.scans)

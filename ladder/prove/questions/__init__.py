@@ -45,5 +45,5 @@ def ask(
         routines: see `questions_of`.
         limits, seen, listener: see `answered`.
     """
-    asked = [each for each in questions_of(problem, routines) if each.rule in rules]
-    return answered(problem, asked, limits, seen, listener)
+    questions = [each for each in questions_of(problem, routines) if each.rule in rules]
+    return answered(problem, questions, limits, seen, listener)

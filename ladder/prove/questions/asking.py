@@ -1,8 +1,8 @@
 """Answers questions about truths: random scans answer most, the solver many others without a history.
 
 Induction decides some of the rest: first alone, then with invariants, which take most of the time. They are
-found once for all questions that are left. What is to be proved is proved for any values of numbers that
-nothing writes: no finding depends on a recipe. The contracts of modules hold, as they do for properties.
+found once for all questions that are left. Proofs hold for any values of numbers that nothing writes, so no
+finding depends on a recipe. The contracts of modules hold, as they do for properties.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ SCANS, FEWEST_SCANS, RESTART = 300, 30, 15
 """Random scans of each run of the relation: most, least, until it starts again."""
 
 QUIET = 60
-"""Random scans that made no further truth true, after which the solver is asked about the others."""
+"""Random scans that made no further truth true, after which the solver decides about the others."""
 
 MOST_COMPUTED = 1_000_000
 """Terms that all random scans compute; of a large program at least `FEWEST_SCANS`."""
@@ -64,11 +64,11 @@ class Question:
     """Whether a truth, of the values before a scan, can ever hold.
 
     Attributes:
-        rule: what is found if it can't, or if it can.
+        rule: the rule that reports it if the truth can't hold, or if it can.
         site: the instruction or rung.
         text: what is found, in words.
         bad: the truth.
-        lives: a truth that can hold; else another finding says it all.
+        lives: a truth that must be able to hold; otherwise another finding covers this one.
         fault: the site of the major fault that it is, or None.
         coils: numbers of the instructions that disagree.
     """
@@ -95,27 +95,27 @@ class Finding:
 
 @dataclass(slots=True)
 class Answers:
-    """What was found, and how many questions each rule asked and left open."""
+    """The findings, and the numbers of questions and of open questions by rule."""
 
     findings: list[Finding] = field(default_factory=list)
-    asked: Counter[str] = field(default_factory=Counter)
+    counts: Counter[str] = field(default_factory=Counter)
     open: Counter[str] = field(default_factory=Counter)
 
 
 class Listener:
-    """Hears of answers as they come: those that take little first."""
+    """Receives answers as they come, the cheap ones first."""
 
-    def asked(self, count: int) -> None:
-        """Hear how many questions there are."""
+    def begun(self, count: int) -> None:
+        """Receive the number of questions."""
 
     def found(self, finding: Finding) -> None:
-        """Hear of a finding."""
+        """Receive a finding."""
 
     def left(self, count: int, spent: int, most: int) -> None:
-        """Hear how many questions are left for invariants, the work so far, and the most that they take."""
+        """Receive how many questions are left for invariants, the work so far, and the most to come."""
 
     def next(self, question: Question, count: int) -> None:
-        """Hear which question is next of those that are left, and how many follow it."""
+        """Receive the next question that is left, and the number of questions after it."""
 
 
 Seen = Callable[[Sequence[T]], set[T]]
@@ -132,14 +132,14 @@ def answered(
     """Answer questions; the findings are in the order of the questions.
 
     Args:
-        limits: what is left then is open.
-        seen: tells what a run of the program does, such as a rack's own; asked for what random scans leave.
-        listener: hears of the findings in the order in which they are made.
+        limits: questions beyond them stay open.
+        seen: returns what a run of the program does, such as a rack's own; called after the random scans.
+        listener: receives the findings in the order in which they are made.
     """
     truths = [each.bad for each in questions]
-    asking = _asked(problem, limits, truths)
+    asking = _prepared(problem, limits, truths)
     asking.listener = listener or Listener()
-    asking.listener.asked(len(dict.fromkeys(map(_key, questions))))
+    asking.listener.begun(len(dict.fromkeys(map(_key, questions))))
     if seen is not None:
         proved = [each.bad for each in questions if each.rule in PROVED_RULES and each.bad.op != "const"]
         asking.possible |= seen([t for t in dict.fromkeys(proved) if t not in asking.possible])
@@ -147,19 +147,19 @@ def answered(
 
 
 def impossible(problem: ProgramSystem, truths: Sequence[T], limits: QuestionLimits = LIMITS) -> set[T]:
-    """Return those truths that are proved to hold in no scan."""
-    asking = _asked(problem, limits, truths)
+    """Return the truths that are proved to hold in no scan."""
+    asking = _prepared(problem, limits, truths)
     asking.find_impossible(dict.fromkeys(truths, ""))
     return {t for t in dict.fromkeys(truths) if asking.proof("", t)}
 
 
-def _asked(problem: ProgramSystem, limits: QuestionLimits, truths: Sequence[T]) -> _Asking:
+def _prepared(problem: ProgramSystem, limits: QuestionLimits, truths: Sequence[T]) -> _Questioning:
     system = any_numbers(problem, truths)
-    return _Asking(problem, limits, _possible(system, truths), system)
+    return _Questioning(problem, limits, _possible(system, truths), system)
 
 
 @dataclass(slots=True)
-class _Asking:
+class _Questioning:
     """Answers questions.
 
     Attributes:
@@ -177,8 +177,8 @@ class _Asking:
     impossible: set[T] = field(default_factory=set)
     spent: Counter[str] = field(default_factory=Counter)
     listener: Listener = field(default_factory=Listener)
-    helped: bool = False  # whether invariants are sought by now
-    told: set[tuple[str, Site, str]] = field(default_factory=set)  # questions with a finding
+    helped: bool = False  # whether invariants are in use by now
+    reported: set[tuple[str, Site, str]] = field(default_factory=set)  # questions with a finding
     open: set[tuple[str, Site, str]] = field(default_factory=set)
     findings: dict[int, Finding] = field(default_factory=dict)  # by the place of the question
     later: list[tuple[int, Question]] = field(default_factory=list)  # left for invariants
@@ -188,8 +188,8 @@ class _Asking:
     open_rungs: set[tuple[str, int | None]] = field(default_factory=set)
 
     def answers(self, questions: Sequence[Question]) -> Answers:
-        """Answer all: those that take little first."""
-        self.found.asked.update(rule for rule, _, _ in dict.fromkeys(map(_key, questions)))
+        """Answer all, the cheap ones first."""
+        self.found.counts.update(rule for rule, _, _ in dict.fromkeys(map(_key, questions)))
         self.find_impossible({each.bad: each.rule for each in reversed(questions)})
         for place, each in enumerate(questions):
             self._ask(place, each)
@@ -201,14 +201,14 @@ class _Asking:
             for number, (place, each) in enumerate(self._with_invariants(), start=1):
                 self.listener.next(each, count - number)
                 self._ask(place, each)
-        self.found.open.update(rule for rule, _, _ in self.open - self.told)
+        self.found.open.update(rule for rule, _, _ in self.open - self.reported)
         self.found.findings = [self.findings[place] for place in sorted(self.findings)]
         return self.found
 
     def _ask(self, place: int, question: Question) -> None:
         """Answer a question, or leave it for invariants."""
         rule, at = question.rule, (question.site.routine, question.site.rung)
-        if (rule == "dead-leg" and at in self.dead_rungs) or _key(question) in self.told:
+        if (rule == "dead-leg" and at in self.dead_rungs) or _key(question) in self.reported:
             return
         if rule == "dead-leg" and at in self.open_rungs:
             self.later.append((place, question))
@@ -220,7 +220,7 @@ class _Asking:
             if self._can_be(question):
                 found = Finding(rule, question.site, question.text, verdict, question.coils)
                 self.findings[place] = found
-                self.told.add(_key(question))
+                self.reported.add(_key(question))
                 self.listener.found(found)
             if rule == "dead-rung":
                 self.dead_rungs.add(at)
@@ -262,12 +262,16 @@ class _Asking:
         finally:
             system.contract = own
 
-    def find_impossible(self, asked: Mapping[T, str]) -> None:
-        """Find the truths that no state and input makes true, whatever came before; they come with a rule."""
+    def find_impossible(self, rules: Mapping[T, str]) -> None:
+        """Find the truths that no state and input makes true, whatever came before.
+
+        Args:
+            rules: of each truth the rule that its work counts for.
+        """
         if not prove(self.system, FALSE, replace(self.limits.each, replays=False)):
             return  # the relation does not follow the program
-        solver, frame = self._any_scan(asked)
-        for t, rule in asked.items():
+        solver, frame = self._any_scan(rules)
+        for t, rule in rules.items():
             if t is FALSE:
                 self.impossible.add(t)
             elif frame is not None and t not in self.possible and self.spent[rule] < self.limits.rule:
@@ -316,7 +320,7 @@ class _Asking:
         place = system is self.system
         helped = self.helped and place not in self.hopeless and self._gets_invariants(system, t)
         if self.helped and not helped and (place, t) in self.undecided:
-            return Verdict(blame=("no invariants are sought",))
+            return Verdict(blame=("no invariants are in use",))
         verdict = prove(system, t, replace(limits, helped=helped), fault=fault)
         if verdict.kind is VerdictKind.UNKNOWN:
             self.undecided.add((place, t))
@@ -331,7 +335,7 @@ class _Asking:
 
 
 def _key(question: Question) -> tuple[str, Site, str]:
-    """Return what another pass of a loop asks, too."""
+    """Return the identity of a question, the same in every pass of a loop."""
     return question.rule, question.site, question.text
 
 
@@ -355,14 +359,14 @@ def any_numbers(problem: ProgramSystem, roots: Sequence[T] = ()) -> System:
 
 def _possible(system: System, truths: Sequence[T]) -> set[T]:
     """Return truths that random scans from power-up made true, with the contracts of modules kept."""
-    asked = [t for t in dict.fromkeys(truths) if t.op != "const"]
-    own, system.contract = system.contract, system.narrowed(asked)
+    watched = [t for t in dict.fromkeys(truths) if t.op != "const"]
+    own, system.contract = system.contract, system.narrowed(watched)
     try:
-        cone = {v.val: v for v in variables([*system.next.values(), *asked, system.contract])}
-        seen = _seen(Runs(system, cone, asked, seed=1), len(asked))
+        cone = {v.val: v for v in variables([*system.next.values(), *watched, system.contract])}
+        seen = _seen(Runs(system, cone, watched, seed=1), len(watched))
     finally:
         system.contract = own
-    return {t for t in truths if t is TRUE} | {t for t, truth in zip(asked, seen, strict=True) if truth}
+    return {t for t in truths if t is TRUE} | {t for t, truth in zip(watched, seen, strict=True) if truth}
 
 
 def _seen(runs: Runs, count: int) -> list[bool]:

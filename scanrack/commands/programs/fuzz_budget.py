@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from scanrack.jobs.fuzz.campaign.campaign import Allowance
 from scanrack.jobs.fuzz.campaign.state import State
@@ -30,6 +31,16 @@ class Budget:
         return self.wall_ns is None and self.scans is None and self.processor_ns is None
 
 
+class Times(NamedTuple):
+    """A duration, ns: of the wall clock, and of processors."""
+
+    wall_ns: int
+    processor_ns: int
+
+
+NO_TIME = Times(0, 0)
+
+
 @dataclass(slots=True)
 class Spending:
     """What a session has used of its budget.
@@ -43,8 +54,8 @@ class Spending:
     explaining: Allowance = field(default_factory=Allowance)  # the time it may take
     not_explained: int = 0  # number of failures
     begin_ns: int = field(default_factory=wall_ns)
-    _explained_ns: tuple[int, int] = 0, 0  # time of the wall and of the processor
-    _since_ns: tuple[int, int] | None = None
+    _explained: Times = NO_TIME
+    _since: Times | None = None
 
     def __post_init__(self) -> None:
         wall, processor = self.budget.wall_ns, self.budget.processor_ns
@@ -55,56 +66,59 @@ class Spending:
         """Whether the search may continue."""
         scans = self.budget.scans
         left = scans is None or self.state.scans - self.scans_before < scans
-        return left and Allowance(self.budget.wall_ns, self.budget.processor_ns).covers(*self.used_ns)
+        return left and Allowance(self.budget.wall_ns, self.budget.processor_ns).covers(*self.used)
 
     @property
     def explains(self) -> bool:
         """Whether there is time for explaining."""
-        return self.explaining.covers(*self._explaining_ns)
+        return self.explaining.covers(*self._explained_so_far)
 
     @property
-    def used_ns(self) -> tuple[int, int]:
-        """The time used, of the wall and of the processor."""
-        return wall_ns() - self.begin_ns, self.state.processor_ns + self._explaining_ns[1]
+    def used(self) -> Times:
+        """The time used."""
+        processor_ns = self.state.processor_ns + self._explained_so_far.processor_ns
+        return Times(wall_ns() - self.begin_ns, processor_ns)
 
     def allowance(self, jobs: int) -> Allowance:
         """Return the time for a task that is one of so many at a time."""
-        wall, processor = self.used_ns
-        limits = self.budget
+        used, limits = self.used, self.budget
         return Allowance(
-            None if limits.wall_ns is None else limits.wall_ns - wall,
-            None if limits.processor_ns is None else (limits.processor_ns - processor) // jobs,
+            None if limits.wall_ns is None else limits.wall_ns - used.wall_ns,
+            None if limits.processor_ns is None else (limits.processor_ns - used.processor_ns) // jobs,
         )
 
     @property
     def share(self) -> float | None:
         """The part of the time that is used; None without a limit of time."""
         limits = self.budget.wall_ns, self.budget.processor_ns
-        shares = [each / limit for each, limit in zip(self.used_ns, limits, strict=True) if limit is not None]
+        shares = [each / limit for each, limit in zip(self.used, limits, strict=True) if limit is not None]
         return min(1.0, max(shares)) if shares else None
 
     @contextmanager
     def on_explaining(self) -> Iterator[None]:
         """Count the time within as explaining."""
-        self._since_ns = _now_ns()
+        self._since = _now()
         try:
             yield
         finally:
-            self._explained_ns, self._since_ns = self._explaining_ns, None
+            self._explained, self._since = self._explained_so_far, None
 
     @property
-    def _explaining_ns(self) -> tuple[int, int]:
-        wall, processor = self._explained_ns
-        if self._since_ns is None:
-            return wall, processor
-        now_wall, now_processor = _now_ns()
-        return wall + now_wall - self._since_ns[0], processor + now_processor - self._since_ns[1]
+    def _explained_so_far(self) -> Times:
+        before, since = self._explained, self._since
+        if since is None:
+            return before
+        now = _now()
+        return Times(
+            before.wall_ns + now.wall_ns - since.wall_ns,
+            before.processor_ns + now.processor_ns - since.processor_ns,
+        )
 
 
 def _share(limit: int | None) -> int | None:
     return None if limit is None else limit // EXPLAINING
 
 
-def _now_ns() -> tuple[int, int]:
-    """Return the time of the wall and of this process's processor, ns."""
-    return wall_ns(), round(sum(os.times()[:2]) * 1e9)
+def _now() -> Times:
+    """Return the time of the wall clock, and the processor time of this process."""
+    return Times(wall_ns(), round(sum(os.times()[:2]) * 1e9))

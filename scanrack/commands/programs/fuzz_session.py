@@ -343,8 +343,8 @@ class Session:
                     )
                 spending.not_explained += not explained
             write_state(state, self.state_file)
-            memory.keep([each.scenario for each in state.kept.entries], state.told)
-            state.told.clear()
+            memory.keep([each.scenario for each in state.kept.entries], state.unshrunk_found)
+            state.unshrunk_found.clear()
         except OSError as error:
             if error.errno not in FULL:
                 raise

@@ -15,7 +15,7 @@ from scanrack.jobs.fuzz.campaign.state import State
 from scanrack.jobs.fuzz.explain.unfired import WORDS, ErrorRules, UnfiredRule
 from scanrack.jobs.fuzz.reached import reached
 from scanrack.jobs.fuzz.run import NO_FAULT
-from scanrack.jobs.fuzz.scenarios.words import told
+from scanrack.jobs.fuzz.scenarios.words import described
 from scanrack.jobs.fuzz.search import SPENT
 from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.prove.serving.stuck import PATIENCE, SolverStep
@@ -33,7 +33,7 @@ def failure(found: Counterexample) -> str:
     The first line names the invariant and the time; the others are indented.
     """
     broken = found.broken
-    lines = [*told(found.scenario), *broken.shows, *broken.rules]
+    lines = [*described(found.scenario), *broken.shows, *broken.rules]
     return "\n  ".join([str(broken), *lines])
 
 
@@ -50,7 +50,7 @@ def failure_row(found: Counterexample, folder: Path | None = None) -> dict[str, 
     Args:
         folder: of its files; None if the failure was only repeated.
     """
-    row = {**asdict(found.broken), "scenario": told(found.scenario)}
+    row = {**asdict(found.broken), "scenario": described(found.scenario)}
     return row if folder is None else {**row, "after_runs": found.after, "folder": str(folder)}
 
 

@@ -17,8 +17,8 @@ from scanrack.jobs.prove.differing import as_json as edited_as_json
 from scanrack.jobs.prove.differing import edited, lines_of
 from scanrack.jobs.prove.page import parts_of, parts_of_edit, save_page
 from scanrack.jobs.prove.proving import (
+    AnswerListener,
     FoundAnswer,
-    Hearer,
     Questions,
     Result,
     ScenarioFolder,
@@ -136,8 +136,8 @@ def _prove_command(
                     if not as_json:
                         _say_result(subject, each)
                     results.append(each)
-                hearer = Hearer() if as_json else _Printing(quiet=quiet)
-                answers = ask_questions(subject, folder, others, hearer, work)
+                listener = AnswerListener() if as_json else _Printing(quiet=quiet)
+                answers = ask_questions(subject, folder, others, listener, work)
                 if html is not None:
                     used = in_use(subject.job)
                     save_page(html, f"proofs about {rack}", parts_of(subject, results, answers), used)
@@ -202,14 +202,14 @@ def _progress(name: str, number: int, of: int) -> None:
     say(f"proving {number} of {of}: {name}", err=True)
 
 
-class _Printing(Hearer):
+class _Printing(AnswerListener):
     """Prints findings as they come."""
 
     def __init__(self, *, quiet: bool) -> None:
         self._quiet = quiet
 
-    def asked(self, count: int) -> None:
-        """Print how many questions there are."""
+    def begun(self, count: int) -> None:
+        """Print the number of questions."""
         if count:
             say(asked_text(count))
 
@@ -225,7 +225,7 @@ class _Printing(Hearer):
             say(f"proving: {count:,} of them are left, about {most} at most", err=True)
 
     def next(self, question: Question, count: int) -> None:
-        """Print the next of the questions that are left."""
+        """Print the next question that is left."""
         if _is_shown(quiet=self._quiet):
             say(f"proving, {count:,} after it: {question.site.where}: {question.text}", err=True)
 

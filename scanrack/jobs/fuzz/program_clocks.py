@@ -32,6 +32,8 @@ EVEN = frozenset(_FAMILIES.split(" "))
 
 TIMERS = frozenset({timing.TON.name, timing.TOF.name, timing.RTO.name})
 
+MEMBERS = ("ACC", "~last_ns", "PRE", "TT")
+
 COMPARISONS = tuple(
     each.run for each in (compare.EQU, compare.NEQ, compare.GRT, compare.GEQ, compare.LES, compare.LEQ)
 )
@@ -125,8 +127,8 @@ def _even_timers(mentions: Iterable[Mention]) -> Iterator[EvenTimer]:
     for path, group in timers.items():
         use = uses[path]
         if use.even and all(_is_written_once(leaf, written) for leaf in use.copies):
-            members = (group.member(name).leaf for name in ("ACC", "~last_ns", "PRE", "TT"))
-            yield EvenTimer(*members, frozenset(use.constants), tuple(use.copies))
+            count, last, preset, counting = (group.member(name).leaf for name in MEMBERS)
+            yield EvenTimer(count, last, preset, counting, frozenset(use.constants), tuple(use.copies))
 
 
 def _path(mention: Mention) -> str:

@@ -9,7 +9,7 @@ from scanrack.io_images.times import seconds
 
 from .explain.futures import PointOfNoReturn
 from .folder_lock import write_text
-from .scenarios.words import told
+from .scenarios.words import described
 from .search import Counterexample
 
 
@@ -25,14 +25,14 @@ def report(
 
     Args:
         late: since when it was inevitable; None if there was no time to look for it.
-        cause: the chain behind the output that changed last.
+        cause: the causes of the output that changed last.
         chart: links to its picture, complete and around the failure.
         again: commands that repeat it, and obstacles.
         check: the command that tests a changed program.
     """
     broken = found.broken
     parts = [
-        ("What it takes:", told(found.scenario)),
+        ("What it takes:", described(found.scenario)),
         (f"At the end of scan {broken.scan}, {seconds(broken.now_ns)} s:", broken.shows),
         ("Rules that fired in that scan:", broken.rules or ["none"]),
         ("Since when it was inevitable, whatever people do:", NOT_LOOKED_FOR if late is None else late.lines),

@@ -47,7 +47,7 @@ from .scenarios.tearing import Rung, TornScans
 NO_FAULT = "no-fault"
 """Name of the permanent invariant: the program does not fault the CPU."""
 
-PROGRAM, RUNNING, ASKING, BUILDING = "the program", "modules and scan loop", "invariants", "making racks"
+PROGRAM, RUNNING, JUDGING, BUILDING = "the program", "modules and scan loop", "invariants", "making racks"
 """Parts of a run's time."""
 
 HANGS = "watchdog"
@@ -168,9 +168,9 @@ class _Watcher(QuietListener):
     """
 
     def __init__(
-        self, asked: Sequence[_InvariantWatch], known: Collection[str], place: Callable[[], str]
+        self, watches: Sequence[_InvariantWatch], known: Collection[str], place: Callable[[], str]
     ) -> None:
-        self._asked = asked
+        self._watches = watches
         self._known = known
         self._place = place
         self.snapshot: Snapshot
@@ -180,20 +180,20 @@ class _Watcher(QuietListener):
         self.spent_ns = 0
         self.sequences: tuple[LogicSequence, ...] = ()
         self._stood: tuple[str, ...] = ()
-        self._told: list[str] = []
+        self._explanations: list[str] = []
         self._fired: dict[int, list[str]] = {}
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Note the rules that fire, and an adapter's messages beside them."""
         if fields.get("kind") in SENTENCES:
             name = str(fields["name"])
-            self._told.append(f"{fields['text']} [{name}]")
+            self._explanations.append(f"{fields['text']} [{name}]")
             if fields["kind"] == "rule":
                 self.rules[name] += 1
                 self._fired.setdefault(scan, []).append(name)
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Ask every invariant, unless the scan was not finished."""
+        """Check every invariant, unless the scan was not finished."""
         if flags & FAULT:
             self._stood = self._standing(scan)  # before the CPU closes them
             return
@@ -201,23 +201,23 @@ class _Watcher(QuietListener):
         snapshot = self.snapshot
         snapshot.move_on(scan, now_ns, flags)
         snapshot.rules = self._fired.get(scan, ())
-        for each in self._asked:
+        for each in self._watches:
             why = each.watch(snapshot)
             if why is None:
                 each.broken = False
             elif not each.broken:
                 each.broken = True
-                if self._counts(each, why):
+                if self._is_new(each, why):
                     self.cpu.stop()
                     return
-        self._told.clear()
+        self._explanations.clear()
         if start_ns:
             self.spent_ns += (wall_ns() - start_ns) * TIMED
 
-    def _counts(self, asked: _InvariantWatch, why: str) -> bool:
-        """Note a failure unless it is a known one; return whether it is noted."""
-        broken = self.told(asked.invariant.name, asked.invariant.sentence, why)
-        origin = getattr(asked.watch, "origin_scan", broken.scan)
+    def _is_new(self, watching: _InvariantWatch, why: str) -> bool:
+        """Note a failure unless it is known; return whether it is new."""
+        broken = self._broken(watching.invariant.name, watching.invariant.sentence, why)
+        origin = getattr(watching.watch, "origin_scan", broken.scan)
         refusals = [profile_of(slot.words).refusals for slot in self.cpu.rack.slots.values()]
         fired = self._fired.get(origin, ())
         refused = next((rule for rule in fired if any(rule in each for each in refusals)), "")
@@ -229,23 +229,23 @@ class _Watcher(QuietListener):
 
     def waits(self) -> bool:
         """Return whether the clock of an invariant runs."""
-        return any(getattr(each.watch, "waiting", False) for each in self._asked)
+        return any(getattr(each.watch, "waiting", False) for each in self._watches)
 
     def same_until_ns(self, counting: bool) -> int:
         """Return the instant up to which no invariant has another answer, see `Watch`; 0 if unknown."""
-        asked = [getattr(each.watch, "same_until_ns", None) for each in self._asked]
-        return min((0 if each is None else each(counting) for each in asked), default=FOREVER_NS)
+        methods = [getattr(each.watch, "same_until_ns", None) for each in self._watches]
+        return min((0 if each is None else each(counting) for each in methods), default=FOREVER_NS)
 
     def note_goals(self, note: Callable[[str, Hashable, int], None]) -> None:
         """Note where goals are reached."""
-        for each in self._asked:
+        for each in self._watches:
             if isinstance(each.watch, Sometimes | MaximumGoal):
                 each.watch.note = note
 
     @property
     def greatest(self) -> dict[str, float]:
         """The greatest values of what is to be maximized, by name."""
-        watches = [(each.invariant.name, each.watch) for each in self._asked]
+        watches = [(each.invariant.name, each.watch) for each in self._watches]
         return {
             name: watch.greatest
             for name, watch in watches
@@ -255,14 +255,16 @@ class _Watcher(QuietListener):
     @property
     def applied(self) -> frozenset[str]:
         """Names of the invariants that have had something to check."""
-        return frozenset(each.invariant.name for each in self._asked if getattr(each.watch, "applied", True))
+        return frozenset(
+            each.invariant.name for each in self._watches if getattr(each.watch, "applied", True)
+        )
 
-    def told(self, name: str, sentence: str, why: str) -> BrokenInvariant:
-        """Return the broken invariants of this moment."""
+    def _broken(self, name: str, sentence: str, why: str) -> BrokenInvariant:
+        """Return an invariant that is broken in this scan."""
         now = self.snapshot
         shows = tuple(f"slot {number}: {slot}" for number, slot in now.slot.items())
         shows += self._stood or self._standing(now.scan)
-        return BrokenInvariant(name, sentence, now.scan, now.ns, why, shows, tuple(self._told))
+        return BrokenInvariant(name, sentence, now.scan, now.ns, why, shows, tuple(self._explanations))
 
     def _standing(self, scan: int) -> tuple[str, ...]:
         """Return where the program's sequences wait, a sentence each."""
@@ -271,7 +273,7 @@ class _Watcher(QuietListener):
     def faulted(self, fault: Fault) -> BrokenInvariant:
         """Return that the CPU has faulted."""
         self.snapshot.scan, self.snapshot.ns = fault.scan, fault.now_ns
-        broken = self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
+        broken = self._broken(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
         return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
 
 
@@ -322,7 +324,7 @@ class TrialBench:
         without: Iterable[str] = (),
         listeners: Listeners = _no_listeners,
         probe: Probe | None = None,
-        rests: ExploredStates | None = None,
+        explored: ExploredStates | None = None,
         aloud: bool = False,
         every_scan: bool = True,
     ) -> Verdict:
@@ -331,7 +333,7 @@ class TrialBench:
         Args:
             without: names of invariants to skip, and keys of failures to ignore.
             probe: notes what changes.
-            rests: what other runs with a probe have gone through, where this one may end.
+            explored: states of other runs with a probe, in which this one may end.
             every_scan: False = pass over scans that repeat the one before them, without `listeners`.
 
         Raises:
@@ -339,7 +341,7 @@ class TrialBench:
         """
         start_ns = wall_ns()
         run = _Run(self, scenario, frozenset(without), traced=False, every_scan=every_scan, probe=probe)
-        run.rester = None if rests is None else rests.begin(scenario, self.spec)
+        run.explored_stop = None if explored is None else explored.begin(scenario, self.spec)
         verdict = run.go(listeners, aloud=aloud)
         if verdict.broken is not None and verdict.broken.cause == UNPLACED:
             run = _Run(self, scenario, frozenset(without), traced=True, every_scan=every_scan)
@@ -380,7 +382,7 @@ class _Run:
         every_scan: bool = True,
         probe: Probe | None = None,
     ) -> None:
-        self.rester: ExploredStateStop | None = None
+        self.explored_stop: ExploredStateStop | None = None
         self._scans, self._scenario = bench.scans, scenario
         self._every_scan = every_scan
         self._without = without
@@ -397,8 +399,8 @@ class _Run:
         called: ScanLogic = self._torn or logic
         self._places = Places(called, self._rack) if traced else None
         self._timed = _TimedLogic(self._places or called)
-        asked = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
-        self._watcher = _Watcher(asked, without, self._place)
+        watches = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
+        self._watcher = _Watcher(watches, without, self._place)
         tags = bench.tags_of(logic)
         self._watcher.snapshot = Snapshot(self._rack, tags, axes_in(logic, tags), _state_of(logic))
         self._watcher.sequences = sequences_in(logic)
@@ -433,7 +435,7 @@ class _Run:
             watcher.broken = None if {NO_FAULT, broken.key} & self._without else broken
         if repeated is not None and repeated.refused:
             raise ValueError(f"scenario: {repeated.refused[0]}")
-        spent = {PROGRAM: self._timed.spent_ns, ASKING: watcher.spent_ns}
+        spent = {PROGRAM: self._timed.spent_ns, JUDGING: watcher.spent_ns}
         spent[RUNNING] = wall_ns() - start_ns - sum(spent.values())
         return Verdict(
             cpu.scan,
@@ -448,13 +450,15 @@ class _Run:
     def _pass_over_repeats(self, cpu: Cpu) -> None:
         """Let the CPU pass over scans that repeat the one before them, if the program is one of rungs."""
         engine, spec = unwrapped(self._timed), self._spec
-        clocks = clocks_of(engine.lowered) if isinstance(engine, Engine) else None
-        if clocks is None or spec.scan_ns % NS_PER_MS:
+        if not isinstance(engine, Engine) or spec.scan_ns % NS_PER_MS:
+            return
+        clocks = clocks_of(engine.lowered)
+        if clocks is None:
             return
         stops = stops_of(self._instants_ns(), spec.scan_ns)
         until_ns = self._watcher.same_until_ns
-        if self.rester is not None:
-            self.rester.calm = RARELY
+        if self.explored_stop is not None:
+            self.explored_stop.calm = RARELY
         cpu.pass_over_repeats(RepeatedScans(engine, clocks, spec.scan_ns, stops, until_ns))
 
     def _instants_ns(self) -> Iterator[int]:
@@ -464,12 +468,12 @@ class _Run:
             yield part.at_ns + getattr(part, "for_ns", 0)
 
     def _run_scans(self, cpu: Cpu) -> None:
-        if self.rester is None or self._probe is None:
+        if self.explored_stop is None or self._probe is None:
             cpu.run(self._scans)
             return
-        self.rester.run(cpu, self._probe, self._scans, self._watcher.waits)
+        self.explored_stop.run(cpu, self._probe, self._scans, self._watcher.waits)
         if self._watcher.broken is None:
-            self.rester.learn()
+            self.explored_stop.learn()
 
     def _operator(self, cpu: Cpu) -> OrderRepeater | None:
         """Return the giver of the scenario's orders; None without any."""

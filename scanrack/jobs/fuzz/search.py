@@ -26,10 +26,10 @@ from .aim.explored_states import ExploredStates
 from .aim.probe import Probe
 from .aim.sweep import Sweep
 from .aim.times import times_of
-from .run import ASKING, BUILDING, HANGS, PROGRAM, RUNNING, BrokenInvariant, TrialBench, Verdict
+from .run import BUILDING, HANGS, JUDGING, PROGRAM, RUNNING, BrokenInvariant, TrialBench, Verdict
 from .scenarios.kinds import Kind, buttons, possible_kinds, sensors
 from .scenarios.scenario import Scenario
-from .scenarios.words import told
+from .scenarios.words import described
 from .shrink import smallest
 from .steady import NondeterminismSources
 
@@ -37,7 +37,7 @@ DRAWING, CONFIRMING = "drawing scenarios", "confirming"
 LEAST_SHRINKING = 30
 """Runs that shrink a failure in any case, even if the time of the search is over."""
 
-SPENT = (PROGRAM, RUNNING, ASKING, BUILDING, DRAWING, CONFIRMING)
+SPENT = (PROGRAM, RUNNING, JUDGING, BUILDING, DRAWING, CONFIRMING)
 """Parts of a search's time."""
 
 
@@ -54,7 +54,7 @@ class Counterexample:
 class SearchReport:
     """The result of a search."""
 
-    runs: int = 0  # their number, including those of shrinking
+    runs: int = 0  # their number, including shrinking
     scans: int = 0
     rules: Counter[str] = field(default_factory=Counter)
     found: list[Counterexample] = field(default_factory=list)  # the failures, each once
@@ -66,8 +66,8 @@ class SearchReport:
     greatest: dict[str, float] = field(default_factory=dict)  # values of what is to be maximized, by name
     steps: bytes = b""  # digest of its runs, one after the other: equal steps, equal digests
     processor_ns: int = 0
-    told: list[Counterexample] = field(default_factory=list)  # the failures before they were shrunk
-    corpus: Corpus = field(default_factory=Corpus)  # scenarios with something new, those given included
+    unshrunk_found: list[Counterexample] = field(default_factory=list)  # the failures before shrinking
+    corpus: Corpus = field(default_factory=Corpus)  # scenarios with something new, including the given ones
 
     def add(self, scenario: Scenario, verdict: Verdict) -> None:
         """Count a run."""
@@ -113,7 +113,7 @@ def search(
     corpus: Corpus | None = None,
     known: Iterable[str] = (),
     again: Iterable[Scenario] = (),
-    told: Callable[[Counterexample], None] = lambda _found: None,
+    failed: Callable[[Counterexample], None] = lambda _found: None,
     progress: Callable[[int], None] = lambda _runs: None,
     confirm: Confirm = _taken_at_its_word,
     go_on: Callable[[], bool] = lambda: True,
@@ -125,14 +125,14 @@ def search(
 
     Args:
         kinds: random events, as far as they are possible in the rack.
-        examples: number of scenarios in all, without those of shrinking.
+        examples: number of scenarios in all, without shrinking.
         start: seed of the search; the same seed gives the same results.
         base: a scenario to vary; None = none.
         corpus: what other searches have found, see `aim.corpus`; it grows.
         known: names of invariants, and keys of failures, to ignore.
         again: scenarios to run first; those that show something new become entries of the corpus.
-        told: called with a failure at once, before it is shrunk.
-        go_on: whether there is time left; asked before every run, except those of `again`.
+        failed: called with a failure at once, before it is shrunk.
+        go_on: whether there is time left; checked before every run, except runs of `again`.
 
     Raises:
         InvariantError: an invariant raised.
@@ -163,11 +163,11 @@ def search(
             if not repeated:
                 chooser.ran(scenario, edges)
             elif (entry := report.corpus.take(scenario, edges, bench.spec.scan_ns)) is not None:
-                entry.wanted = ()  # it has been trimmed
+                entry.new_features = ()  # it has been trimmed
             continue
-        report.told.append(found)
-        told(found)
-        without = behind(bench, found.broken, hunt.known)
+        report.unshrunk_found.append(found)
+        failed(found)
+        without = all_but(bench, found.broken, hunt.known)
         hunt.known.add(found.broken.key)
         found = shrunk(bench, found, without, report, go_on)
         found_ns = wall_ns()
@@ -200,7 +200,7 @@ def undisturbed(
     found: list[Counterexample] = []
     given_up = set(known)
     while (broken := bench.run(scenario, without=given_up).broken) is not None:
-        without = behind(bench, broken, given_up)
+        without = all_but(bench, broken, given_up)
         given_up.add(broken.key)
         each = shrunk(bench, Counterexample(scenario, broken, 1), without, go_on=go_on)
         if confirm(each, without):
@@ -208,7 +208,7 @@ def undisturbed(
     return found
 
 
-def behind(bench: TrialBench, broken: BrokenInvariant, known: Collection[str]) -> frozenset[str]:
+def all_but(bench: TrialBench, broken: BrokenInvariant, known: Collection[str]) -> frozenset[str]:
     """Return the names to ignore in a run for one failure: all other invariants, and earlier failures."""
     return frozenset({*known, *bench.names} - {broken.invariant, broken.key})
 
@@ -254,9 +254,9 @@ class _Hunt:
     bench: TrialBench
     report: SearchReport
     known: set[str]
-    runs: int = 0  # without those of shrinking
+    runs: int = 0  # without shrinking
     logic: Any = None  # of the last run
-    rests: ExploredStates = field(default_factory=ExploredStates)
+    explored: ExploredStates = field(default_factory=ExploredStates)
 
     def try_one(self, scenario: Scenario, edges: Edges) -> Counterexample | None:
         """Run a scenario and note its changes; return its failure, or None.
@@ -289,7 +289,7 @@ class _Hunt:
 
     def _run(self, scenario: Scenario, probe: Probe | None) -> BrokenInvariant | None:
         verdict = self.bench.run(
-            scenario, without=self.known, probe=probe, rests=self.rests, every_scan=probe is None
+            scenario, without=self.known, probe=probe, explored=self.explored, every_scan=probe is None
         )
         self.report.add(scenario, verdict)
         return verdict.broken
@@ -310,7 +310,7 @@ def unsteady(found: Counterexample, uses: str = "") -> str:
     why = f"It uses {uses}." if uses else UNSEEN
     return (
         "results differ between identical runs "
-        f"({'; '.join(told(found.scenario))}): it broke {found.broken.invariant} in one run and not in "
+        f"({'; '.join(described(found.scenario))}): it broke {found.broken.invariant} in one run and not in "
         f"another. {why}"
     )
 

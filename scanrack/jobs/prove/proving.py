@@ -158,10 +158,10 @@ def prove_all(
 def _at_own_time(
     subject: ProofSubject, number: int, found: Answer, rack: OnRack | None, limits: Limits
 ) -> Answer | None:
-    """Ask a claim again with the rack's own time between two scans, if a run with longer ones breaks it.
+    """Decide a claim again with the rack's own time between scans, if a run with longer ones breaks it.
 
     Returns:
-        The answer; None if the rack has shown it, or if no scan is longer, or if it is refuted then, too.
+        The answer; None if the rack has shown it, if no scan is longer, or if it is also refuted then.
     """
     own_ns = subject.job.spec.scan_ns
     longer = any(each.ms * 1_000_000 > own_ns and not each.turned for each in found.scans)
@@ -195,36 +195,36 @@ class Questions:
     """The answers to the built-in questions."""
 
     found: tuple[FoundAnswer, ...]
-    asked: Mapping[str, int]  # by rule
+    counts: Mapping[str, int]  # by rule
     open: Mapping[str, int]
 
 
-class Hearer:
-    """Hears of the answers to built-in questions as they come: those that take little first."""
+class AnswerListener:
+    """Receives the answers to built-in questions as they come, the cheap ones first."""
 
-    def asked(self, count: int) -> None:
-        """Hear how many questions there are."""
+    def begun(self, count: int) -> None:
+        """Receive the number of questions."""
 
     def found(self, answer: FoundAnswer) -> None:
-        """Hear of a finding."""
+        """Receive a finding."""
 
     def left(self, count: int, most_s: float) -> None:
-        """Hear how many questions are left, and about how long they take at most, by the rate so far."""
+        """Receive how many questions are left, and about how long they take at most, by the rate so far."""
 
     def next(self, question: Question, count: int) -> None:
-        """Hear which question is next of those that are left, and how many follow it."""
+        """Receive the next question that is left, and the number of questions after it."""
 
 
 def ask_questions(
     subject: ProofSubject,
     folder: ScenarioFolder,
     others: Sequence[Solver] = (),
-    hearer: Hearer | None = None,
+    listener: AnswerListener | None = None,
     work: int = 1,
 ) -> Questions:
     """Answer the built-in questions about the user's own text; see `prove_all` for folder and solvers.
 
-    With solvers each finding that is a proof has its certificate, too; what one of them refuses is open.
+    With solvers each finding that is a proof also has its certificate; what one of them refuses is open.
 
     Args:
         work: multiplies the limits.
@@ -233,36 +233,40 @@ def ask_questions(
         ValueError, OSError: see `prove_all`.
     """
     own = {each.name.upper() for each in own_routines(subject.program.program, subject.problem.lowered)}
-    making = _Making(subject, folder, others, hearer or Hearer())
+    writer = _FindingWriter(subject, folder, others, listener or AnswerListener())
     limits = QUESTION_LIMITS.times(work)
-    answers = ask(subject.problem, limits=limits, routines=own, seen=OwnRun(subject).seen, listener=making)
-    answers.open.update(making.refused)
-    made = [making.made[id(each)] for each in answers.findings if id(each) in making.made]
-    return Questions(tuple(made), answers.asked, answers.open)
+    answers = ask(subject.problem, limits=limits, routines=own, seen=OwnRun(subject).seen, listener=writer)
+    answers.open.update(writer.refused)
+    made = [writer.made[id(each)] for each in answers.findings if id(each) in writer.made]
+    return Questions(tuple(made), answers.counts, answers.open)
 
 
-class _Making(Listener):
+class _FindingWriter(Listener):
     """Makes the scenario or the certificate of each finding, and reports it."""
 
     def __init__(
-        self, subject: ProofSubject, folder: ScenarioFolder, others: Sequence[Solver], hearer: Hearer
+        self,
+        subject: ProofSubject,
+        folder: ScenarioFolder,
+        others: Sequence[Solver],
+        listener: AnswerListener,
     ) -> None:
-        self._subject, self._folder, self._others, self._hearer = subject, folder, others, hearer
+        self._subject, self._folder, self._others, self._listener = subject, folder, others, listener
         self._begun_ns = wall_ns()
         self.made: dict[int, FoundAnswer] = {}  # by the id of the finding
         self.refused: list[str] = []  # rules of findings that another solver refuses
 
-    def asked(self, count: int) -> None:
-        """Report how many questions there are."""
-        self._hearer.asked(count)
+    def begun(self, count: int) -> None:
+        """Report the number of questions."""
+        self._listener.begun(count)
 
     def left(self, count: int, spent: int, most: int) -> None:
         """Report how many questions are left, and how long they take at most."""
-        self._hearer.left(count, (wall_ns() - self._begun_ns) / 1e9 * most / max(1, spent))
+        self._listener.left(count, (wall_ns() - self._begun_ns) / 1e9 * most / max(1, spent))
 
     def next(self, question: Question, count: int) -> None:
-        """Report the next of the questions that are left."""
-        self._hearer.next(question, count)
+        """Report the next question that is left."""
+        self._listener.next(question, count)
 
     def found(self, finding: Finding) -> None:
         """Report a finding."""
@@ -271,7 +275,7 @@ class _Making(Listener):
             self.refused.append(finding.rule)
         else:
             self.made[id(finding)] = answer
-            self._hearer.found(answer)
+            self._listener.found(answer)
 
     def _answer(self, each: Finding) -> FoundAnswer | None:
         """Return a finding with its run and its file; None if another solver refuses it."""

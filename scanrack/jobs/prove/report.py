@@ -103,7 +103,7 @@ def open_text(answers: Questions) -> str:
 
 def question_lines(answers: Questions) -> Iterator[str]:
     """Yield what became of the built-in questions, findings in the order of the program."""
-    if asked := sum(answers.asked.values()):
+    if asked := sum(answers.counts.values()):
         yield asked_text(asked)
     for each in answers.found:
         yield from found_lines(each)
@@ -138,7 +138,7 @@ def as_json(subject: ProofSubject, results: Sequence[Result], answers: Questions
     return {
         "properties": [_row(each) for each in results],
         "found": [_found(each) for each in answers.found],
-        "asked": dict(sorted(answers.asked.items())),
+        "asked": dict(sorted(answers.counts.items())),
         "open": dict(sorted(answers.open.items())),
         "scan_ms": [subject.problem.bounds.low_ms, subject.problem.bounds.high_ms],
         "modules": list(subject.assumed),

@@ -15,7 +15,7 @@ from scanrack.jobs.fuzz.invariants.standard import STANDARD
 from scanrack.jobs.fuzz.scenarios.kinds import card_buttons
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
 from scanrack.jobs.fuzz.scenarios.scenario import one_at_a_time
-from scanrack.jobs.fuzz.scenarios.words import told
+from scanrack.jobs.fuzz.scenarios.words import described
 from scanrack.jobs.fuzz.shrink import parts_of, scenario_of
 from scanrack.runtime import RackSpec, SlotSpec, parse_rack_file
 
@@ -50,7 +50,7 @@ def test_a_push_is_what_the_program_sees() -> None:
 
 def test_a_push_is_written_and_read_again(tmp_path: Path) -> None:
     assert Scenario.from_json(PUSHED.to_json()) == PUSHED == scenario_of(parts_of(PUSHED))
-    assert told(PUSHED) == ["0.02 s: input home of slot 2 is operated for 10 ms"]
+    assert described(PUSHED) == ["0.02 s: input home of slot 2 is operated for 10 ms"]
     file = tmp_path / "rack.toml"
     file.write_text(
         'program = "p"\n[[slot]]\nnumber = 2\nmodule = "1769-IQ16"\n[slot.options]\ninputs = { home = 1 }\n',

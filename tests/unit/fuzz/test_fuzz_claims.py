@@ -9,7 +9,7 @@ import pytest
 from scanrack.commands import build
 from scanrack.jobs import Scenario
 from scanrack.jobs.fuzz.scenarios.scenario import OperatorAction
-from scanrack.jobs.fuzz.scenarios.words import told
+from scanrack.jobs.fuzz.scenarios.words import described
 from scanrack.runtime import Force, Write
 from typer.testing import CliRunner
 
@@ -75,7 +75,7 @@ def test_a_run_without_what_is_assumed_breaks_nothing(tmp_path: Path) -> None:
 def test_orders_survive_json_and_are_told_in_words() -> None:
     scenario = Scenario(orders=ACTIONS)
     assert Scenario.from_json(json.loads(json.dumps(scenario.to_json()))) == scenario
-    assert told(scenario) == [
+    assert described(scenario) == [
         "0 s: A is set to True",
         "0 s: I:1.1/3 is forced to 1",
         "0.02 s: B is set to True",

@@ -30,26 +30,26 @@ def behind(press_ms):
     return (press_ms + 20) // 2 + 2
 
 
-def run(rests, *presses_ms, asked=(), scans=LONG):
+def run(explored, *presses_ms, asked=(), scans=LONG):
     pushes = tuple(ContactPress(1, "start", at * MS, 20 * MS) for at in presses_ms)
     bench = TrialBench(SPEC, Counts, asked, scans)
-    return bench.run(Scenario(pushes=pushes), probe=Probe(Edges()), rests=rests)
+    return bench.run(Scenario(pushes=pushes), probe=Probe(Edges()), explored=explored)
 
 
 def test_a_run_ends_where_another_has_been():
-    rests = ExploredStates()
-    assert run(rests).scans == LONG, "nothing is known yet"
-    assert run(rests, 100).scans == LONG, "a press has been counted"
-    assert run(rests, 500).scans == behind(500) + CALM, "the run before has gone on from there"
-    assert run(rests, 50).scans == behind(50) + 2 * CALM, "it was there only later"
-    assert run(rests, 50).scans == behind(50) + CALM
-    assert run(rests, 100, 200).scans == LONG
+    explored = ExploredStates()
+    assert run(explored).scans == LONG, "nothing is known yet"
+    assert run(explored, 100).scans == LONG, "a press has been counted"
+    assert run(explored, 500).scans == behind(500) + CALM, "the run before has gone on from there"
+    assert run(explored, 50).scans == behind(50) + 2 * CALM, "it was there only later"
+    assert run(explored, 50).scans == behind(50) + CALM
+    assert run(explored, 100, 200).scans == LONG
 
 
 def test_a_short_run_never_ends_early():
-    rests = ExploredStates()
+    explored = ExploredStates()
     for _ in range(2):
-        assert run(rests, scans=CALM).scans == CALM
+        assert run(explored, scans=CALM).scans == CALM
 
 
 def test_a_running_clock_goes_on():
@@ -57,9 +57,9 @@ def test_a_running_clock_goes_on():
     def comes(now):
         return False
 
-    rests = ExploredStates()
+    explored = ExploredStates()
     for _ in range(2):
-        assert run(rests, 100, asked=[comes]).scans == LONG
+        assert run(explored, 100, asked=[comes]).scans == LONG
 
 
 def test_what_has_broken_something_is_no_state_to_end_in():
@@ -67,8 +67,8 @@ def test_what_has_broken_something_is_no_state_to_end_in():
     def late(now):
         return now.scan == LONG - 1
 
-    rests = ExploredStates()
+    explored = ExploredStates()
     for _ in range(2):
-        verdict = run(rests, asked=[late])
+        verdict = run(explored, asked=[late])
         assert verdict.broken is not None
         assert verdict.scans == LONG

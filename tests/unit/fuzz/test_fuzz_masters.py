@@ -10,7 +10,7 @@ from scanrack.jobs.fuzz.aim.draws import Draws
 from scanrack.jobs.fuzz.invariants.invariants import never
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
 from scanrack.jobs.fuzz.scenarios.scenario import Turn
-from scanrack.jobs.fuzz.scenarios.words import told
+from scanrack.jobs.fuzz.scenarios.words import described
 from scanrack.runtime import load_rack_file
 from scanrack.runtime.machine import MasterTurn
 
@@ -60,7 +60,7 @@ def test_a_follower_makes_half_of_the_masters_counts(rack):
     assert trial(spec, Scenario(turns=(turn,))).broken is None
     broken = trial(spec, Scenario(turns=(Turn(1, 600, 100 * MS, 200 * MS),))).broken
     assert 300 <= broken.now_ns // MS <= 304  # the last count comes at 300 ms
-    assert told(Scenario(turns=(turn,))) == [
+    assert described(Scenario(turns=(turn,))) == [
         "0.1 s: the master encoder of slot 1 counts up by 598 for 200 ms"
     ]
 

@@ -12,7 +12,7 @@ from scanrack.jobs import Kind, LostSteps, SwitchOffset, kinds_for
 from scanrack.jobs.fuzz import Press, Scenario
 from scanrack.jobs.fuzz.drawing import scenarios
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
-from scanrack.jobs.fuzz.scenarios.words import told
+from scanrack.jobs.fuzz.scenarios.words import described
 from scanrack.runtime import FaultKind, InjectedFault, load_rack_file
 from scanrack.runtime.loop.incidents import ON_THE_LINE
 from scanrack.runtime.machine import Slip, Switch, TimelineEntry
@@ -87,7 +87,7 @@ def any_scenario(spec):
 def test_every_scenario_belongs_to_its_rack_and_can_be_told(spec, data):
     scenario = data.draw(any_scenario(spec))
     scenario.check(spec)
-    lines = told(scenario)
+    lines = described(scenario)
     assert len(lines) == max(1, scenario.size)
     for part, slots in ((scenario.lost, (1, 4)), (scenario.firmware, (1, 4))):
         assert {getattr(each, "slot", None) or each[0] for each in part} <= set(slots)

@@ -15,7 +15,7 @@ from scanrack.jobs.fuzz.drawing import scenarios
 from scanrack.jobs.fuzz.scenarios.kinds import card_signals
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
 from scanrack.jobs.fuzz.scenarios.scenario import Signal
-from scanrack.jobs.fuzz.scenarios.words import told
+from scanrack.jobs.fuzz.scenarios.words import described
 from scanrack.jobs.fuzz.shrink import parts_of, scenario_of, simpler_parts
 from scanrack.runtime import RackSpec, SlotSpec, parse_rack_file
 from typer.testing import CliRunner
@@ -56,7 +56,7 @@ def test_a_signal_is_what_the_program_sees_and_goes_again() -> None:
 
 def test_a_signal_is_written_and_read_again(tmp_path: Path) -> None:
     assert Scenario.from_json(HIGH.to_json()) == HIGH == scenario_of(parts_of(HIGH))
-    assert told(HIGH) == ["0.02 s: input level of slot 2 is 20.5 for 10 ms"]
+    assert described(HIGH) == ["0.02 s: input level of slot 2 is 20.5 for 10 ms"]
     file = tmp_path / "rack.toml"
     file.write_text(
         'program = "p"\n[[slot]]\nnumber = 2\nmodule = "1769-IF4"\n[slot.options]\ninputs = { level = 1 }\n'

@@ -9,7 +9,7 @@ from scanrack.jobs.fuzz import Scenario, search
 from scanrack.jobs.fuzz.job import Setup, bench_of
 from scanrack.jobs.fuzz.scenarios.parts import scenario_of
 from scanrack.jobs.fuzz.scenarios.scenario import TornUpdate
-from scanrack.jobs.fuzz.scenarios.words import told
+from scanrack.jobs.fuzz.scenarios.words import described
 from scanrack.jobs.fuzz.shrink import simpler_parts
 
 MS = 1_000_000
@@ -110,7 +110,7 @@ def test_a_tear_is_written_told_and_made_simpler():
     assert Scenario.from_json(written) == scenario
     older = {key: each for key, each in written.items() if key != "tears"}
     assert Scenario.from_json(older) == Scenario()
-    assert told(scenario) == [
+    assert described(scenario) == [
         "0.126 s: new inputs come in the middle of the scan, before rung 3 of Main",
     ]
     simpler = [scenario_of([("tears", each)]) for each in simpler_parts(TORN, {}, 3 * MS)]

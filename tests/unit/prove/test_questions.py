@@ -60,7 +60,7 @@ SILENT: dict[str, tuple[str, ...]] = {
 def test_each_rule_is_silent_where_it_is_not_so(rule: str) -> None:
     result = answers(*SILENT[rule])
     assert rule not in [each.rule for each in result.findings]
-    assert result.asked[rule]
+    assert result.counts[rule]
     assert result.open[rule] == 0
 
 
@@ -134,7 +134,7 @@ class Heard(Listener):
     def __init__(self) -> None:
         self.said: list[str] = []
 
-    def asked(self, count: int) -> None:
+    def begun(self, count: int) -> None:
         self.said.append(f"asked {count}")
 
     def found(self, finding: Finding) -> None:
@@ -161,7 +161,7 @@ def test_what_takes_little_is_answered_first_and_invariants_are_found_once(
     head = ["PROGRAM p", *TAGS, "ROUTINE Main"]
     result = ask(ProgramSystem(parse_program("\n".join([*head, *SLOW, "END", ""]))), listener=heard)
     at = next(place for place, each in enumerate(heard.said) if each.startswith("left"))
-    assert heard.said[0] == f"asked {sum(result.asked.values())}"
+    assert heard.said[0] == f"asked {sum(result.counts.values())}"
     assert "Z is never on" in heard.said[1:at]
     assert len(sought) == len(set(map(id, sought))) <= 2
     assert [each.text for each in result.findings if each.rule == "never-on"][-1] == "Z is never on"

@@ -4,8 +4,8 @@
                                       __branches__[4] = 1
         out.load(WORDS)               out.load(WORDS)
 
-The statements have the lines of those behind them, so that errors and traces show the same places. The code
-of a file is made once; a run executes it again.
+Each extra statement has the line of the statement after it: errors and traces show the same places. The
+code of a file is made once; a run executes it again.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def _compiled(data: bytes, file: str) -> CodeType:
     marks = _Marks()
     marks.visit(tree)
     start = ast.parse(f"{NAME} = bytearray({len(marks.lines)})").body
-    tree.body[_behind_the_head(tree) : 0] = start
+    tree.body[_after_the_head(tree) : 0] = start
     return compile(ast.fix_missing_locations(tree), file, "exec")
 
 
@@ -52,8 +52,8 @@ def branch_lines(data: bytes, file: str) -> list[int]:
     return marks.lines
 
 
-def _behind_the_head(tree: ast.Module) -> int:
-    """Return the place behind docstring and `from __future__` imports."""
+def _after_the_head(tree: ast.Module) -> int:
+    """Return the place after docstring and `from __future__` imports."""
     heads = [
         place
         for place, each in enumerate(tree.body)

@@ -127,7 +127,7 @@ class Chooser:
         elif self._first is None:
             self._first = edges
         if alone and entry is not None:
-            entry.wanted = ()
+            entry.new_features = ()
             self._sweep.take(entry)
 
     def _child(self, entry: Entry) -> Scenario:

@@ -29,7 +29,7 @@ MOST_WORTH = 8.0
 """Largest worth that counts when an entry is chosen."""
 
 MOST_ENTRIES, MOST_SEEN = 300, 100_000
-"""Limits of memory: the entry that was varied most for its worth goes; behind the other nothing is new."""
+"""Limits of memory: beyond the first, the most varied entry goes; beyond the second, nothing is new."""
 
 FRESH_CHOICES = 80
 """Number of choices of an entry with a new step before older ones get the same chance."""
@@ -47,7 +47,7 @@ class Entry:
 
     Attributes:
         points: scans in which something was new.
-        wanted: what was new; empty once the scenario is trimmed.
+        new_features: what was new; empty once the scenario is trimmed.
         chosen: how often it was varied.
         before: how often when it was shared.
         number: its number in the corpus that has shared it, -1 for a new one.
@@ -57,7 +57,7 @@ class Entry:
     edges: Edges
     points: list[int]
     worth: float
-    wanted: tuple[Feature, ...] = ()
+    new_features: tuple[Feature, ...] = ()
     chosen: int = 0
     before: int = 0
     number: int = -1
@@ -65,7 +65,7 @@ class Entry:
     def become(self, trimmed: Entry) -> None:
         """Take over the shorter scenario of the same entry."""
         self.scenario, self.edges = trimmed.scenario, trimmed.edges
-        self.points, self.wanted = trimmed.points, ()
+        self.points, self.new_features = trimmed.points, ()
 
 
 def worth_of(feature: Feature) -> float:
@@ -107,13 +107,13 @@ class Corpus:
         fresh = self._fresh(firsts)
         if not fresh:
             return None
-        wanted = [each for each in fresh if worth_of(each) > PAIR_WORTH] or fresh
-        points = sorted({firsts[each] for each in wanted})
+        worthy = [each for each in fresh if worth_of(each) > PAIR_WORTH] or fresh
+        points = sorted({firsts[each] for each in worthy})
         beginning = cut(scenario, points[-1], scan_ns)
         worth = sum(map(worth_of, fresh))
         if worth < LEAST_WORTH:
             return None
-        entry = Entry(beginning, edges, points, worth, tuple(wanted))
+        entry = Entry(beginning, edges, points, worth, tuple(worthy))
         self._add(entry)
         return entry
 
@@ -124,7 +124,7 @@ class Corpus:
             mine = own.get(each.number)
             if mine is not None:
                 mine.chosen += each.chosen - each.before
-                if mine.wanted and not each.wanted:
+                if mine.new_features and not each.new_features:
                     mine.become(each)
             elif each.number < 0 and self._fresh(each.edges.firsts()):
                 self._add(each)
@@ -207,18 +207,18 @@ def cut(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
 
 
 def trim(entry: Entry, run: Run, scan_ns: int) -> None:
-    """Leave out what the new things do not need, and let the rest happen as early as it can."""
-    wanted, entry.wanted = entry.wanted, ()
-    if not wanted or entry.worth < WAY_WORTH:
+    """Leave out what the new features do not need, and let the rest happen as early as it can."""
+    features, entry.new_features = entry.new_features, ()
+    if not features or entry.worth < WAY_WORTH:
         return
     for scenario in _shorter(lambda: entry.scenario, scan_ns):
         edges = run(scenario)
         if edges is None:
             continue
         firsts = edges.firsts()
-        if all(each in firsts for each in wanted):
+        if all(each in firsts for each in features):
             entry.scenario, entry.edges = scenario, edges
-            entry.points = sorted({firsts[each] for each in wanted})
+            entry.points = sorted({firsts[each] for each in features})
 
 
 def _shorter(present: Callable[[], Scenario], scan_ns: int) -> Iterator[Scenario]:

@@ -10,8 +10,8 @@ durations and distances are times of the program. Buttons are pressed several ti
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from random import Random
 from typing import Any
@@ -67,7 +67,7 @@ AT_EDGES, SOON, TOGETHER, AGAIN, END_AT_EDGES, TO_THE_END = 0.5, 0.8, 0.15, 0.4,
 BEFORE_INPUTS = 0.75
 """Share of the tears that fall before a change of the inputs."""
 
-RHYTHM, BY_TIMES, BEHIND = 0.12, 0.3, 0.5
+RHYTHM, BY_TIMES, AFTER_END = 0.12, 0.3, 0.5
 """Shares of rhythms among events, of the program's times among durations and distances, and of events that
 come after the end of the one before."""
 
@@ -96,6 +96,43 @@ Make = Callable[[int, Edges], Timed]
 """Makes a part that begins in a scan."""
 
 
+@dataclass(frozen=True, slots=True)
+class _RackParts:
+    """What events can happen to.
+
+    Attributes:
+        axes: slots with a machine, all slots if none has one.
+        answering: slots that can stop answering.
+        outputs: number of output words by slot.
+        lines: slots with a serial line.
+        slipping: slots that can lose steps.
+        signals: slot, name and value of inputs of cards.
+        masters: slot and greatest speed of master encoders.
+    """
+
+    axes: Sequence[int]
+    answering: Sequence[int]
+    outputs: Mapping[int, int]
+    lines: Sequence[int]
+    slipping: Sequence[int]
+    signals: Sequence[tuple[int, str, float]]
+    masters: Sequence[tuple[int, int]]
+
+    @classmethod
+    def of(cls, spec: RackSpec) -> _RackParts:
+        """Return the parts of a rack."""
+        axes = [slot.number for slot in spec.slot if slot.has(Trait.MACHINE)]
+        return cls(
+            axes or [slot.number for slot in spec.slot],
+            with_trait(spec, Trait.STOPS_ANSWERING),
+            {slot.number: len(slot.words.outputs) for slot in spec.slot},
+            with_trait(spec, Trait.LINE),
+            with_trait(spec, Trait.SLIPS),
+            card_signals(spec),
+            masters(spec),
+        )
+
+
 class Draws:
     """Draws scenarios for a rack.
 
@@ -116,22 +153,13 @@ class Draws:
         rungs: Sequence[Rung] = (),
         settings: Sequence[PanelTag] = (),
     ) -> None:
-        self._spec, self.scans, self._random = spec, scans, random
-        self.scan_ns = spec.scan_ns
+        self._spec, self._random, self.scans, self.scan_ns = spec, random, scans, spec.scan_ns
         self._kinds = possible_kinds(spec).intersection(kinds)
-        self.times: tuple[int, ...] = ()  # of the program, ns
-        machines = [slot.number for slot in spec.slot if slot.has(Trait.MACHINE)]
-        self._numbers = machines or [slot.number for slot in spec.slot]
+        self._rack, self._rungs, self._settings = _RackParts.of(spec), rungs, settings
         self.contacts = Contacts(spec, self._kinds)
-        self._answering = with_trait(spec, Trait.STOPS_ANSWERING)
-        self._outputs = {slot.number: len(slot.words.outputs) for slot in spec.slot}
-        self._lines = with_trait(spec, Trait.LINE)
-        self._slipping = with_trait(spec, Trait.SLIPS)
-        self._rungs, self._settings = rungs, settings
-        self._signals = card_signals(spec)
-        self._masters = masters(spec)
-        self._all = [make for weight, make in self._makers() for _ in range(weight)]
-        self._events = self._all
+        self.times: tuple[int, ...] = ()  # of the program, ns
+        self._all_events = [make for weight, make in self._makers() for _ in range(weight)]
+        self._events = self._all_events  # of the present scenario
         self._conditions = list(self._untimed())
 
     def scenario(self, edges: Edges = NO_EDGES, base: Scenario | None = None) -> Scenario:
@@ -147,15 +175,15 @@ class Draws:
     @property
     def has_events(self) -> bool:
         """Whether there is something with an instant to draw."""
-        return bool(self._all)
+        return bool(self._all_events)
 
     def event(self, at: int) -> Timed | None:
         """Return an event that begins in a scan; None if there is nothing with an instant to draw."""
-        return self._random.choice(self._all)(at, NO_EDGES) if self._all else None
+        return self._random.choice(self._all_events)(at, NO_EDGES) if self._all_events else None
 
     def narrow(self) -> None:
         """Draw a few kinds of events only, as a rule: many kinds hide what one of them alone brings about."""
-        random, all_events = self._random, self._all
+        random, all_events = self._random, self._all_events
         self._events = all_events
         if all_events and random.random() < NARROW:
             self._events = random.choices(all_events, k=random.choice(FEW))
@@ -181,15 +209,15 @@ class Draws:
         else:
             part = random.choice(self._events)(at, edges)
         end = at + getattr(part, "for_ns", 0) // self.scan_ns
-        behind = end < self.scans and random.random() < BEHIND
-        return with_part(scenario, part), end if behind else at
+        after_end = end < self.scans and random.random() < AFTER_END
+        return with_part(scenario, part), end if after_end else at
 
     def _pressed_again(self, part: Contact, at: int) -> Contact:
         """Return the same press in another scan, of any axis that has this input."""
         at_ns = at * self.scan_ns
         if isinstance(part, ContactPress):
             return replace(part, at_ns=at_ns)
-        return replace(part, at_ns=at_ns, slot=self._random.choice(self._numbers))
+        return replace(part, at_ns=at_ns, slot=self._random.choice(self._rack.axes))
 
     def _with_rhythm(self, scenario: Scenario, at: int) -> tuple[Scenario, int]:
         """Return a scenario with presses of one button or of two in turn, all as long and as far apart."""
@@ -319,11 +347,11 @@ class Draws:
         if Kind.INPUTS in kinds:
             if self.contacts:
                 yield 6, self._press
-            if self._signals:
+            if self._rack.signals:
                 yield 2, self._signal
             if self._settings:
                 yield 3, self._setting
-        if Kind.MACHINE in kinds and self._masters:
+        if Kind.MACHINE in kinds and self._rack.masters:
             yield 4, self._turn
         if Kind.LINK in kinds:
             yield 2, self._link
@@ -343,7 +371,7 @@ class Draws:
         return replace(contact, at_ns=at * self.scan_ns, for_ns=self._lasting(at, edges))
 
     def _signal(self, at: int, edges: Edges) -> Signal:
-        slot, name, value = self._random.choice(self._signals)
+        slot, name, value = self._random.choice(self._rack.signals)
         return Signal(slot, name, value, at * self.scan_ns, self._lasting(at, edges))
 
     def _setting(self, at: int, _edges: Edges) -> OperatorAction:
@@ -352,13 +380,13 @@ class Draws:
 
     def _turn(self, at: int, edges: Edges) -> Turn:
         """Return a movement of a master encoder at a part of its speed, either way."""
-        slot, speed = self._random.choice(self._masters)
+        slot, speed = self._random.choice(self._rack.masters)
         for_ns = max(MS, self._lasting(at, edges))
         counts = max(1, round(speed * self._random.choice(PARTS_OF_SPEED) * for_ns / 1e9))
         return Turn(slot, counts * self._random.choice(WAYS), at * self.scan_ns, for_ns)
 
     def _link(self, at: int, edges: Edges) -> InjectedFault:
-        what, slot = self._random.choice(LINKS), self._random.choice(self._answering)
+        what, slot = self._random.choice(LINKS), self._random.choice(self._rack.answering)
         return InjectedFault(at * self.scan_ns, what, slot, self._lasting(at, edges))
 
     def _power(self, at: int, _edges: Edges) -> InjectedFault:
@@ -378,7 +406,7 @@ class Draws:
             late = random.sample(words, random.randint(1, len(words) - 1))
         else:
             slot = random.choice(slots)
-            outputs = range(self._outputs[slot])
+            outputs = range(self._rack.outputs[slot])
             late = random.sample(outputs, random.randint(1, max(1, len(outputs) // 2)))
         return InjectedFault(at * self.scan_ns, FaultKind.TORN_UPDATE, slot, 0, tuple(sorted(late)))
 
@@ -392,7 +420,7 @@ class Draws:
 
     def _line(self, at: int, edges: Edges) -> InjectedFault:
         """Return a lost or damaged reply, several in a row, an open line, or a controller without power."""
-        random, at_ns, slot = self._random, at * self.scan_ns, self._random.choice(self._lines)
+        random, at_ns, slot = self._random, at * self.scan_ns, self._random.choice(self._rack.lines)
         case = random.randint(0, 2)
         if case == 0:
             return InjectedFault(at_ns, random.choice(REPLIES), slot)
@@ -408,14 +436,14 @@ class Draws:
             yield partial(self._other_firmware, versions)
         if Kind.MACHINE in self._kinds:
             yield self._shifted
-            if self._slipping:
+            if self._rack.slipping:
                 yield self._slipped
 
     def _versions(self) -> list[str]:
         """Return the versions of firmware, none older than the program needs."""
-        behind_micrologix = self._spec.controller == "micrologix"
+        on_micrologix = self._spec.controller == "micrologix"
         needed = max(Firmware.parse(slot.needs_firmware) for slot in self._spec.slot)
-        return [str(each) for each in KNOWN if each >= needed and (each.micrologix or not behind_micrologix)]
+        return [str(each) for each in KNOWN if each >= needed and (each.micrologix or not on_micrologix)]
 
     def _other_firmware(self, versions: list[str], scenario: Scenario) -> Scenario:
         version = self._random.choice(versions)
@@ -423,11 +451,11 @@ class Draws:
         return replace(scenario, firmware=tuple((slot, version) for slot in slots))
 
     def _shifted(self, scenario: Scenario) -> Scenario:
-        shift = SwitchOffset(self._random.choice(self._numbers), self._random.choice(STEPS))
+        shift = SwitchOffset(self._random.choice(self._rack.axes), self._random.choice(STEPS))
         return replace(scenario, shifts=(shift,))
 
     def _slipped(self, scenario: Scenario) -> Scenario:
         random = self._random
         where = random.randint(-20_000, 20_000) if random.random() < 0.5 else random.randint(-2_000, 4_000)
-        lost: Any = LostSteps(random.choice(self._slipping), where, random.choice((1, 5, 200)))
+        lost: Any = LostSteps(random.choice(self._rack.slipping), where, random.choice((1, 5, 200)))
         return replace(scenario, lost=(lost,))

@@ -1,6 +1,6 @@
-"""Ends runs in explored states: those from which another run has already gone on to its end.
+"""Ends runs in explored states: another run has already continued from there to its end.
 
-A state is what `Probe.state` says of it: steps, flags, commands, status, nothing of timers and positions.
+A state is a digest by `Probe.state`: steps, flags, commands and status, without timers and positions.
 Every `CALM` scans after the last event it is compared with them.
 """
 
@@ -36,12 +36,12 @@ class ExploredStates:
 
 
 class ExploredStateStop:
-    """Runs a CPU to its end, or to a state that is known.
+    """Runs a CPU to its end, or to a known state.
 
     Args:
-        firsts: the known states; those of this run come into it with `learn`.
+        firsts: the known states; `learn` adds the states of this run.
         surroundings: what holds for the whole run.
-        calm_from: scan behind the last event.
+        calm_from: first scan after the last event.
     """
 
     def __init__(self, firsts: dict[bytes, int], surroundings: str, calm_from: int) -> None:
@@ -50,7 +50,7 @@ class ExploredStateStop:
         self.calm = CALM
 
     def run(self, cpu: Cpu, probe: Probe, scans: int, waits: Callable[[], bool]) -> None:
-        """Run scans, fewer if the state is known and nothing is waited for.
+        """Run scans, fewer if the state is known and no clock of an invariant runs.
 
         Args:
             waits: returns whether an invariant's clock runs.

@@ -16,7 +16,7 @@ Each group is compared as a whole first: a scan in which nothing changes costs a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from enum import Enum
 from hashlib import blake2b
 from types import CellType
@@ -146,7 +146,7 @@ class Probe(QuietListener):
     def _note(self, group: str, place: int, now: Values, last: Values, scan: int) -> None:
         """Note the values that have changed."""
         add, steps = self.edges.add, None
-        before = last if isinstance(last, dict) else dict(enumerate(last))
+        before: Mapping[Hashable, Hashable] = last if isinstance(last, dict) else dict(enumerate(last))
         for name, value in _named(now):
             old = before.get(name)
             if old is value or (old == value and old.__class__ is value.__class__):
@@ -213,7 +213,7 @@ class _Lines:
         self._lines: Values = []
 
     def __call__(self) -> Values:
-        """Return a line for each sequence, None behind its end."""
+        """Return a line for each sequence, None after its end."""
         resumed = [each.resumed for each in self._sequences]
         if resumed != self._resumed:
             self._resumed = resumed

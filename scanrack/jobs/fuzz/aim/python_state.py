@@ -59,7 +59,7 @@ class _FieldsReader:
         holders: Sequence[tuple[int, Mapping[str, Any]]],
         shared: Sequence[str],
         module: Mapping[str, Any],
-        plain: Collection[type],
+        plain: Collection[object],
     ) -> None:
         self._holders, self._shared, self._module, self._plain = holders, shared, module, plain
         self._seen: list[list[Any]] = [[] for _ in holders]

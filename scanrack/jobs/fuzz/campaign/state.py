@@ -22,7 +22,7 @@ from scanrack.traces.files.portable import no_device
 from ..aim.corpus import PAIR_WORTH, Corpus, worth_of
 from ..run import BrokenInvariant, TrialBench
 from ..scenarios.scenario import Scenario
-from ..search import Counterexample, SearchReport, behind, keep_greatest
+from ..search import Counterexample, SearchReport, all_but, keep_greatest
 from .recipes import CORPUS, FINDS
 
 RECORDING = "recording"
@@ -49,7 +49,7 @@ class State:
         applied: names of the invariants that had something to check.
         kept: scenarios of this session in which something was new; saved as recipes.
         stale: number of runs since something of the program was new; not saved.
-        told: failures of this session before they were shrunk; not saved.
+        unshrunk_found: failures of this session before they were shrunk; not saved.
         steps: digest of all runs in the tasks' order, hexadecimal: equal steps, equal digests.
         processor_ns: processor time of this session's tasks; not saved.
         shrinking: number of this session's runs for shrinking; not saved.
@@ -74,7 +74,7 @@ class State:
     spent: Counter[str] = field(default_factory=Counter, compare=False)
     printed: int = field(default=0, compare=False)
     greatest: dict[str, float] = field(default_factory=dict, compare=False)
-    told: list[Counterexample] = field(default_factory=list, compare=False)
+    unshrunk_found: list[Counterexample] = field(default_factory=list, compare=False)
     kept: Corpus = field(default_factory=Corpus, compare=False)
     stale: int = field(default=0, compare=False)
 
@@ -92,7 +92,7 @@ class State:
         self.spent.update(report.spent)
         self.printed += report.printed
         keep_greatest(self.greatest, report.greatest)
-        self.told += report.told
+        self.unshrunk_found += report.unshrunk_found
         is_new = any(worth_of(each) > PAIR_WORTH for each in report.corpus.seen - self.kept.seen)
         self.stale = 0 if is_new else self.stale + report.runs - report.shrinking
         self.kept.join(report.corpus)
@@ -140,7 +140,7 @@ class State:
             del self.found[key]
         for key, each in before.items():
             others = {other for other, known in before.items() if known.broken.cause in rules}
-            broken = bench.run(each.scenario, without=behind(bench, each.broken, others)).broken
+            broken = bench.run(each.scenario, without=all_but(bench, each.broken, others)).broken
             if broken is None:
                 self.corpus[key] = each.scenario
                 mended.append(each.broken)

@@ -43,7 +43,7 @@ class Work:
             corpus=task.corpus,
             known=task.known,
             again=task.again,
-            told=self._keep,
+            failed=self._keep,
             confirm=Confirmation(self.setup),
             go_on=lambda: task.allowance.covers(wall_ns() - begin_wall_ns, _processor_ns() - begin_ns),
         )

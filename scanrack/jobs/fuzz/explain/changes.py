@@ -13,10 +13,10 @@ from ..invariants.scan_view import SlotSnapshot
 from ..run import TrialBench
 from ..scenarios.parts import Lasting, parts_of, scenario_of
 from ..scenarios.scenario import Scenario
-from ..scenarios.words import told
+from ..scenarios.words import described
 
 MOST_TOLD = 6
-"""Largest number of changes that are told."""
+"""Largest number of changes that are listed."""
 
 Names = dict[str, frozenset[str]]
 """What is on, by the subject that has it."""
@@ -32,7 +32,7 @@ def changes_in(bench: TrialBench, scenario: Scenario, scan: int) -> tuple[str, .
 
     short = TrialBench(bench.spec, bench.fresh_logic, (), scan + 1, bench.tags_of, bench.rungs)
     short.run(scenario, listeners=listeners)
-    changed = [*_begun(scenario, scan, bench.spec.scan_ns), *views[0].told()]
+    changed = [*_begun(scenario, scan, bench.spec.scan_ns), *views[0].phrases()]
     return tuple(changed[:MOST_TOLD])
 
 
@@ -43,7 +43,7 @@ def _begun(scenario: Scenario, scan: int, scan_ns: int) -> Iterator[str]:
         for name, part in parts_of(scenario)
         if isinstance(part, Lasting) and begin_ns < part.at_ns <= end_ns
     ]
-    return iter(told(scenario_of(parts)) if parts else ())
+    return iter(described(scenario_of(parts)) if parts else ())
 
 
 class _BitView(QuietListener):
@@ -70,13 +70,13 @@ class _BitView(QuietListener):
             names[f"the commands of slot {number}"] = frozenset(sent)
         return names
 
-    def told(self) -> Iterator[str]:
+    def phrases(self) -> Iterator[str]:
         """Yield what came and went."""
-        yield from _told(self._before, self._now, "came on")
-        yield from _told(self._now, self._before, "went off")
+        yield from _phrases(self._before, self._now, "came on")
+        yield from _phrases(self._now, self._before, "went off")
 
 
-def _told(
+def _phrases(
     without: Mapping[str, frozenset[str]], having: Mapping[str, frozenset[str]], did: str
 ) -> Iterator[str]:
     for subject, names in having.items():

@@ -127,7 +127,7 @@ class PowerTally:
                 self.add(line, truth)
 
     def add(self, line: int, truth: Sequence[bool]) -> None:
-        """Add the power behind each instruction of a line, by its number in `lines_of`."""
+        """Add the power after each instruction of a line, by its number in `lines_of`."""
         on = self.on.setdefault(line, [False] * len(truth))
         off = self.off.setdefault(line, [False] * len(truth))
         for place, each in enumerate(truth):
@@ -140,6 +140,7 @@ class _TallyProbe(Probe):
     def __init__(self, tally: PowerTally) -> None:
         super().__init__(Edges())
         self._tally = tally
+        self._seen_memory = b""
         self._seen_notes: list[Any] = []
 
     def prepared(self, logic: ScanLogic) -> ScanLogic:
@@ -157,8 +158,8 @@ class _TallyProbe(Probe):
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Add what differs from the scan before."""
-        if self._memory != self._seen:
-            self._seen = bytes(self._memory)
+        if self._memory != self._seen_memory:
+            self._seen_memory = bytes(self._memory)
             for slot in self._steppers:
                 self._tally.given[slot.number].note(slot)
         if self._notes and self._notes != self._seen_notes:

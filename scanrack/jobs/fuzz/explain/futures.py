@@ -24,7 +24,7 @@ from ..run import BrokenInvariant, TrialBench
 from ..scenarios.kinds import Kind
 from ..scenarios.parts import Lasting, Timed, parts_of, scenario_of, with_part
 from ..scenarios.scenario import Scenario
-from ..search import Counterexample, behind
+from ..search import Counterexample, all_but
 from .changes import changes_in
 
 FUTURES = 40
@@ -145,7 +145,7 @@ class _Crowd:
         self, bench: TrialBench, found: Counterexample, seed: int, go_on: Callable[[], bool]
     ) -> None:
         self._bench, self._found, self._seed, self._go_on = bench, found, seed, go_on
-        self._others = behind(bench, found.broken, ()) - {found.broken.key}
+        self._others = all_but(bench, found.broken, ()) - {found.broken.key}
 
         self._fail: dict[int, list[bool]] = {}
         self._futures: dict[int, Iterator[bool]] = {}

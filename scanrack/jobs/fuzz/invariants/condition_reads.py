@@ -107,8 +107,8 @@ def _of_code(code: CodeType, outer: tuple[str, ...]) -> Iterator[Reads]:
         if step.opname in ("LOAD_ATTR", "LOAD_METHOD") and step.argval in TIMED:
             yield Reads.ANYTHING
         if step.opname == "LOAD_ATTR" and step.argval == "tags":
-            named = following is not None and following.opname == "LOAD_CONST"
-            if not named or not isinstance(following.argval, str) or COUNT.search(following.argval):
+            name = following.argval if following is not None and following.opname == "LOAD_CONST" else None
+            if not isinstance(name, str) or COUNT.search(name):
                 yield Reads.COUNTS
         if step.opname == "LOAD_CONST" and isinstance(step.argval, str) and step.argval in TIMED:
             yield Reads.ANYTHING  # perhaps for getattr

@@ -54,12 +54,12 @@ class Invariant:
 
 def always(condition: Condition) -> Invariant:
     """Make an invariant of a condition that must be true in every scan; its docstring is the sentence."""
-    return _single(condition, wanted=True)
+    return _single(condition, expected=True)
 
 
 def never(condition: Condition) -> Invariant:
     """Make an invariant of a condition that must be false in every scan; its docstring is the sentence."""
-    return _single(condition, wanted=False)
+    return _single(condition, expected=False)
 
 
 def eventually(
@@ -139,23 +139,23 @@ class _Eventually:
         return f"{time_text(ran_ns)} after scan time {time_text(since_ns)} it has not come true{paused}"
 
 
-def _single(condition: Condition, *, wanted: bool) -> Invariant:
+def _single(condition: Condition, *, expected: bool) -> Invariant:
     _check(condition)
-    return Invariant(_name(condition), _sentence(condition), lambda: _Single(condition, wanted=wanted))
+    return Invariant(_name(condition), _sentence(condition), lambda: _Single(condition, expected=expected))
 
 
 class _Single:
     """Watches a run for a scan in which a condition has the wrong answer."""
 
-    __slots__ = ("_condition", "_wanted")
+    __slots__ = ("_condition", "_expected")
 
-    def __init__(self, condition: Condition, *, wanted: bool) -> None:
-        self._condition, self._wanted = condition, wanted
+    def __init__(self, condition: Condition, *, expected: bool) -> None:
+        self._condition, self._expected = condition, expected
 
     def __call__(self, now: Snapshot) -> str | None:
-        if bool(answer(self._condition, now)) is self._wanted:
+        if bool(answer(self._condition, now)) is self._expected:
             return None
-        return f"it is {'false' if self._wanted else 'true'}"
+        return f"it is {'false' if self._expected else 'true'}"
 
     def same_until_ns(self, counting: bool) -> int:
         """See `Watch`."""

@@ -28,13 +28,13 @@ HAPPENS = {
 """Sentence of each event."""
 
 
-def told(scenario: Scenario) -> list[str]:
+def described(scenario: Scenario) -> list[str]:
     """Return the conditions of a program in a scenario, as sentences.
 
     >>> from ....io_images.amci3601 import InputBit
-    >>> told(Scenario(presses=(Press(1, InputBit.ESTOP, True, 1_500_000_000, 20_000_000),)))
+    >>> described(Scenario(presses=(Press(1, InputBit.ESTOP, True, 1_500_000_000, 20_000_000),)))
     ['1.5 s: input estop of slot 1 is on for 20 ms']
-    >>> told(Scenario())
+    >>> described(Scenario())
     ['nothing: the rack as its file has it']
     """
     timed = [(each.at_ns, _press(each)) for each in scenario.presses]
