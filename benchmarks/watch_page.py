@@ -373,7 +373,7 @@ def turn(trace: Path, clicks: int, scrubs: int) -> dict[str, float]:
                 look.open(session.link)
                 for selector in READY:
                     look.until_there(selector)
-                if look.run("return Boolean(document.querySelector('.marks'))"):
+                if look.run("return Boolean(document.querySelector('canvas.mark-axis'))"):
                     until(lambda: look.run(MARKED))
                 found["recording, s"] = time.monotonic() - start
         finally:

@@ -15,7 +15,7 @@ const THUMB = 16, HIGH = 10; // CSS pixels: of the slider's thumb, of the axis o
 const COLORS = { fault: "fault", error: "fault", rule: "mark", mode: "curve", restart: "curve" };
 const FAILURES = ["fault", "error"];
 
-const canvas = el("canvas", { class: "marks", "aria-hidden": "true" });
+const canvas = el("canvas", { class: "mark-axis", "aria-hidden": "true" });
 const earlier = button("Previous mark", () => toMark(-1), {
   text: "◂!",
   title: "The previous mark (E)",
