@@ -187,7 +187,7 @@ def questions(_its: Any, folder: Path) -> Iterator[tuple[str, Callable[[], list[
         return [took, first[0] - start if first else None, texts, sum(found.open.values())]
 
     examples = Path(__file__).parents[1] / "examples"
-    for rack in (examples / "feeder/feeder.toml", examples / "three_stations_ladder/line.toml"):
+    for rack in (examples / "feeder/feeder.toml", examples / "hmi/feeder.toml"):
         yield rack.parent.name, lambda rack=rack: ask_about(rack)  # type: ignore[misc]
 
 

@@ -404,6 +404,9 @@ def many(count: int) -> None:
     print(round(highest_mib()))
 
 
+FIRST_SCAN_ONLY = "Awake is never off again"
+"""A finding of the other commit that is none: the coil is off in the first scan of each run."""
+
 QUESTIONS_AT_MOST, FIRST_AT_MOST = 0.1, 0.02
 """Bars of `questions`: all answers, and the first ones, as shares of all at the other commit."""
 
@@ -419,7 +422,8 @@ def questions(smoke: bool) -> None:
             here = [this.measure(name)]
             there = other.measure(name)
             here += [this.measure(name) for _ in range(4)]
-            assert set(there[2]) <= set(here[0][2]), set(there[2]) - set(here[0][2])
+            lost = [each for each in set(there[2]) - set(here[0][2]) if FIRST_SCAN_ONLY not in each]
+            assert not lost, lost
             ratios, firsts = (sorted(each[place] / there[0] for each in here) for place in (0, 1))
             text = (
                 f"{name}: {there[0]:.1f} s there; {ratios[2]:.3f}, {ratios[0]:.3f} to {ratios[-1]:.3f}, "

@@ -1,6 +1,6 @@
 """What reading a trace costs, beside the stock reader.
 
-    python benchmarks/reading.py [--scans N] [--smoke]
+    python benchmarks/reading.py [--scans N] [--long N] [--smoke]
 
 A million scans of 1 and of 4 slots, mid-move:
 
@@ -10,6 +10,11 @@ A million scans of 1 and of 4 slots, mid-move:
     scans      iterating over Trace.scans(), an object per scan
     stock      iterating over the `mcap` library's reader, CRC validation on, nothing decoded
 
+Then five million scans of 1 slot, each in a process of its own, imports included:
+
+    query      open_trace, and a query for the scans beyond a position; at most 0.08 of stock, and 60 MiB
+    stock      as above
+
 Times are processor time, the best of some rounds. The positions that were read are compared with
 those that were recorded, all of them.
 """
@@ -18,16 +23,21 @@ from __future__ import annotations
 
 import argparse
 import random
+import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
+from bars import Bars
 from mcap.reader import make_reader
 from recorder import PERIOD_NS, Rack, record, timed
 from scanrack.traces.read.arrays import Selection, by_name, read_columns, scan_at
 from scanrack.traces.read.reader import open_trace
+
+MOST_QUERY, MOST_MIB = 0.08, 60
+BEYOND = "slot1.in.position > 4000"
 
 SLOTS = (1, 4)
 SLICE = 1_000
@@ -99,13 +109,63 @@ JOBS: dict[str, Callable[[Path, int, int], None]] = {
 }
 
 
+def alone(name: str, path: Path, scans: int) -> tuple[float, float]:
+    """Return processor time, s, and memory, MiB, of a job in a process of its own."""
+    words = [sys.executable, "-c", CHILD[name], str(path), str(scans), str(Path(__file__).parent)]
+    said = subprocess.run(words, check=True, capture_output=True, text=True, encoding="utf-8").stdout
+    seconds, mib = map(float, said.split())
+    return seconds, mib
+
+
+_END = """
+import time
+sys.path.append(sys.argv[3])
+from bars import highest_mib
+print(time.process_time(), highest_mib())
+"""
+CHILD = {
+    "query": f"""
+import sys
+from scanrack import open_trace, query
+with open_trace(sys.argv[1]) as trace:
+    found = query(trace, {BEYOND!r})
+# position 10 * n from scan n on, of 6 digits and again from 0; see Rack.move
+assert found.occurrences[0].first == 401, found
+assert found.occurrences[-1].last == int(sys.argv[2]) - 1, found
+{_END}
+""",
+    "stock": f"""
+import sys
+from mcap.reader import make_reader
+with open(sys.argv[1], "rb") as file:
+    messages = make_reader(file, validate_crcs=True).iter_messages("/scan", log_time_order=False)
+    assert sum(1 for _ in messages) == int(sys.argv[2])
+{_END}
+""",
+}
+
+
+def report_query(path: Path, scans: int, rounds: int, bars: Bars) -> None:
+    """Measure a query of a long recording, beside the stock reader, in turns."""
+    record(Rack(1), scans, path)
+    runs = [(alone("query", path, scans), alone("stock", path, scans)) for _ in range(rounds)]
+    ours, stock = (min(each[0] for each in side) for side in zip(*runs, strict=True))
+    mib = max(run[0][1] for run in runs)
+    ratio = ours / stock
+    print(f"{scans:,} scans: a query {ours:.2f} s, the stock reader {stock:.2f} s")
+    print(f"  ratio {ratio:.3f}, {bars.most('query / stock', ratio, MOST_QUERY)}")
+    print(f"  memory {mib:.0f} MiB, {bars.most('MiB of a query', mib, MOST_MIB)}")
+
+
 def main(arguments: list[str]) -> int:
     parser = argparse.ArgumentParser(description="What reading a trace costs.")
     parser.add_argument("--scans", type=int, default=1_000_000)
+    parser.add_argument("--long", type=int, default=5_000_000, help="scans that are queried")
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--smoke", action="store_true", help="a quick run that checks, and measures little")
     given = parser.parse_args(arguments)
     scans, rounds = (10_000, 1) if given.smoke else (given.scans, given.rounds)
+    bars = Bars(count=not given.smoke)
     print(f"{scans:,} scans\nslots  what      seconds   µs/scan    x arrays")
     with tempfile.TemporaryDirectory() as folder:
         for slots in SLOTS:
@@ -119,7 +179,8 @@ def main(arguments: list[str]) -> int:
                 each = seconds / {"slice": SLICE, "one": 1}.get(name, scans) * 1e6
                 ratio = seconds / took["arrays"]
                 print(f"{slots:5}  {name:8} {seconds:8.4f} {each:9.2f} {ratio:11.2f}", flush=True)
-    return 0
+        report_query(Path(folder) / "long.mcap", scans if given.smoke else given.long, rounds, bars)
+    return bars.status()
 
 
 if __name__ == "__main__":

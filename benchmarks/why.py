@@ -1,6 +1,6 @@
 """What a chain of causes costs, and what the scans pay for it.
 
-    python benchmarks/why.py [--scans 300000] [--rounds 3] [--smoke]
+    python benchmarks/why.py [COMMIT] [--scans 300000] [--rounds 9] [--smoke]
 
 The feeder runs on the bench; then its tag Feeding is asked about, which has not changed since the eleventh
 second. Checked: the chain, and that the search scan by scan finds the same scan. Compared within the run:
@@ -10,7 +10,9 @@ second. Checked: the chain, and that the search scan by scan finds the same scan
     reading         the same scans read from a recording and unpacked, the floor
     scan by scan    the search as it was: every scan once more
 
-Then the processor time of a scan on the bench, in turns: before a question, and after some.
+Then the processor time of a scan on the bench, in turns: before a question, and after some. At last the
+command beside that of COMMIT (8b1b7671, before questions were made cheaper), each of a recording of its own,
+in turns; exit status 1 if the median of the ratios is above 0.4.
 """
 
 from __future__ import annotations
@@ -23,7 +25,10 @@ import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
+from statistics import median
 
+from against import ROOT, archived, has, laid_out
+from bars import Bars
 from scanrack import open_bench
 from scanrack.jobs.bench import Bench
 from scanrack.ladder.debug import replay
@@ -71,16 +76,59 @@ def chain_scan_by_scan(bench: Bench) -> None:
         replay.ONE_BY_ONE = side_by_side
 
 
-def asked(trace: Path) -> float:
-    """Ask the command in a process of its own, and check the last line; return its processor time, s."""
+def asked(trace: Path, site: Path | None = None) -> float:
+    """Ask the command in a process of its own, and check the last line; return its processor time, s.
+
+    Args:
+        site: folder with the package of a commit; None for the installed one.
+    """
     words = [sys.executable, "-m", "scanrack", "why", str(trace), "Feeding"]
     before = os.times()
     said = subprocess.run(
-        words, cwd=trace.parent, capture_output=True, text=True, check=True, encoding="utf-8"
+        words, cwd=trace.parent, env=of(site), capture_output=True, text=True, check=True, encoding="utf-8"
     ).stdout
     after = os.times()
     assert said.splitlines()[-1].startswith("Cause: slot1.status.IN_HOME is on since 10.492 s"), said
     return after.children_user + after.children_system - before.children_user - before.children_system
+
+
+COMMIT, MOST = "8b1b7671", 0.4
+RECORD = """
+import sys
+from scanrack import open_bench
+with open_bench(sys.argv[1], record=sys.argv[2]) as bench:
+    bench.scan(int(sys.argv[3]))
+"""
+
+
+def of(site: Path | None) -> dict[str, str]:
+    """Return the environment of a commit, whose files are compiled, as those of an installation."""
+    chosen = {} if site is None else {"PYTHONPATH": str(site)}
+    return {key: each for key, each in (os.environ | chosen).items() if key != "PYTHONDONTWRITEBYTECODE"}
+
+
+def report_turns(commit: str, scans: int, rounds: int, folder: Path, bars: Bars) -> None:
+    """Measure the command beside that of a commit."""
+    if not has(commit):
+        print(f"not compared: this clone does not have the commit {commit} (a shallow clone?)")
+        return
+    sites = (
+        laid_out(archived(commit, folder / "commit"), folder / "other").site,
+        laid_out(ROOT, folder / "this").site,
+    )
+    traces = [folder / f"{site.name}.mcap" for site in sites]
+    for site, trace in zip(sites, traces, strict=True):
+        words = [sys.executable, "-c", RECORD, str(FEEDER), str(trace), str(scans)]
+        subprocess.run(words, cwd=folder, env=of(site), check=True)
+        asked(trace, site)  # compiled files are written
+    pairs = [[asked(trace, site) for trace, site in zip(traces, sites, strict=True)] for _ in range(rounds)]
+    there, here = (median(each) for each in zip(*pairs, strict=True))
+    ratios = sorted(this / other for other, this in pairs)
+    spread = f"{ratios[len(ratios) // 4]:.2f} to {ratios[-1 - len(ratios) // 4]:.2f}"
+    said = bars.most("why", median(ratios), MOST)
+    print(
+        f"the command at {commit}: {there:.2f} s, here {here:.2f} s; {median(ratios):.2f}, {spread}, {said}"
+    )
 
 
 def report_chain(scans: int, folder: Path) -> None:
@@ -111,19 +159,24 @@ def report_scans(rounds: int) -> None:
     print(f"a scan on the bench: {one:.1f} us before a question, {other:.1f} us after one")
 
 
-def main() -> None:
+def main() -> int:
     """Measure."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
+    parser.add_argument("commit", nargs="?", default=COMMIT, help="default: %(default)s")
     parser.add_argument("--scans", type=int, default=300_000)
-    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--rounds", type=int, default=9)
     parser.add_argument("--smoke", action="store_true", help="a quick run that checks, and measures little")
     given = parser.parse_args()
+    scans, rounds = (12_000, 1) if given.smoke else (given.scans, given.rounds)
+    bars = Bars(count=not given.smoke)
     with tempfile.TemporaryDirectory() as folder:
-        report_chain(12_000 if given.smoke else given.scans, Path(folder))
-    report_scans(1 if given.smoke else given.rounds)
+        report_chain(scans, Path(folder))
+        report_scans(rounds)
+        report_turns("HEAD" if given.smoke else given.commit, scans, rounds, Path(folder), bars)
+    return bars.status()
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -20,7 +20,7 @@ from scanrack.io_images.memory_layout import MemoryLayout
 
 from .compare import EXACT, Comparison, Tolerance, compare_parts
 from .format.layout import SlotInfo, block_layout
-from .read.arrays import column_chunks, extent
+from .read.arrays import column_chunks_and_events, extent
 from .read.columns import Columns
 from .read.event_text import describe
 from .read.packed import NotedScans, PackedScans, memory_blocks
@@ -49,14 +49,17 @@ class PackedTrace:
             TraceError: the file is damaged beyond what can be left out.
             ValueError: it has no scans.
         """
-        scans = PackedScans.of(trace.head.layout.words, column_chunks(trace))
+        scans, events = PackedScans(trace.head.layout.words), list[TraceEvent]()
+        for columns, told in column_chunks_and_events(trace):
+            scans.add(columns)
+            events += told
         if more is not None:
             written = extent(trace).scan.tolist()
             first = bisect_right(more.scan.tolist(), written[-1]) if written else 0
             scans.add(more.rows(first, len(more.scan)))
         if not len(scans):
             raise ValueError("the trace has no scans to replay")
-        return cls(trace.head.slots, scans, tuple(trace.events()))
+        return cls(trace.head.slots, scans, tuple(events))
 
     @property
     def columns(self) -> Columns:

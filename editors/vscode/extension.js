@@ -1,4 +1,4 @@
-// Starts `scanrack editor lsp` for rungs, structured text, steps, rack files and programs in Python.
+// Starts `scanrack editor lsp` for rungs, structured text, steps, rack files and programs in Python, and `scanrack debug`.
 "use strict";
 
 const vscode = require("vscode");
@@ -26,8 +26,15 @@ async function begin() {
   }
 }
 
+/** Returns how the debug adapter is started: by the command of the language server, which names the installation. */
+function adapter() {
+  const [command] = vscode.workspace.getConfiguration("scanrack").get("command");
+  return new vscode.DebugAdapterExecutable(command, ["debug"]);
+}
+
 async function activate(context) {
   context.subscriptions.push(
+    vscode.debug.registerDebugAdapterDescriptorFactory("scanrack", { createDebugAdapterDescriptor: adapter }),
     vscode.workspace.onDidGrantWorkspaceTrust(begin),
     vscode.workspace.onDidChangeConfiguration((change) => change.affectsConfiguration("scanrack") && begin()));
   await begin();

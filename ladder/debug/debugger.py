@@ -73,6 +73,7 @@ class Debugger:
     Attributes:
         interpreted: whether every scan is interpreted, as always with routines in Python.
         stops: the breakpoints met in the latest scan.
+        ran: none; the power of rungs says what ran.
         latest: the inputs of the latest scan; None before the first, and if nothing is remembered or was set
             from outside.
         news: counts changes of `latest` and of forces.
@@ -89,6 +90,8 @@ class Debugger:
         BuildError: the program can't be built.
     """
 
+    ran: tuple[int, ...] = ()
+
     def __init__(self, program: LadderLogic, *, remembered: int = MOST) -> None:
         self.stops: tuple[BreakpointStop, ...] = ()
         self.edits: list[tuple[int, Edit]] = []
@@ -99,6 +102,7 @@ class Debugger:
         self.news = 0
         self._on_rungs: dict[tuple[LineKey, When], bool | None] = {}  # None: not known before its next scan
         self._on_tags: dict[str, Any] = {}
+        self._lines: tuple[LineKey, ...] = ()
         self._pictured: int | None = None
         self._use(program, WatchedEngine(program.build(), program.scanner))
         self._forces: dict[str, Value] = {}
@@ -127,7 +131,7 @@ class Debugger:
         """Note whether scans need no instrumentation, as long as no tag is set from outside."""
         self.news += 1
         copies = self._engine.lowered.written_inputs
-        looking = self._on_rungs or self._on_tags or self._pictured is not None
+        looking = self._on_rungs or self._on_tags or self._lines or self._pictured is not None
         self._plain = not (self._remembered or self.interpreted or copies or looking)
 
     def edit(self, program: LadderLogic) -> Edit:
@@ -142,6 +146,7 @@ class Debugger:
         edit = carry_over(self._engine, engine)
         engine.scans = self._engine.scans
         forces, self._forces = self._forces, {}
+        self._lines = ()
         self.clear_breakpoints()
         self._use(program, engine)
         for tag, value in forces.items():
@@ -284,7 +289,7 @@ class Debugger:
                 return
             self._pictured = None
             self._settle()
-        engine.note(tuple(dict.fromkeys(line for line, _when in self._on_rungs)))
+        engine.note(tuple(dict.fromkeys((*self._lines, *(line for line, _when in self._on_rungs)))))
 
     def run_until(self, condition: Condition, limit: int, ms: float = STEP_MS) -> bool:
         """Do scans without a rack until a condition, a breakpoint or the limit; return the condition."""
@@ -298,6 +303,11 @@ class Debugger:
         return bool(self.tags[condition] if isinstance(condition, str) else condition(self))
 
     # --- breakpoints
+
+    def note_lines(self, lines: Iterable[LineKey]) -> None:
+        """Note the power of these lines in every scan, beside those with breakpoints, until an edit."""
+        self._lines = tuple(lines)
+        self._settle()
 
     def break_at(self, routine: str, rung: int, when: When = "true") -> None:
         """Set a breakpoint on a rung, or on a line of structured text.
@@ -513,8 +523,12 @@ class Debugger:
         return self._past.truths
 
     @property
+    def replayer(self) -> Replayer:
+        """Runs remembered scans again, on its own memory."""
+        return self._past
+
+    @property
     def _past(self) -> Replayer:
-        """Runs scans again, on its own memory."""
         if self._replayer is None:
             engine = TracedEngine(self._engine.lowered, self.program.scanner)
             engine.variants = self._engine.variants

@@ -69,6 +69,7 @@ class LineRun:
     instance: str  # in an add-on instruction, its instance
     caller: StepRun | None  # the instruction that runs the routine; None for a main routine
     heads: tuple[StepRun, ...]  # conditions around a statement, outermost first
+    order: int  # of the instruction before it in the order of execution
     steps: dict[int, StepRun] = field(default_factory=dict)  # by id of the lowered step
 
 
@@ -194,7 +195,7 @@ class TracedInterpreter(WatchedInterpreter):
         place = (routine, line.number, id(line), self.instance)
         key = (*place, self._times[place])
         self._times[place] += 1
-        run = LineRun(key, routine, line, self.instance, self.step_run, self._heads)
+        run = LineRun(key, routine, line, self.instance, self.step_run, self._heads, execution.order)
         execution.runs[key] = run
         self._runs.append(run)
         try:

@@ -39,6 +39,11 @@ class Journal(Source):
         self._chapters: deque[Chapter] = deque(maxlen=most)
 
     @property
+    def first(self) -> int:
+        """Number of the first scan that is remembered."""
+        return self._chapters[0].scan
+
+    @property
     def latest(self) -> int:
         """Number of the latest scan that was noted."""
         last = self._chapters[-1]

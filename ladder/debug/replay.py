@@ -78,7 +78,7 @@ class Replayer:
         self.at: int | None = None  # the scan that was run last; None before the first
         self._found: dict[tuple[Cell, ...], tuple[int, int | None]] = {}  # last changes up to a scan
         self.truths: Truths = {}  # the power of the scan that was asked for last
-        self._source, self._most, self._stretches = source, most, stretches
+        self.source, self._most, self._stretches = source, most, stretches
         self.images = input_leaves(engine.memory)  # what `ScanInputs.images` are of
         self._images = [engine.memory.cells[leaf.ident].cell_contents.cast("B") for leaf in self.images]
 
@@ -104,7 +104,7 @@ class Replayer:
 
     def inputs(self, scan: int) -> ScanInputs | None:
         """Return what went into a scan; None if it is not known."""
-        count, known = self._source.inputs(scan, scan)
+        count, known = self.source.inputs(scan, scan)
         return next(known, None) if count == 1 else None
 
     def walk(self, first: int, last: int, *, noted: bool = False) -> Iterator[int]:
@@ -115,8 +115,10 @@ class Replayer:
         Args:
             noted: note the power of all lines.
         """
+        if self.at == first:
+            self.at = None  # its values are there, but it has to run again
         start = self._start(first)
-        count, known = (0, iter(())) if start is None else self._source.inputs(start, last)
+        count, known = (0, iter(())) if start is None else self.source.inputs(start, last)
         if start is None or not count:
             self.at = None
             return
@@ -135,7 +137,7 @@ class Replayer:
             read: reads the value.
             end: the last scan that counts.
         """
-        for start in islice(self._source.snapshots(end), self._stretches):
+        for start in islice(self.source.snapshots(end), self._stretches):
             if start <= end:
                 found = self._change_in(start, end, read)
                 if found is not None:
@@ -145,7 +147,7 @@ class Replayer:
 
     def looked_back(self, end: int) -> int:
         """Return the scan before those in which `last_change` looks up to one; that one if there are none."""
-        return min(islice(self._source.snapshots(end), self._stretches), default=end + 1) - 1
+        return min(islice(self.source.snapshots(end), self._stretches), default=end + 1) - 1
 
     def last_change_of(self, cells: Sequence[Cell], end: int) -> int | None:
         """Return the last scan that changed one of some values, up to one; None without one.
@@ -166,7 +168,7 @@ class Replayer:
         def read(engine: WatchedEngine) -> list[Value]:
             return [each.of(engine.memory.read(each.leaf, each.index)) for each in cells]
 
-        starts = list(islice((each for each in self._source.snapshots(end) if each <= end), self._stretches))
+        starts = list(islice((each for each in self.source.snapshots(end) if each <= end), self._stretches))
         for number, start in enumerate(starts[:ONE_BY_ONE]):
             found = self._change_in(start, starts[number - 1] - 1 if number else end, read)
             if found is not None:
@@ -191,9 +193,9 @@ class Replayer:
         return None
 
     def _stretch(self, start: int, end: int) -> ReplayStretch:
-        values, forces = self._source.snapshot(start)
-        inputs = None if forces else self._source.plain(start, end - 1)
-        return ReplayStretch(start, end - 1, values, inputs, self._source.snapshot(end)[0])
+        values, forces = self.source.snapshot(start)
+        inputs = None if forces else self.source.plain(start, end - 1)
+        return ReplayStretch(start, end - 1, values, inputs, self.source.snapshot(end)[0])
 
     @cached_property
     def _lanes(self) -> Any:
@@ -202,7 +204,7 @@ class Replayer:
         return Lanes(self.engine.lowered, self.engine.memory, self.images)
 
     def _change_in(self, start: int, last: int, read: Callable[[WatchedEngine], Any]) -> int | None:
-        count, known = self._source.inputs(start, last)
+        count, known = self.source.inputs(start, last)
         if count != last - start + 1:
             return None
         self._restore(start)
@@ -218,7 +220,7 @@ class Replayer:
         start = self._start(scan)
         if start is None:
             return False
-        count, known = self._source.inputs(start, scan)
+        count, known = self.source.inputs(start, scan)
         if count != scan - start + 1:
             self.at = None
             return False
@@ -242,7 +244,7 @@ class Replayer:
 
     def _start(self, scan: int) -> int | None:
         """Return the first scan to run, and set the engine to it; None without a snapshot near it."""
-        begins, at = next(self._source.snapshots(scan), None), self.at
+        begins, at = next(self.source.snapshots(scan), None), self.at
         if at is not None and at <= scan <= at + self._most and (begins is None or begins <= at + 1):
             return at + 1
         if begins is None or begins < scan - self._most:
@@ -252,7 +254,7 @@ class Replayer:
 
     def _restore(self, scan: int) -> None:
         engine = self.engine
-        values, forces = self._source.snapshot(scan)
+        values, forces = self.source.snapshot(scan)
         engine.hold(NO_FORCES)
         self._observe_nothing()
         restore(engine.memory, values)

@@ -188,6 +188,11 @@ def _bit(layout: Layout, name: str, leaf: Leaf, bit: int, start: int, length: in
     return TagValue(_named(layout, name), "BOOL", length, f"*[each >> {bit} & 1 for each in {words}]")
 
 
+def source_of(layout: Layout, where: Place) -> str:
+    """Return the expression that reads a place with fixed subscripts, also of an image."""
+    return _placed(layout, where.text, where).source
+
+
 def _flat(layout: Layout, group: Group) -> int:
     """Return the flat index of a group in the settled dimensions."""
     path = group.path.upper()

@@ -100,6 +100,13 @@ class WatchedEngine(Engine):
                 truths[self.noted[place]] = truth
         return truths
 
+    def ran(self, key: LineKey) -> bool:
+        """Whether a noted line has run in the latest scan."""
+        if self.watching:
+            return key in self.interpreter.truths
+        place = self._places.get(key)
+        return place is not None and bool(self._notes) and self._notes[place] is not None
+
     def true_at_end(self, key: LineKey) -> bool:
         """Whether a noted line was true at its end in the latest, compiled scan."""
         place = self._places.get(key)

@@ -6,8 +6,8 @@ regions hold blocks. `str()` of a statement is its text, one statement a line, f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import field, fields, replace
+from collections.abc import Iterator
+from dataclasses import field, fields
 from typing import Any, ClassVar
 
 from scanrack.io_images.dataclass import dataclass
@@ -283,45 +283,16 @@ def statements_in(block: Block) -> Iterator[Statement]:
 
 def operands_in(statement: Statement) -> tuple[Operand, ...]:
     """Return the operands of a statement, without those in its blocks."""
-    found: list[Operand] = []
-
-    def collect(operand: Operand) -> Operand:
-        found.append(operand)
-        return operand
-
-    _changed(statement, collect, lambda block: block)
-    return tuple(found)
+    return tuple(each for part in fields(statement) for each in _operands(getattr(statement, part.name)))
 
 
-def with_operands(block: Block, change: Callable[[Statement, Operand], Operand]) -> Block:
-    """Return a block with each operand replaced by `change(statement, operand)`; addresses stay addresses."""
-    return tuple(
-        _changed(each, lambda operand, each=each: change(each, operand), lambda b: with_operands(b, change))  # type: ignore[misc]
-        for each in block
-    )
-
-
-def _changed(
-    statement: Statement, change: Callable[[Operand], Operand], inner: Callable[[Block], Block]
-) -> Statement:
-    """Return a statement with changed operands and blocks."""
-    new = {each.name: _part(getattr(statement, each.name), change, inner) for each in fields(statement)}
-    return replace(statement, **new)
-
-
-def _part(part: Any, change: Callable[[Operand], Operand], inner: Callable[[Block], Block]) -> Any:
+def _operands(part: Any) -> Iterator[Operand]:
     if isinstance(part, Operand):
-        return change(part)
-    if isinstance(part, Instruction):
-        return Instruction(part.name, tuple(map(change, part.operands)))
-    if isinstance(part, Arm):
-        return replace(part, condition=change(part.condition), body=inner(part.body))
-    if isinstance(part, Choice):
-        return replace(part, body=inner(part.body))
-    if isinstance(part, tuple):  # a block, or a part with blocks
-        arms = part and isinstance(part[0], (Arm, Choice))
-        return tuple(_part(each, change, inner) for each in part) if arms else inner(part)
-    return part
+        yield part
+    elif isinstance(part, Instruction):
+        yield from part.operands
+    elif isinstance(part, tuple):  # a block, or a part with blocks
+        yield from (each.condition for each in part if isinstance(each, Arm))
 
 
 def too_deep(block: Block) -> str | None:

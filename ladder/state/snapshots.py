@@ -6,7 +6,8 @@ Text from a recording is data: it must have the shape of the program's own memor
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import chain
 from operator import attrgetter
 from typing import Any
 
@@ -80,17 +81,48 @@ class SavedValues:
         Raises:
             ValueError: they are not values of this memory.
         """
-        values = json_value(text)
-        if not isinstance(values, list) or len(values) != len(self._like):
+        return self.all_of([text])[0]
+
+    def all_of(self, texts: Sequence[str]) -> list[dict[str, Any]]:
+        """Return the values in each of some texts by identifier; each variable is checked in all at once.
+
+        Raises:
+            ValueError: they are not values of this memory.
+        """
+        rows = json_value(f"[{','.join(texts)}]")
+        if len(rows) != len(texts) or not all(
+            isinstance(each, list) and len(each) == len(self._like) for each in rows
+        ):
             raise ValueError("a snapshot of another program")
-        found = {
-            ident: _checked(value, like)
-            for (ident, like), value in zip(self._like.items(), values, strict=True)
-        }
+        columns = [list(column) for column in zip(*rows, strict=True)]
+        likes = self._like.values()
+        checked = [_all_checked(column, like) for column, like in zip(columns, likes, strict=True)]
         for at in self._images:
-            if not all(type(each) is int and -0x8000 <= each <= 0x7FFF for each in values[at]):
+            words = list(chain.from_iterable(checked[at]))
+            if not {*map(type, words)} <= {int} or (
+                words and not -0x8000 <= min(words) <= max(words) <= 0x7FFF
+            ):
                 raise ValueError("a snapshot with a word that is no word")
-        return found
+        return [dict(zip(self._like, values, strict=True)) for values in zip(*checked, strict=True)]
+
+
+def _all_checked(column: list[Any], like: Any) -> list[Any]:
+    """Return the values of a variable if they are like the memory's own; numbers are checked together."""
+    if isinstance(like, list) and {*map(type, like)} <= _NUMBERS:
+        if {*map(type, column)} == {list} and {*map(len, column)} == {len(like)}:
+            _check_numbers(list(chain.from_iterable(column)))
+            return column
+    elif type(like) in _NUMBERS:
+        _check_numbers(column)
+        return column
+    return [_checked(value, like) for value in column]
+
+
+def _check_numbers(values: list[Any]) -> None:
+    if not {*map(type, values)} <= _NUMBERS or (
+        values and (max(values) > _LARGEST or min(values) < -_LARGEST)
+    ):
+        raise ValueError("a snapshot of another program")
 
 
 def _checked(value: Any, like: Any) -> Any:

@@ -26,7 +26,6 @@ from .shape import (
     Shape,
     ramp_distance,
     ramp_time,
-    ramp_time_ns,
     stopping_distance,
 )
 
@@ -55,7 +54,6 @@ __all__ = [
     "move",
     "ramp_distance",
     "ramp_time",
-    "ramp_time_ns",
     "register",
     "run",
     "single_step",

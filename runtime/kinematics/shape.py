@@ -110,20 +110,6 @@ def ramp_time(change_nsps: int, rate_spmss: Rate, shape: AnyShape) -> Fraction:
     return Fraction(shape.numerator * change_nsps) / (shape.denominator * MILLI * rate_spmss)
 
 
-def ramp_time_ns(from_msps: int, to_msps: int, rate_spmss: Rate, shape: Shape) -> int:
-    """Return the time of a speed change in ns, `k * |v1 - v0| / a`, rounded up.
-
-    >>> ramp_time_ns(1_000_000, 5_000_000, 20, Shape.CONSTANT)  # chapter 2's example: 0.2 s
-    200000000
-    >>> ramp_time_ns(1_000_000, 5_000_000, 20, Shape.TRAPEZOIDAL)  # 4/3 of it
-    266666667
-
-    Args:
-        rate_spmss: programmed rate in steps/ms/s, above 0.
-    """
-    return int(-(-1000 * shape.numerator * abs(to_msps - from_msps) // (shape.denominator * rate_spmss)))
-
-
 def ramp_distance(from_msps: int, to_msps: int, rate_spmss: Rate, shape: AnyShape) -> Fraction:
     """Return the distance of a speed change, `k * |v1^2 - v0^2| / (2a)`, in picosteps, not rounded.
 

@@ -54,6 +54,10 @@ class Stops(Protocol):
     def stops(self) -> tuple[Any, ...]:
         """The breakpoints met in the latest scan."""
 
+    @property
+    def ran(self) -> tuple[int, ...]:
+        """Lines of a program in Python that ran in the latest scan, while there is a breakpoint on one."""
+
     def break_at(self, routine: str, rung: int, when: Any = "true") -> None:
         """Set a breakpoint at a rung, see `Debugger.break_at`; ValueError for an unknown one."""
 
@@ -75,6 +79,7 @@ class SessionState:
     speed: float | None = 1.0  # times real time; None = as fast as possible
     breakpoints: list[str] = field(default_factory=list)
     met: list[str] = field(default_factory=list)  # the breakpoints that ended the latest run
+    ran: tuple[int, ...] = ()  # see `Stops`
     fault: str = ""  # the fault that stopped the CPU; "" while it runs
 
 
@@ -141,6 +146,16 @@ class Session:
     def given(self) -> Sequence[AppliedAction]:
         """The orders that were carried out."""
         return self._hands.given
+
+    @property
+    def live(self) -> bool:
+        """Whether there are real ports: no pause, step or speed."""
+        return self._live
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it repeats the scans of a session that it branches from."""
+        return self._repeats
 
     # --- running
 
@@ -222,7 +237,9 @@ class Session:
         self.obey_all(at_ns, scan)
 
     def _look(self) -> None:
-        stops = self._stops.stops if self._stops is not None else ()
+        if self._stops is None:
+            return
+        stops, self.state.ran = self._stops.stops, self._stops.ran
         if stops and not self._repeats:
             self.state.met = [str(each) for each in stops]
             self._pause()
@@ -313,6 +330,7 @@ class Session:
             "speed": MAX if state.speed is None else state.speed,
             "breakpoints": state.breakpoints,
             "met": state.met,
+            "ran": state.ran,
             "fault": state.fault,
             "scan": self._cpu.scan,
         }

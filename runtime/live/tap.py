@@ -213,3 +213,19 @@ class PipeInbox:
             self._pipe.poll(seconds)
         except (EOFError, OSError):
             rest(seconds)
+
+
+class NoInbox:
+    """The orders of a session without a page: none."""
+
+    def pending(self) -> bool:
+        """Return False."""
+        return False
+
+    def take(self) -> bytes:
+        """Refuse: there is none."""
+        raise ValueError("a session without a page has no orders")
+
+    def wait(self, seconds: float) -> None:
+        """Wait."""
+        rest(seconds)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
 from typing_extensions import override
 
@@ -49,7 +49,6 @@ ROWS_AT_ONCE = 4096
 """Most scans that are passed on at once."""
 
 
-@runtime_checkable
 class RowListener(ScanListener, Protocol):
     """A listener that can also receive many scans at once, while only the modules' inputs change.
 
@@ -77,6 +76,11 @@ class RowListener(ScanListener, Protocol):
             flags: of the CPU, in all of them.
             images: the rack's memory in each.
         """
+
+
+def by_rows(listener: ScanListener) -> RowListener | None:
+    """Return a listener that can receive rows, None for others; faster than `isinstance`."""
+    return listener if hasattr(listener, "begin_rows") else None  # type: ignore[return-value]
 
 
 class QuietListener(ScanListener):
@@ -108,7 +112,7 @@ class Listeners:
         self._sort()
 
     def _sort(self) -> None:
-        found = [each for each in self.listeners if isinstance(each, RowListener)]
+        found = [each for listener in self.listeners if (each := by_rows(listener)) is not None]
         self._by_rows = found if len(found) == len(self.listeners) else None
 
     def add(self, listener: ScanListener) -> None:

@@ -1,15 +1,16 @@
 """The commands; the only place that knows all the rooms.
 
-`application` reads words by typer. Plain words of `run`, the command that people wait for, need no typer.
+`application` reads words by typer. Plain words of `run` and `why`, which people wait for, need no typer.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from scanrack.terminal.ending import end_in_time
@@ -60,26 +61,27 @@ def _main() -> None:
         sys.exit(lost.status)
 
 
+PLAIN = {"run": ".programs.run_command:plain_run", "why": ".programs.why_command:plain_why"}
+"""Functions of the commands that people wait for: each does what plain words say, without typer."""
+
+
 def _run() -> None:
     """Run the command; report an error of a file that no command handles."""
     try:
-        words, completing = sys.argv[1:], any(name.endswith("_COMPLETE") for name in os.environ)
-        if words[:1] != ["run"] or completing or not _run_plainly(words[1:]):
+        command, completing = sys.argv[1:2], any(name.endswith("_COMPLETE") for name in os.environ)
+        if not command or command[0] not in PLAIN or completing or not _run_plainly(*sys.argv[1:]):
             build()()
     except OSError as error:
         sys.exit(complain(reason(error), BAD_INPUT))
 
 
-def _run_plainly(words: Sequence[str]) -> bool:
-    """Run a rack, without typer; return False if the words are not plain.
+def _run_plainly(command: str, *words: str) -> bool:
+    """Run a command; return False if its words are not plain.
 
     Raises:
-        SystemExit: the run has ended.
+        SystemExit: it has ended.
     """
-    from .programs.run_command import plain_arguments, run_command
-
-    options = plain_arguments(words)
-    if options is not None:
-        with interrupted():
-            run_command(options)
-    return False
+    module, _, name = PLAIN[command].partition(":")
+    plain: Callable[[Sequence[str]], bool] = getattr(import_module(module, __package__), name)
+    with interrupted():
+        return plain(words)

@@ -17,6 +17,7 @@ GROUPS = {
         "new": Entry(".programs.new", "Create a project."),
         "run": Entry(".programs.run", "Run a rack and record every scan."),
         "watch": Entry("..watch.command", "Open a live rack or a trace in the browser."),
+        "debug": Entry("..dap.command", "Debug a rack or a trace in an editor."),
     },
     "Traces": {
         "show": Entry(".recordings.show", "List events and changes."),

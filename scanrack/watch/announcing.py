@@ -12,7 +12,7 @@ from scanrack.jobs.run.running import JobRun
 from scanrack.runtime.live.actions import Edit
 from scanrack.runtime.live.ring import Ring
 
-from .monitor_supervisor import MonitorSupervisor
+from .monitor_supervisor import MonitorSupervisor, NoMonitor
 from .monitors.stretched import SessionProgram
 
 
@@ -33,7 +33,7 @@ class Announcer:
         editions: ProgramVersions,
         orders: Sequence[RecordedOrder],
         tell: Callable[[Mapping[str, object]], None],
-        supervisor: MonitorSupervisor,
+        supervisor: MonitorSupervisor | NoMonitor,
     ) -> None:
         self._run, self._editions, self._tell, self._supervisor = run, editions, tell, supervisor
         self._programs = programs_of(run, editions, orders)

@@ -10,7 +10,7 @@ from scanrack.terminal.status import BAD_INPUT, complain
 from .options import WatchArguments, WatchOptions
 
 
-def _speed(text: str) -> float | None:
+def speed_of(text: str) -> float | None:
     """Return a speed; None = as fast as possible.
 
     Raises:
@@ -76,7 +76,7 @@ def _watch_command(
     from .play import watch_job
 
     try:
-        factor = _speed(options.speed)
+        factor = speed_of(options.speed)
         export = begun(keep_values=options.keep_values, memory=options.memory)
         job = load_job(options.rack, export=export)
         check_ports(job.spec, realtime=True, live=options.live)

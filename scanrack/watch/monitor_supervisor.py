@@ -121,3 +121,14 @@ class MonitorSupervisor:
             self._process.wait()
         self._listening.close()
         return not self._died or self._ring.asked > 0
+
+
+class NoMonitor:
+    """In place of a monitor: a session without a page."""
+
+    def replace_programs(self, **_changed: object) -> None:
+        """Do nothing."""
+
+    def end(self) -> bool:
+        """Return True: nothing had to begin."""
+        return True

@@ -19,8 +19,12 @@ from scanrack.terminal.trace_options import (
 )
 
 if TYPE_CHECKING:  # the command is listed without them
+    from collections.abc import Callable
+
+    from scanrack.jobs.run.running import JobRun
     from scanrack.jobs.run.servers.kinds import ServerAddress
     from scanrack.runtime.live.actions import Force
+    from scanrack.runtime.live.session import Session
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,3 +111,6 @@ class WatchOptions:
     keep: int | None = None  # number of earlier recordings to keep; None = the rack file's
     forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
     servers: tuple[ServerAddress, ...] = ()  # where clients read and write tags
+    door: Callable[[Session, JobRun], object] | None = None  # called with each session: a debug adapter
+    remembered: int = 0  # snapshots from which a debug adapter runs scans again, see `Debugger`
+    page: bool = True  # whether there is a page

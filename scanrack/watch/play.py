@@ -25,7 +25,7 @@ from scanrack.jobs.run.servers.tag_service import TagServices
 from scanrack.runtime.live.actions import Edit
 from scanrack.runtime.live.ring import Ring
 from scanrack.runtime.live.session import Session
-from scanrack.runtime.live.tap import Notes, PipeInbox, Tap
+from scanrack.runtime.live.tap import NoInbox, Notes, PipeInbox, Tap
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.runtime.loop.pace import AdjustablePace
 from scanrack.runtime.loop.realtime import frozen_collector, real_time
@@ -39,7 +39,7 @@ from .gate import HOST, KEY_BYTES, listen
 from .history.watched_machines import PER_SLOT, MachineFigures
 from .history.watched_program import LadderNotes
 from .history.watched_python import PythonNotes
-from .monitor_supervisor import MonitorSupervisor
+from .monitor_supervisor import MonitorSupervisor, NoMonitor
 from .monitors.monitor import SessionFacts
 from .monitors.session_monitor import Setup
 from .options import WatchOptions
@@ -78,8 +78,8 @@ class Play:
         self._wanted, self._listening, self._folder, self._stack = wanted, listening, folder, stack
         self._key = key
         self._ring: Ring | None = None
-        self._supervisor: MonitorSupervisor | None = None
-        self._inbox: PipeInbox | None = None
+        self._supervisor: MonitorSupervisor | NoMonitor | None = None
+        self._inbox: PipeInbox | NoInbox | None = None
         self._next: PreparedRun | None = None
         self._services: TagServices | None = None
 
@@ -146,6 +146,7 @@ class Play:
                     orders=start.orders,
                     forces=self._wanted.forces,
                     editions=editions,
+                    remembered=self._wanted.remembered,
                 ),
             )
             ports.callback(run.cpu.close)  # if it never begins: the recording is in a folder that is removed
@@ -237,6 +238,8 @@ class Play:
         run.cpu.add_listener(run.program.following(tap))
         if self._services is not None:
             self._serve_tags(self._services, run, session)
+        if wanted.door is not None:
+            wanted.door(session, run)
         return session
 
     @staticmethod
@@ -263,10 +266,13 @@ class Play:
         )  # fmt: skip
         machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
         setup = Setup(ring.shape, about, key, HOST, port, machines, str(prepared.trace), programs)
-        self._supervisor = MonitorSupervisor(setup, ring, self._listening, complain)
-        self._stack.callback(self._supervisor.end)
-        self._inbox = PipeInbox(ring, self._supervisor.pipe)
-        self._supervisor.keep(self._inbox)
+        if not wanted.page:
+            self._supervisor, self._inbox = NoMonitor(), NoInbox()
+            return
+        self._supervisor = supervisor = MonitorSupervisor(setup, ring, self._listening, complain)
+        self._stack.callback(supervisor.end)
+        self._inbox = PipeInbox(ring, supervisor.pipe)
+        supervisor.keep(self._inbox)
         if self._key is not None:
             return
         link = f"http://{HOST}:{port}/#key={key}"
@@ -302,7 +308,8 @@ class Play:
                         raise
 
         session.on_fault = tell
-        status = run_to_end(run.cpu, play, lambda: session.over and session.branch is None)
+        by_signal = wanted.door is None  # else the editor has ended it
+        status = run_to_end(run.cpu, play, lambda: by_signal and session.over and session.branch is None)
         return faulted[-1] if faulted else status  # of the last session: those before a branch are left out
 
 

@@ -25,6 +25,9 @@ class PythonStops:
     Args:
         logic: returns the program, which an edit may replace.
         file: its file; a copy of it with the same name may run.
+
+    Attributes:
+        ran: the lines that ran in the latest scan, while there is a breakpoint on one.
     """
 
     def __init__(self, logic: Callable[[], ScanLogic], file: Path) -> None:
@@ -32,12 +35,15 @@ class PythonStops:
         self._lines: set[int] = set()
         self._values: dict[str, tuple[CodeType, Any]] = {}  # by name: how to read it, and the value before
         self._met: set[int] = set()
+        self._running: set[int] = set()
+        self.ran: tuple[int, ...] = ()
         self._own: dict[CodeType, bool] = {}
 
     @property
     def stops(self) -> tuple[str, ...]:
         """The breakpoints that were met since this was read last, as sentences."""
         met, self._met = sorted(self._met), set()
+        self.ran, self._running = tuple(sorted(self._running)), set()
         lines = [f"{self._file.name} line {line} has run" for line in met]
         return (*lines, *self._changes())
 
@@ -111,8 +117,10 @@ class PythonStops:
         return self._line if self._own[code] else None
 
     def _line(self, frame: FrameType, event: str, _given: object) -> Callable[..., Any]:
-        if event == "line" and frame.f_lineno in self._lines:
-            self._met.add(frame.f_lineno)
+        if event == "line":
+            self._running.add(frame.f_lineno)
+            if frame.f_lineno in self._lines:
+                self._met.add(frame.f_lineno)
         return self._line
 
 

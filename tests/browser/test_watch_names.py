@@ -94,7 +94,6 @@ def test_a_structure_leaves_room_for_names_in_the_watch_table(page, panel, size)
     )
     assert width >= 96
     assert height < 120
-    page.click("#watch .tree summary")
     members = [[name, shown(value)] for name, value in json.loads(page.value("Axis")).items()]
     until(lambda: page.run(MEMBERS, "#watch") == members)
     assert page.run("const root = document.documentElement; return root.scrollWidth <= root.clientWidth")
@@ -104,14 +103,14 @@ def test_a_structure_leaves_room_for_names_in_the_watch_table(page, panel, size)
         page.until_there("#tag .tree:not([hidden])")
         page.click("#tag .tree:not([hidden]) summary")
         words = json.loads(page.value("Axis"))["Words"]
-        words = [[f"[{place}]", str(word)] for place, word in enumerate(words)]
+        words = [[f"[{place}]", f"{word:,}"] for place, word in enumerate(words)]
         until(lambda: page.run(MEMBERS, "#tag") == words)
         assert found(page, "aXis")[0] == "Axis"  # the structure first, then its members
 
 
 def shown(value):
     """Return a member as its tree has it: how many parts, or a value."""
-    return f"[{len(value)}]" if isinstance(value, list) else str(int(value))
+    return f"{len(value)} elements" if isinstance(value, list) else f"{int(value):,}"
 
 
 def test_the_past_of_a_rack_that_runs_has_its_speed_and_its_pause(page, feeder):

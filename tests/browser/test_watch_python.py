@@ -50,6 +50,11 @@ const line = document.querySelector(`[data-at='small.py.${arguments[0]}']`);
 return [...line.querySelectorAll(".chip")].map(each => each.textContent);
 """
 MARKED = "return [...document.querySelectorAll(\".code-line[data-power='1']\")].map(each => each.dataset.at)"
+RAN = "return [...document.querySelectorAll('.code-line[data-ran]')].map(each => each.dataset.at)"
+CLIPPED = """
+return [...document.querySelectorAll(".chip > span")]
+  .filter(each => each.scrollHeight > each.clientHeight + 1).map(each => each.textContent);
+"""  # an underscore that is cut looks like a space
 CAUSES = "return [...document.querySelectorAll('.code-line[data-cause]')].map(each => each.dataset.at)"
 
 
@@ -76,11 +81,13 @@ def test_a_function_has_values_at_its_lines_breakpoints_and_causes(page, rack):
         until(lambda: page.run(BESIDE, 10) == ["step100"])
         assert page.run(BESIDE, 12) == ["rounds0"]
         assert page.run(BESIDE, 1) == []
+        assert page.run(CLIPPED) == []
         break_at(page, 12)
         page.press("Go on")
         page.until_scan(299, "paused")
         until(lambda: page.run(MARKED) == ["small.py.12"])
         assert "small.py line 12 has run" in page.run("return document.getElementById('notice').textContent")
+        until(lambda: page.run(RAN) == ["small.py.10", "small.py.11", "small.py.12"])
         until(lambda: page.run(BESIDE, 12) == ["rounds1"])
         page.run("document.querySelector(\"[data-at='small.py.12'] .chip\").click()")
         page.press("Why")

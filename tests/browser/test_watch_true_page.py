@@ -5,6 +5,9 @@ unknown states, steps/s of the scans before, another key that only moves the lin
 """
 
 import pytest
+from scanrack.commands import build
+from scanrack.terminal.status import DONE
+from typer.testing import CliRunner
 from watched_page import until, watching
 
 QUICKLY = """
@@ -101,10 +104,9 @@ def test_a_press_is_one_event_and_events_stand_by_time(page, paused):
 
 @pytest.fixture(scope="module")
 def recording(feeder_rack, tmp_path_factory):
-    from scanrack.commands import main
-
     path = tmp_path_factory.mktemp("recorded") / "long.mcap"
-    assert main(["run", str(feeder_rack), "--scans", "24000", "--record", str(path), "--quiet"]) == 0
+    words = ["run", str(feeder_rack), "--scans", "24000", "--record", str(path), "--quiet"]
+    assert CliRunner().invoke(build(), words).exit_code == DONE
     return path
 
 
@@ -118,3 +120,25 @@ def test_a_recording_is_known_to_its_first_scan(page, recording):
         until(lambda: page.run(since).startswith("Since 00:09.5"))  # more than 16,384 scans before the end
         page.run("import('/selection.js').then(all => all.select({ tag: 'S:FS' }))")
         until(lambda: "in any scan" in page.run(since) or "Since" in page.run(since))
+
+
+BOX = """
+const found = {};
+let caption = "";
+for (const text of document.querySelectorAll(`[data-at='${arguments[0]}'] [data-instruction='TON'] text`)) {
+  if (text.matches(".caption")) caption = text.textContent;
+  else if (caption && text.textContent) found[caption] = text.textContent;
+}
+return found;
+"""
+
+
+def test_a_timer_of_an_slc_has_its_preset_and_its_time_in_seconds(page):
+    with watching("examples/slc/conveyor.toml", "--paused", "--time-scale", "max") as session:
+        page.open_at(session, 240)  # of 5 ms; the box comes at 1 s, in scan 200
+        until(lambda: "0.1 of 0.5 s" in page.run(NOW) or "0.2 of 0.5 s" in page.run(NOW))
+        page.press("Parameters")
+        until(lambda: page.run(BOX, "U2.2").get("Preset") == "50")
+        shown = page.run(BOX, "U2.2")
+        assert (shown["Timer"], shown["Time base"]) == ("T4:0", "0.01")
+        assert 10 <= int(shown["Accum"]) <= 20

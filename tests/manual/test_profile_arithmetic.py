@@ -20,13 +20,14 @@ from itertools import pairwise
 import pytest
 from scanrack.runtime.kinematics import (
     MILLI,
+    NANO,
     PICO,
     Profile,
     Shape,
     blend,
     move,
     ramp_distance,
-    ramp_time_ns,
+    ramp_time,
     register,
     run,
     single_step,
@@ -52,8 +53,7 @@ FACTORS = [
     ],
 )
 def test_time_and_distance_of_a_ramp(rate: int, time_ns: int, steps: int) -> None:
-    assert ramp_time_ns(1_000_000, 5_000_000, rate, Shape.CONSTANT) == time_ns
-    assert ramp_time_ns(5_000_000, 1_000_000, rate, Shape.CONSTANT) == time_ns
+    assert ramp_time(4_000 * NANO, rate, Shape.CONSTANT) == time_ns
     assert ramp_distance(1_000_000, 5_000_000, rate, Shape.CONSTANT) == steps * PICO
     assert stopping_distance(5_000_000, 1000, rate, Shape.CONSTANT) == steps * PICO
 
@@ -61,7 +61,7 @@ def test_time_and_distance_of_a_ramp(rate: int, time_ns: int, steps: int) -> Non
 @pytest.mark.parametrize(("shape", "factor"), FACTORS)
 def test_factor_of_the_shape_on_time_and_distance(shape: Shape, factor: Fraction) -> None:
     # Vo 1000, Vs 7000: Ta = 0.3 s and Da = 1200 steps before the factor, whole numbers after it
-    assert ramp_time_ns(1_000_000, 7_000_000, 20, shape) == factor * 300 * MS
+    assert ramp_time(6_000 * NANO, 20, shape) == factor * 300 * MS
     assert ramp_distance(1_000_000, 7_000_000, 20, shape) == factor * 1200 * PICO
 
 
@@ -134,7 +134,7 @@ def test_chapter_2_notes_2_and_3_where_the_two_profiles_meet() -> None:
 
 def test_chapter_2_note_1_rates_are_in_steps_per_ms_per_second() -> None:
     # 1 step/ms/s is 1000 steps/s/s: a thousand steps/s more take one second
-    assert ramp_time_ns(0, 1_000_000, 1, Shape.CONSTANT) == SECOND
+    assert ramp_time(1_000 * NANO, 1, Shape.CONSTANT) == SECOND
 
 
 def test_chapter_4_trapezoidal_s_curve_is_constant_for_half_of_its_time() -> None:

@@ -83,12 +83,8 @@ def test_queries_are_pythons_arithmetic(
     scans = Scans(np.arange(SCANS), np.arange(SCANS) * PERIOD_NS, values)
 
     def asked(text: str) -> list[int]:
-        found = parse(text, Catalog([], plan)).pattern(scans)
-        return [
-            scan
-            for first, last in zip(found.first, found.last, strict=True)
-            for scan in range(first, last + 1)
-        ]
+        (holds,) = parse(text, Catalog([], plan)).conditions
+        return np.flatnonzero(holds(scans)).tolist()
 
     assert asked(f"{left[0]} {sign} {right[0]}") == [scan for scan in range(SCANS) if holds[scan]]
     assert asked("changed(A)") == [scan for scan in range(1, SCANS) if a[1][scan] != a[1][scan - 1]]

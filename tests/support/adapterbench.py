@@ -25,6 +25,9 @@ CONFIGURE = (0x843E, 63, 1, 0)
 REST = 0b1001_1100
 """HOLD_STATE, STOPPED, AT_HOME and MOVE_COMPLETE in input word 0."""
 
+CONFIGURED = {"MODULE_OK", "MODE_CONFIG"}
+"""What is shown of a configuration that the controller has."""
+
 CONFIGURE_006 = (0x843C, 63, 1, 0)
 """The same without the external input, for which a PMC006 has no use."""
 
@@ -82,7 +85,11 @@ class AdapterBench:
 
     def configured(self, *words: int) -> AdapterBench:
         """Configure, leave configuration mode, and make the position valid at 0."""
-        self.give(*(words or self.configuration), ms=400).release(20)  # a PMC006 takes 320 ms
+        self.put(*(words or self.configuration))
+        end_ns = self.now_ns + 400 * MS  # a PMC006 takes 370 ms, a drive 6
+        while self.bits != CONFIGURED and self.now_ns < end_ns:
+            self.run(self.scan_ns / MS)
+        self.release(20)
         self.give(512, ms=20).release(20)
         assert self.bits == {"MODULE_OK"}
         return self

@@ -38,31 +38,6 @@ def logic(scan):
     button.before = pressed
     scan.slot[3].outputs.set_bit(0, 0, button.lamp)
 """,
-    "hand_twohand.py": """\
-WINDOW_NS = 500_000_000
-
-
-class Press:
-    first_ns = None
-    stroke = False
-
-
-press = Press()
-
-
-def logic(scan):
-    left, right = scan.slot[2].inputs.bit(0, 0), scan.slot[2].inputs.bit(0, 1)
-    if not (left or right):
-        press.first_ns = None
-    elif press.first_ns is None:
-        press.first_ns = scan.now_ns
-    if left and right:
-        if press.first_ns is not None and scan.now_ns - press.first_ns < WINDOW_NS:
-            press.stroke = True
-    else:
-        press.stroke = False
-    scan.slot[3].outputs.set_bit(0, 0, press.stroke)
-""",
     "hand_jog.py": f"""\
 from scanrack import Configuration, Direction, Idle, InputBit, Manual, StatusView
 
@@ -274,58 +249,6 @@ SETTINGS = {USED}
 """
 
 WITH_AWAIT = {
-    "wait_seal.py": f"""{HEAD}
-
-class Seal(Logic):
-    start = Input("Local:2:I.Data.0")
-    stop_ok = Input("Local:2:I.Data.1")
-    motor: Output = Output("Local:3:O.Data.0")
-    lamp: Output = Output("Local:3:O.Data.1")
-    warned = OnDelay("3 s")
-    run = False
-
-    def every_scan(self) -> None:
-        self.run = (self.start or self.run) and bool(self.stop_ok)
-        self.motor = self.warned(self.run)
-        self.lamp = self.run
-""",
-    "wait_toggle.py": f"""{HEAD}
-
-class Toggle(Logic):
-    button = Input("Local:2:I.Data.0")
-    lamp: Output = Output("Local:3:O.Data.0")
-
-    @sequence
-    async def toggle(self) -> None:
-        while True:
-            await self.button.rises
-            self.lamp = True
-            await self.button.falls
-            await self.button.rises
-            self.lamp = False
-            await self.button.falls
-""",
-    "wait_twohand.py": f"""{HEAD}
-
-class Press(Logic):
-    left = Input("Local:2:I.Data.0")
-    right = Input("Local:2:I.Data.1")
-    top = Input("Local:2:I.Data.2")
-    press: Output = Output("Local:3:O.Data.0")
-
-    @sequence
-    async def stroke(self) -> None:
-        while True:
-            await until(lambda: not self.left and not self.right)
-            await first_of(self.left.rises, self.right.rises)
-            try:
-                await within("500 ms", until(lambda: self.left and self.right))
-            except WaitTimeout:
-                continue
-            self.press = True
-            await until(lambda: not (self.left and self.right) or bool(self.top))
-            self.press = False
-""",
     "wait_homing.py": f"""{HEAD}
 
 class Station(Logic):

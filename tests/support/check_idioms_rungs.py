@@ -21,51 +21,6 @@ EQU(Step,3)FLL(0,axis.O.Data,8);
 """
 """Steps 0 to 3: configured, and the position set."""
 
-SEAL = """\
-PROGRAM seal
-ALIAS StartPB : Local:2:I.Data.0
-ALIAS StopPB : Local:2:I.Data.1
-ALIAS Overload : Local:2:I.Data.2
-ALIAS Motor : Local:3:O.Data.0
-ALIAS RunLight : Local:3:O.Data.1
-ALIAS TripLight : Local:3:O.Data.2
-TAG Warn : TIMER
-ROUTINE Main
-[XIC(StartPB),XIC(Warn.EN)]XIC(StopPB)XIC(Overload)TON(Warn,3000,0);
-XIC(Warn.DN)OTE(Motor);
-XIC(Warn.EN)OTE(RunLight);
-XIO(Overload)OTE(TripLight);
-END
-"""
-
-TWO_HAND = """\
-PROGRAM twohand
-ALIAS LeftHand : Local:2:I.Data.0
-ALIAS RightHand : Local:2:I.Data.1
-ALIAS AtTop : Local:2:I.Data.2
-ALIAS Press : Local:3:O.Data.0
-TAG Window : TIMER
-TAG Stroke : BOOL
-ROUTINE Main
-[XIC(LeftHand),XIC(RightHand)]TON(Window,500,0);
-[XIC(AtTop)XIO(Window.DN),XIC(Stroke)]XIC(LeftHand)XIC(RightHand)OTE(Stroke);
-XIC(Stroke)OTE(Press);
-END
-"""
-
-TOGGLE = """\
-PROGRAM toggle
-ALIAS Button : Local:2:I.Data.0
-ALIAS Lamp : Local:3:O.Data.0
-TAG Last : BOOL
-TAG Pulse : BOOL
-TAG State : BOOL
-ROUTINE Main
-XIC(Button)ONS(Last)OTE(Pulse);
-[XIC(Pulse)XIO(State),XIO(Pulse)XIC(State)]OTE(State);
-XIC(State)OTE(Lamp);
-END
-"""
 
 DRILL = """\
 PROGRAM drill
@@ -95,26 +50,6 @@ EQU(Step,40)OTE(FeedUp);
 END
 """
 
-JOG_WORDS = f"""\
-PROGRAM jogwords
-{AXIS}ALIAS JogRight : Local:2:I.Data.0
-ALIAS JogLeft : Local:2:I.Data.1
-ALIAS Moving : Local:3:O.Data.0
-TAG Step : DINT
-ROUTINE Main
-{READY}EQU(Step,3)XIO(axis.status.POSITION_INVALID)MOV(4,Step);
-EQU(Step,4)MOV(1,axis.O.Data[4])MOV(200,axis.O.Data[5])MOV(20,axis.O.Data[6])MOV(20,axis.O.Data[7]);
-EQU(Step,4)XIC(JogRight)XIO(JogLeft)MOV(10,Step);
-EQU(Step,4)XIC(JogLeft)XIO(JogRight)MOV(20,Step);
-EQU(Step,10)MOV(128,axis.O.Data[0]);
-EQU(Step,10)XIO(JogRight)MOV(30,Step);
-EQU(Step,20)MOV(256,axis.O.Data[0]);
-EQU(Step,20)XIO(JogLeft)MOV(30,Step);
-EQU(Step,30)CLR(axis.O.Data[0]);
-EQU(Step,30)XIC(axis.status.STOPPED)MOV(4,Step);
-[EQU(Step,10),EQU(Step,20)]OTE(Moving);
-END
-"""
 
 JOG_BITS = """\
 PROGRAM jogbits
@@ -177,34 +112,6 @@ EQU(Step,90)OTE(Failed);
 END
 """
 
-FAULTS = """\
-PROGRAM faults
-ALIAS Guard : Local:2:I.Data.0
-ALIAS AirOk : Local:2:I.Data.1
-ALIAS OverTemp : Local:2:I.Data.2
-ALIAS ResetPB : Local:2:I.Data.3
-ALIAS Horn : Local:3:O.Data.0
-ALIAS Enable : Local:3:O.Data.1
-TAG GuardFault : BOOL
-TAG AirFault : BOOL
-TAG TempFault : BOOL
-TAG AirDelay : TIMER
-TAG Silence : TIMER
-TAG AnyFault : BOOL
-TAG HMI_FirstFault : DINT
-ROUTINE Main
-XIO(Guard)OTL(GuardFault);
-XIO(AirOk)TON(AirDelay,2000,0);
-XIC(AirDelay.DN)OTL(AirFault);
-XIC(OverTemp)OTL(TempFault);
-EQU(HMI_FirstFault,0)[XIC(GuardFault)MOV(1,HMI_FirstFault),XIO(GuardFault)XIC(AirFault)MOV(2,HMI_FirstFault),XIO(GuardFault)XIO(AirFault)XIC(TempFault)MOV(3,HMI_FirstFault)];
-XIC(ResetPB)XIC(Guard)XIC(AirOk)XIO(OverTemp)OTU(GuardFault)OTU(AirFault)OTU(TempFault)CLR(HMI_FirstFault);
-[XIC(GuardFault),XIC(AirFault),XIC(TempFault)]OTE(AnyFault);
-XIC(AnyFault)TON(Silence,30000,0);
-XIC(AnyFault)XIO(Silence.DN)OTE(Horn);
-XIO(AnyFault)OTE(Enable);
-END
-"""
 
 REVERSING = """\
 PROGRAM reversing
@@ -244,23 +151,6 @@ XIC(Closing)XIO(IsClosed)XIO(Opening)OTE(CloseDoor);
 END
 """
 
-TRAFFIC = """\
-PROGRAM traffic
-ALIAS Green : Local:3:O.Data.0
-ALIAS Amber : Local:3:O.Data.1
-ALIAS Red : Local:3:O.Data.2
-TAG T1 : TIMER
-TAG T2 : TIMER
-TAG T3 : TIMER
-ROUTINE Main
-XIO(T3.DN)TON(T1,12000,0);
-XIC(T1.DN)TON(T2,3000,0);
-XIC(T2.DN)TON(T3,15000,0);
-XIO(T1.DN)OTE(Green);
-XIC(T1.DN)XIO(T2.DN)OTE(Amber);
-XIC(T2.DN)OTE(Red);
-END
-"""
 
 SHUTTLE = f"""\
 PROGRAM shuttle
@@ -285,26 +175,6 @@ GEQ(Step,10)OTE(Busy);
 END
 """
 
-PUMPS = """\
-PROGRAM pumps
-ALIAS LowLevel : Local:2:I.Data.0
-ALIAS HighLevel : Local:2:I.Data.1
-ALIAS Trip1 : Local:2:I.Data.2
-ALIAS Trip2 : Local:2:I.Data.3
-ALIAS Pump1 : Local:3:O.Data.0
-ALIAS Pump2 : Local:3:O.Data.1
-TAG Demand : BOOL
-TAG Lead : BOOL
-TAG Ended : BOOL
-TAG Swap : BOOL
-ROUTINE Main
-[XIC(HighLevel),XIC(Demand)]XIC(LowLevel)OTE(Demand);
-XIO(Demand)ONS(Ended)OTE(Swap);
-[XIC(Swap)XIO(Lead),XIO(Swap)XIC(Lead)]OTE(Lead);
-XIC(Demand)[XIO(Lead),XIC(Trip2)]XIO(Trip1)OTE(Pump1);
-XIC(Demand)[XIC(Lead),XIC(Trip1)]XIO(Trip2)OTE(Pump2);
-END
-"""
 
 STATIONS = f"""\
 PROGRAM stations
@@ -360,19 +230,12 @@ END
 """
 
 RUNGS = {
-    "seal.rung": SEAL,
-    "twohand.rung": TWO_HAND,
-    "toggle.rung": TOGGLE,
     "drillunit.rung": DRILL,
-    "jogwords.rung": JOG_WORDS,
     "jogbits.rung": JOG_BITS,
     "homing.rung": HOMING,
-    "faults.rung": FAULTS,
     "reversing.rung": REVERSING,
     "door.rung": DOOR,
-    "traffic.rung": TRAFFIC,
     "shuttle.rung": SHUTTLE,
-    "alternate.rung": PUMPS,
     "stations.rung": STATIONS,
     "debounce.rung": DEBOUNCE,
 }

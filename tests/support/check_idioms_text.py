@@ -27,55 +27,6 @@ READY = """\
 """
 """Steps 0 to 2: configured, and the position set."""
 
-SEAL = """\
-PROGRAM seal_st
-ALIAS StartPB : Local:2:I.Data.0
-ALIAS StopPB : Local:2:I.Data.1
-ALIAS Motor : Local:3:O.Data.0
-ALIAS Lamp : Local:3:O.Data.1
-TAG Run : BOOL
-TAG Warmup : FBD_TIMER := {"PRE": 4000}
-ROUTINE Main ST
-Run := (StartPB OR Run) AND StopPB;
-Warmup.TimerEnable := Run;
-TONR(Warmup);
-Motor := Warmup.DN;
-Lamp := Run;
-END
-"""
-
-TWO_HAND = """\
-PROGRAM twohand_st
-ALIAS LeftHand : Local:2:I.Data.0
-ALIAS RightHand : Local:2:I.Data.1
-ALIAS Press : Local:3:O.Data.0
-TAG Window : FBD_TIMER := {"PRE": 300}
-TAG Stroke : BOOL
-ROUTINE Main ST
-Window.TimerEnable := LeftHand OR RightHand;
-TONR(Window);
-IF LeftHand AND RightHand THEN
-    IF NOT Window.DN THEN Stroke := 1; END_IF;
-ELSE
-    Stroke := 0;
-END_IF;
-Press := Stroke;
-END
-"""
-
-TOGGLE = """\
-PROGRAM toggle_st
-ALIAS Button : Local:2:I.Data.0
-ALIAS Lamp : Local:3:O.Data.0
-TAG Edge : FBD_ONESHOT
-TAG State : BOOL
-ROUTINE Main ST
-Edge.InputBit := Button;
-OSRI(Edge);
-IF Edge.OutputBit THEN State := NOT State; END_IF;
-Lamp := State;
-END
-"""
 
 CLAMP = """\
 PROGRAM clamp_st
@@ -180,30 +131,6 @@ Failed := Step = 90;
 END
 """
 
-FAULTS = """\
-PROGRAM faults_st
-ALIAS Guard : Local:2:I.Data.0
-ALIAS AirOk : Local:2:I.Data.1
-ALIAS ResetPB : Local:2:I.Data.2
-ALIAS Horn : Local:3:O.Data.0
-ALIAS Enable : Local:3:O.Data.1
-TAG Fault : DINT
-TAG Edge : BOOL
-ROUTINE Main ST
-IF Fault = 0 THEN
-    IF NOT Guard THEN
-        Fault := 1;
-    ELSIF NOT AirOk THEN
-        Fault := 2;
-    END_IF;
-ELSIF ResetPB AND NOT Edge AND Guard AND AirOk THEN
-    Fault := 0;
-END_IF;
-Edge := ResetPB;
-Horn := Fault <> 0;
-Enable := Fault = 0;
-END
-"""
 
 REVERSING = """\
 PROGRAM reversing_st
@@ -311,39 +238,15 @@ IF Clear THEN Count := 0; Cases := 0; END_IF;
 END
 """
 
-BLINK = """\
-PROGRAM blink_st
-ALIAS Run : Local:2:I.Data.0
-ALIAS Lamp : Local:3:O.Data.0
-ALIAS Hold : Local:3:O.Data.1
-TAG Up : FBD_TIMER := {"PRE": 500}
-TAG Down : FBD_TIMER := {"PRE": 300}
-TAG Stay : FBD_TIMER := {"PRE": 10000}
-ROUTINE Main ST
-Up.TimerEnable := Run AND NOT Down.DN;
-TONR(Up);
-Down.TimerEnable := Up.DN;
-TONR(Down);
-Lamp := Up.DN;
-Stay.TimerEnable := Run;
-TOFR(Stay);
-Hold := Stay.DN;
-END
-"""
 
 TEXT = {
-    "seal_st.rung": SEAL,
-    "twohand_st.rung": TWO_HAND,
-    "toggle_st.rung": TOGGLE,
     "clamp_st.rung": CLAMP,
     "jog_st.rung": JOG,
     "homing_st.rung": HOMING,
-    "faults_st.rung": FAULTS,
     "reversing_st.rung": REVERSING,
     "table_st.rung": TABLE,
     "scaling_st.rung": SCALING,
     "batch_st.rung": BATCH,
-    "blink_st.rung": BLINK,
 }
 """Structured text by name."""
 
@@ -403,16 +306,6 @@ zero                       for 4 ms
 ABSOLUTE_MOVE S_CURVE TRAPEZOIDAL target 6000 speed 9000 acceleration 15 deceleration 15    until MOVE_COMPLETE
 idle                       for 4 ms
 IMMEDIATE_STOP             for 4 ms
-zero
-""",
-    "encoder.steps": """\
-words 8534h 0034h 1        until MODE_CONFIG -CONFIG_ERROR
-zero                       until -MODE_CONFIG
-PRESET_POSITION            until -POSITION_INVALID
-zero                       for 4 ms
-PRESET_ENCODER             for 20 ms
-zero                       for 4 ms
-RELATIVE_MOVE ENCODER_MOVE target 500 speed 2000 acceleration 10 deceleration 10    until MOVE_COMPLETE
 zero
 """,
 }

@@ -6,42 +6,6 @@ from __future__ import annotations
 
 from check_programs import USED
 
-HMI = """\
-PROGRAM hmi
-ALIAS Start : Local:2:I.Data.0
-ALIAS Valve : Local:3:O.Data.0
-ALIAS Heater : Local:3:O.Data.1
-ALIAS Busy : Local:3:O.Data.2
-TAG HMI_Start : BOOL
-TAG HMI_Setpoint : DINT
-TAG HMI_State : DINT
-TAG AlwaysOn : BOOL
-TAG Enable : BOOL := true
-TAG MaxTime : DINT := 5000
-TAG Seen : BOOL
-TAG Ready : BOOL
-TAG Heat : TIMER
-TAG Shift : DINT[2]
-TAG Store : CONTROL
-TAG Text : STRING
-
-ROUTINE Main
-OTE(AlwaysOn);
-XIC(S:FS)MOV(0,HMI_State)OTU(Ready);
-XIO(Ready)XIC(Enable)OTL(Ready);
-[XIC(Start),XIC(HMI_Start)]XIC(Ready)XIC(AlwaysOn)OTE(Busy);
-MOV(MaxTime,Heat.PRE);
-XIC(Busy)LES(HMI_Setpoint,100)TON(Heat,?,?);
-XIC(Heat.DN)XIO(Seen)OTE(Heater);
-XIC(Heat.DN)OTE(Seen);
-XIC(AlwaysOn)[XIC(Heat.DN)MOV(2,HMI_State),XIC(Heat.TT)MOV(1,HMI_State),XIO(Busy)MOV(0,HMI_State)];
-XIC(Seen)BSL(Shift[0],Store,Start,32);
-XIC(Shift[0].5)OTE(Valve);
-XIC(Seen)DTOS(Heat.ACC,Text);
-GRT(Text.LEN,6)OTU(Ready);
-END
-"""
-
 ZONES = """\
 PROGRAM zones
 ALIAS Auto : Local:2:I.Data.0
@@ -93,63 +57,6 @@ RET(Out);
 END
 """
 
-SORTER = """\
-PROGRAM sorter
-TYPE Part (Id : DINT, Weight : REAL, Good : BOOL)
-ALIAS Start : Local:2:I.Data.0
-ALIAS Kick : Local:3:O.Data.0
-ALIAS Fault : Local:3:O.Data.1
-TAG Parts : Part[8]
-TAG Belt : Part[8]
-TAG I : DINT
-TAG Found : DINT
-TAG Total : REAL
-TAG Done : BOOL
-TAG Before : BOOL
-TAG Small : INT
-TAG Kind : DINT
-
-ROUTINE Main ST
-IF Start AND NOT Before THEN
-    I := 7;
-    WHILE I > 0 DO
-        COP(Belt[I - 1], Belt[I], 1);
-        I := I - 1;
-    END_WHILE;
-    COP(Parts[0], Belt[0], 1);
-    Done := 0;
-END_IF;
-Before := Start;
-Total := 0.0;
-Found := -1;
-I := 0;
-REPEAT
-    Total := Total + Belt[I].Weight;
-    IF Belt[I].Good AND Found < 0 THEN
-        Found := I;
-    END_IF;
-    I := I + 1;
-UNTIL I >= 8 END_REPEAT;
-CASE Found OF
-    -1: Kind := 0;
-    0, 1: Kind := 1;
-    2..5: Kind := 2;
-ELSE
-    Kind := 3;
-END_CASE;
-IF Kind = 2 AND NOT Done THEN
-    Kick := 1;
-    Done := 1;
-ELSE
-    Kick := 0;
-END_IF;
-Small := ABS(Found) MOD 10;
-Fault := Total > 100.0 OR Small = 7;
-Parts[0].Id := Parts[0].Id + 1;
-Parts[0].Weight := Local:2:I.Data[0] / 10.0;
-Parts[0].Good := Parts[0].Weight > 2.5 AND Parts[0].Id <> 0;
-END
-"""
 
 ENUM = f"""\
 from enum import IntEnum
@@ -416,65 +323,14 @@ MOV(card.I.Fault,Module.Fault)Amci3601(Module,Axis,card.I.Data[0],card.O.Data[0]
 END
 """
 
-MIXED = """\
-PROGRAM mixed
-ALIAS Go : Local:2:I.Data.0
-ALIAS Stop : Local:2:I.Data.1
-ALIAS Out : Local:3:O.Data.0
-ALIAS Lamp : Local:3:O.Data.1
-TAG Run : BOOL
-TAG Speed : DINT
-TAG Wanted : DINT := 1200
-TAG Ramp : TIMER
-ROUTINE Main
-[XIC(Go),XIC(Run)]XIO(Stop)OTE(Run);
-XIC(Run)XIO(Ramp.DN)TON(Ramp,20,0);
-JSR(Slope,0);
-GRT(Speed,0)OTE(Out);
-EQU(Speed,Wanted)OTE(Lamp);
-END
-ROUTINE Slope ST
-IF Run AND Ramp.DN AND Speed < Wanted THEN
-    Speed := Speed + 10;
-ELSIF NOT Run AND Speed > 0 THEN
-    Speed := Speed - 10;
-    IF Speed < 0 THEN Speed := 0; END_IF;
-END_IF;
-END
-"""
-
-LATCHED = """\
-PROGRAM latched
-ALIAS Fault1 : Local:2:I.Data.0
-ALIAS Fault2 : Local:2:I.Data.1
-ALIAS Ack : Local:2:I.Data.2
-ALIAS Horn : Local:3:O.Data.0
-ALIAS Lamp : Local:3:O.Data.1
-TAG Alarms : DINT
-TAG Acked : DINT
-TAG Old : DINT
-ROUTINE Main
-XIC(Fault1)OTL(Alarms.0);
-XIC(Fault2)OTL(Alarms.1);
-XIC(Ack)MOV(Alarms,Acked);
-XIC(Ack)XIO(Fault1)XIO(Fault2)CLR(Alarms)CLR(Acked);
-NEQ(Alarms,Acked)OTE(Horn);
-NEQ(Alarms,0)OTE(Lamp);
-NEQ(Alarms,Old)MOV(Alarms,Old);
-END
-"""
 
 MACHINES = {
-    "hmi.rung": HMI,
     "zones.rung": ZONES,
-    "sorter.rung": SORTER,
     "enum.py": ENUM,
     "plain.py": PLAIN,
     "abort.py:Special": ABORT,
     "probe.py": PROBE,
     "events.rung": EVENTS,
     "label.rung": LABEL,
-    "mixed.rung": MIXED,
-    "latched.rung": LATCHED,
 }
 """The programs by name."""

@@ -6,72 +6,6 @@ from __future__ import annotations
 
 from check_steps import FEEDER, PACKER
 
-INDEXER = """\
-PROGRAM rotary
-USE axis3601
-// An eight-station dial: home, then 45 degrees at a time
-SLOT card : 1
-ALIAS PB_Index : Local:2:I.Data.0
-ALIAS LockedLS : Local:2:I.Data.1
-ALIAS UnlockedLS : Local:2:I.Data.2
-ALIAS PartPresent : Local:2:I.Data.3
-ALIAS PB_Reset : Local:2:I.Data.4
-ALIAS SOL_Lock : Local:3:O.Data.0
-ALIAS SOL_Eject : Local:3:O.Data.1
-ALIAS PL_Ready : Local:3:O.Data.2
-ALIAS PL_Fault : Local:3:O.Data.3
-TAG Dial : AXIS_3601
-TAG DialIO : Amci3601
-TAG Setup : INT[8] := [16#8434, 16#0034, 0, 250, 0, 0, 0, 0]
-TAG FB_Config : Configure3601
-TAG FB_Home : MC_Home
-TAG FB_Index : MC_MoveRelative
-TAG FB_Reset : MC_Reset
-TAG FB_Stop : MC_Halt
-TAG NotFirst : BOOL
-TAG Homed : BOOL
-TAG DoHome : BOOL
-TAG DoIndex : BOOL
-TAG DoStop : BOOL
-TAG Request : BOOL
-TAG ONS_Index : BOOL
-TAG T_Lock : TIMER
-TAG T_Eject : TIMER
-TAG C_Parts : COUNTER
-TAG Stations : DINT[8]
-TAG Pos : DINT
-TAG Here : DINT
-TAG Steps : DINT := 800
-TAG IndexSpeed : DINT := 2400
-
-ROUTINE Main
-XIO(S:FS)OTE(NotFirst);
-Configure3601(FB_Config,Dial,Setup,NotFirst);
-XIC(FB_Config.Done)XIO(Homed)XIO(FB_Home.Done)OTE(DoHome);
-MC_Home(FB_Home,Dial,DoHome,1,900,20,20);
-XIC(FB_Home.Done)OTL(Homed);
-XIC(FB_Reset.Done)OTU(Homed);
-XIC(PB_Index)ONS(ONS_Index)XIC(Homed)OTL(Request);
-XIC(Request)XIC(UnlockedLS)XIO(LockedLS)XIO(FB_Index.Error)OTE(DoIndex);
-MC_MoveRelative(FB_Index,Dial,DoIndex,Steps,IndexSpeed,40,40);
-XIC(FB_Index.Done)XIC(Request)ADD(Pos,1,Pos)MOD(Pos,8,Pos)OTU(Request);
-XIC(PartPresent)XIC(FB_Index.Done)MOV(1,Stations[Pos]);
-MOV(Stations[Pos],Here);
-XIC(LockedLS)EQU(Here,1)TON(T_Eject,300,0);
-XIC(T_Eject.DN)CTU(C_Parts,0,0)MOV(0,Stations[Pos]);
-XIC(T_Eject.TT)OTE(SOL_Eject);
-XIO(Request)XIO(FB_Index.Busy)TON(T_Lock,100,0);
-XIC(T_Lock.DN)OTE(SOL_Lock);
-XIC(Dial.ErrorStop)OTE(PL_Fault);
-MC_Reset(FB_Reset,Dial,PB_Reset);
-XIC(FB_Index.Busy)XIC(LockedLS)OTE(DoStop);
-MC_Halt(FB_Stop,Dial,DoStop);
-XIC(Homed)XIO(PL_Fault)OTE(PL_Ready);
-MOV(card.I.Fault,DialIO.Fault)Amci3601(DialIO,Dial,card.I.Data[0],card.O.Data[0]);
-END
-"""
-"""An eight-station dial."""
-
 PRESS_ST = """\
 PROGRAM press
 ALIAS LeftHand : Local:2:I.Data.0
@@ -1286,7 +1220,6 @@ def logic(scan):
 STATIONS = {
     "feeder.rung": FEEDER,
     "packer.py": PACKER,
-    "indexer.rung": INDEXER,
     "press_st.rung": PRESS_ST,
     "drill.rung": STATION_ST,
     "cutter.py": CUTTER,

@@ -71,13 +71,18 @@ class FaultyDevice:
 
     def advance(self, now_ns: int) -> bytes:
         if answer := self.inner.advance(now_ns):
-            fault = self._plan.get(self.answers)
+            delay_ns, sent = self.fate(answer)
             self.answers += 1
-            due_ns = now_ns + self._delay_ns if fault is Fault.DELAYED else now_ns
-            self._held.append((due_ns, answer if fault is None else spoilt(answer, fault)))
+            self._held.append((now_ns + delay_ns, sent))
         said = b"".join(frame for due_ns, frame in self._held if due_ns <= now_ns)
         self._held = [(due_ns, frame) for due_ns, frame in self._held if due_ns > now_ns]
         return said
+
+    def fate(self, answer: bytes) -> tuple[int, bytes]:
+        """Return the delay of the next answer, ns, and what arrives of it."""
+        fault = self._plan.get(self.answers)
+        delay_ns = self._delay_ns if fault is Fault.DELAYED else 0
+        return delay_ns, answer if fault is None else spoilt(answer, fault)
 
 
 class BusLink:

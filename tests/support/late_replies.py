@@ -12,7 +12,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from adapterbench import CONFIGURE_006, MS, AdapterBench, AdapterBench006, AdapterBenchDrive, move
-from scanrack.runtime import Device, LineFormat
+from faultyline import FaultyDevice
+from scanrack.runtime import Device
 
 RATES = (4, 0, 100, 100)
 COMMANDS: dict[str, tuple[tuple[int, ...], ...]] = {
@@ -29,47 +30,23 @@ EACH_MS = 400
 MOVING = {"MOVING_CW", "MOVING_CCW"}
 
 
-class LateDevice:
+class LateDevice(FaultyDevice):
     """A device some of whose replies come late.
 
     Attributes:
         delays_ms: of the replies from now on, by their number, counted from 0.
-
-    Args:
-        inner: the device.
     """
 
     def __init__(self, inner: Device) -> None:
-        self.inner = inner
+        super().__init__(inner, {})
         self.delays_ms: Mapping[int, int] = {}
-        self._replies = 0
-        self._held: list[tuple[int, bytes]] = []
-
-    @property
-    def line_format(self) -> LineFormat:
-        return self.inner.line_format
-
-    @property
-    def next_wake_ns(self) -> int | None:
-        times = [due_ns for due_ns, _ in self._held]
-        if (wake_ns := self.inner.next_wake_ns) is not None:
-            times.append(wake_ns)
-        return min(times, default=None)
 
     def delay(self, delays_ms: Mapping[int, int]) -> None:
         """Delay replies from now on."""
-        self.delays_ms, self._replies = delays_ms, 0
+        self.delays_ms, self.answers = delays_ms, 0
 
-    def receive(self, now_ns: int, data: bytes) -> None:
-        self.inner.receive(now_ns, data)
-
-    def advance(self, now_ns: int) -> bytes:
-        if reply := self.inner.advance(now_ns):
-            self._held.append((now_ns + self.delays_ms.get(self._replies, 0) * MS, reply))
-            self._replies += 1
-        said = b"".join(reply for due_ns, reply in self._held if due_ns <= now_ns)
-        self._held = [(due_ns, reply) for due_ns, reply in self._held if due_ns > now_ns]
-        return said
+    def fate(self, answer: bytes) -> tuple[int, bytes]:
+        return self.delays_ms.get(self.answers, 0) * MS, answer
 
 
 def bench_for(controller: str) -> AdapterBench:

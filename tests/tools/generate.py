@@ -25,6 +25,7 @@ import cards_page
 import check_page
 import clients_tried
 import commands_page
+import debugger_page
 import differences_page
 import drives_page
 import findings_page
@@ -88,6 +89,7 @@ GENERATORS: dict[str, Callable[[], Iterator[Generated]]] = {
     "check": lambda: iter([Generated(check_page.PAGE, check_page.page())]),
     "clients": lambda: _table(clients_tried.PAGE, clients_tried.written),
     "commands": lambda: iter([Generated(commands_page.PAGE, commands_page.page())]),
+    "debugger": lambda: _table(debugger_page.PAGE, debugger_page.written),
     "differences": _differences,
     "drives": lambda: iter([Generated(drives_page.PAGE, drives_page.page())]),
     "findings": _findings,

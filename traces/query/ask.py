@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..read.reader import Trace
-from ..signals import Catalog, Signal, blocks
+from ..signals import Catalog, Signal, SignalKind, blocks
+from ..signals.stream import Block
 from .answer import Answer, Occurrence
-from .columns import Column, Scans
-from .language import TOO_DEEP, QueryError, parse
+from .columns import Column, Memory, Scans, joined
+from .language import TOO_DEEP, Query, QueryError, parse
 from .numbers import Numbers
-from .patterns import Occurrences
+from .patterns import Occurrences, Stretches, lengths
+from .rows import RowIndex
 
 Array = NDArray[Any]
 
@@ -25,8 +27,8 @@ def query(
 ) -> Answer:
     """Run a query on a trace.
 
-    It takes memory only for the columns in the query: per scan 16 bytes, 1 for a bit, at most
-    8 for a number.
+    It reads block by block. However many scans there are, it takes memory only for changes of its
+    conditions, 8 bytes each, and for values of `show` where a condition begins to hold.
 
     Args:
         text: the query, see docs/query.md.
@@ -40,61 +42,83 @@ def query(
     catalog = Catalog.of(trace)
     asked = parse(text, catalog)
     shown = [catalog[name] for name in show]
-    scans = read_scans(trace, (*asked.signals, *shown), progress)
+    reading = _Reading(asked, shown)
+    measured = any(each.kind is SignalKind.MEASURED for each in (*asked.signals, *shown))
     try:
-        found = asked.pattern(scans)
+        for block in blocks(trace, progress=progress, measured=measured):
+            reading.add(block)
     except RecursionError as error:
         raise QueryError(TOO_DEEP) from error
     except OverflowError as error:
         raise QueryError(f"a product is too large for a sum with a fraction: {error}") from error
-    wanted = found.some(_PICKS[asked.aggregate](found, scans))
-    return Answer(asked.aggregate, len(found), tuple(_occurrences(wanted, scans, shown)))
+    rows = reading.rows
+    found = asked.pattern(reading.stretches, rows)
+    wanted = found.some(_PICKS[asked.aggregate](found, rows))
+    return Answer(asked.aggregate, len(found), tuple(_occurrences(wanted, reading)))
 
 
-def read_scans(trace: Trace, signals: Iterable[Signal], progress: Callable[[int], None]) -> Scans:
-    """Read some signals of all scans."""
-    columns: dict[str, list[Array]] = {signal.name: [] for signal in signals}
-    wanted = {signal.name: signal for signal in signals}
-    numbers, times = [], []
-    for block in blocks(trace, progress=progress):
-        numbers.append(block.scan)
-        times.append(block.time_ns)
-        for name, signal in wanted.items():
-            columns[name].append(signal.read(block))
-    joined = {name: np.concatenate(parts) for name, parts in columns.items()}
-    return Scans(np.concatenate(numbers), np.concatenate(times), joined)
+class _Reading:
+    """What a query needs of the blocks that were read."""
+
+    def __init__(self, asked: Query, shown: Sequence[Signal]) -> None:
+        self.rows = RowIndex()
+        self.stretches = [Stretches() for _ in asked.conditions]
+        self._asked, self._shown, self._memory = asked, shown, Memory()
+        self._begins: list[NDArray[np.int64]] = []
+        self._columns: list[list[Column]] = [[] for _ in shown]  # the values of these rows, by signal
+
+    def add(self, block: Block) -> None:
+        wanted = {signal.name: signal for signal in (*self._asked.signals, *self._shown)}
+        values = {name: signal.read(block) for name, signal in wanted.items()}
+        scans = Scans(block.scan, block.time_ns, values, self._memory)
+        before, begins = self.stretches[0].rows, []
+        for found, holds in zip(self.stretches, self._asked.conditions, strict=True):
+            begins.append(found.add(holds(scans)))
+        self.rows.add(scans.scan, scans.time_ns)
+        if self._shown and len(begins[0]):
+            self._begins.append(begins[0] + before)
+            for column, signal in zip(self._columns, self._shown, strict=True):
+                column.append(scans.column(signal)[begins[0]])
+
+    def shown(self, rows: NDArray[np.int64]) -> Iterator[Mapping[str, Any]]:
+        """Yield the values of the shown signals in some rows in which the first condition begins to hold."""
+        if not self._shown or not len(rows):
+            yield from ({} for _ in rows)
+            return
+        places = np.searchsorted(np.concatenate(self._begins), rows)
+        columns = [_values(joined(each)[places]) for each in self._columns]
+        names = [signal.name for signal in self._shown]
+        yield from (dict(zip(names, each, strict=True)) for each in zip(*columns, strict=True))
 
 
-def _at(pick: Callable[[Array], Any], found: Occurrences, scans: Scans) -> slice:
+def _at(pick: Callable[[Array], Any], found: Occurrences, rows: RowIndex) -> slice:
     if not len(found):
         return slice(0)
-    place = int(pick(scans.time_ns[found.end] - scans.time_ns[found.first]))
+    place = int(pick(lengths(found, rows)))
     return slice(place, place + 1)
 
 
-_PICKS: Mapping[str | None, Callable[[Occurrences, Scans], slice]] = {
-    None: lambda found, _scans: slice(None),
-    "count": lambda found, _scans: slice(0),
-    "first": lambda found, _scans: slice(1),
-    "last": lambda found, _scans: slice(max(0, len(found) - 1), None),
+_PICKS: Mapping[str | None, Callable[[Occurrences, RowIndex], slice]] = {
+    None: lambda found, _rows: slice(None),
+    "count": lambda found, _rows: slice(0),
+    "first": lambda found, _rows: slice(1),
+    "last": lambda found, _rows: slice(max(0, len(found) - 1), None),
     "longest": partial(_at, np.argmax),
     "shortest": partial(_at, np.argmin),
 }
 
 
-def _occurrences(found: Occurrences, scans: Scans, shown: Sequence[Signal]) -> Iterable[Occurrence]:
-    shown_at = [list(_values(scans.column(signal)[found.first])) for signal in shown]
-    for place in range(len(found)):
-        values = {signal.name: column[place] for signal, column in zip(shown, shown_at, strict=True)}
-        first, last, end = (int(rows[place]) for rows in (found.first, found.last, found.end))
-        yield Occurrence(
-            first=int(scans.scan[first]),
-            last=int(scans.scan[last]),
-            start_ns=int(scans.time_ns[first]),
-            end_ns=int(scans.time_ns[end]),
-            open=bool(found.open[place]),
-            shown=values,
-        )
+def _occurrences(found: Occurrences, reading: _Reading) -> Iterable[Occurrence]:
+    rows = reading.rows
+    columns = (
+        rows.scan(found.first),
+        rows.scan(found.last),
+        rows.time_ns(found.first),
+        rows.time_ns(found.end),
+        found.open,
+    )
+    each = zip(*(column.tolist() for column in columns), reading.shown(found.first), strict=True)
+    yield from (Occurrence(*fields) for fields in each)
 
 
 def _values(column: Column) -> Iterable[int | float | bool | None]:

@@ -1,8 +1,9 @@
-"""The language's operators on whole columns: one value per scan in, one per scan out."""
+"""The language's operators on columns, block by block: one value per scan in, one per scan out."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -20,13 +21,18 @@ Column = Condition | Numbers
 """The value of an expression in every scan."""
 
 
+Memory = dict[object, Any]
+"""What operators keep from block to block, each by a key of its own."""
+
+
 @dataclass(frozen=True, slots=True)
 class Scans:
-    """The columns that a query reads."""
+    """A block of the columns that a query reads."""
 
     scan: NDArray[np.int64]
     time_ns: NDArray[np.int64]
     values: Mapping[str, Array]  # columns by signal name, of the signals' own types
+    memory: Memory = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.scan)
@@ -39,6 +45,31 @@ class Scans:
         if signal.kind is SignalKind.VALUE:
             return Numbers(*whole_numbers(values))
         return numbers.numbers(values)
+
+    def after_last(self, key: object, values: Column, find: Callable[[Any], Condition]) -> Condition:
+        """Apply an operator that compares each scan with the one before, the last of the block before too."""
+        last, self.memory[key] = self.memory.get(key), values[-1:]
+        return find(values) if last is None else find(joined((last, values)))[1:]
+
+    def held(self, key: object, condition: Condition, least_ns: int) -> Condition:
+        """Apply `held`; a stretch may have begun in a block before."""
+        if not len(condition):
+            return condition
+        since_ns = since(condition, self.time_ns)
+        if condition[0] and (begun := self.memory.get(key)) is not None:
+            since_ns[: len(condition) if condition.all() else int(np.argmin(condition))] = begun
+        self.memory[key] = int(since_ns[-1]) if condition[-1] else None
+        result: Condition = condition & (self.time_ns - since_ns >= least_ns)
+        return result
+
+
+def joined(parts: Sequence[Any]) -> Any:
+    """Return columns of one kind as one."""
+    if isinstance(parts[0], Numbers):
+        return Numbers(
+            np.concatenate([each.values for each in parts]), np.concatenate([each.none for each in parts])
+        )
+    return np.concatenate(parts)
 
 
 def rose(condition: Condition) -> Condition:
@@ -74,14 +105,12 @@ def compared(operator: Callable[[Any, Any], Any], left: Column, right: Column) -
     return result
 
 
-def held(condition: Condition, time_ns: NDArray[np.int64], least_ns: int) -> Condition:
-    """True where a condition has held without interruption for `least_ns` or longer.
+def since(condition: Condition, time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return since when a condition has held, where it holds.
 
-    >>> held(np.array([True, True, True, False, True]), np.array([0, 2, 4, 6, 8]), 4).tolist()
-    [False, False, True, False, False]
+    >>> since(np.array([True, True, False, True]), np.array([0, 2, 4, 6])).tolist()
+    [0, 0, 0, 6]
     """
     begins = condition.copy()
     begins[1:] &= ~condition[:-1]
-    since = np.maximum.accumulate(np.where(begins, np.arange(len(condition)), 0))
-    result: Condition = condition & (time_ns - time_ns[since] >= least_ns)
-    return result
+    return time_ns[np.maximum.accumulate(np.where(begins, np.arange(len(condition)), 0))]

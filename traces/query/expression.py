@@ -1,4 +1,4 @@
-"""The parts of a query: functions of whole columns, with a type and a place in the text."""
+"""The parts of a query: functions of columns, with a type and a place in the text."""
 
 from __future__ import annotations
 

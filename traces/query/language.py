@@ -1,4 +1,4 @@
-"""From the text of a query to a function of whole columns.
+"""From the text of a query to functions of columns.
 
 Every expression has one of four types, and its place in the text, so that a
 mistake is reported with its column before the first scan is read:
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import cache, partial
 from typing import Any
 
@@ -40,7 +41,7 @@ from .expression import (
     want,
 )
 from .grammar import GRAMMAR, TERMS
-from .patterns import Occurrences, Pattern, response, runs, silence
+from .patterns import Pattern, response, runs, silence
 
 
 class QueryError(ValueError):
@@ -52,7 +53,8 @@ class Query:
     """A parsed query."""
 
     aggregate: str | None  # "count", "first", "last", "longest" or "shortest"; None for all occurrences
-    pattern: Pattern
+    conditions: tuple[Callable[[Scans], Condition], ...]
+    pattern: Pattern  # finds the occurrences in the stretches of the conditions
     signals: tuple[Signal, ...]
 
 
@@ -120,20 +122,12 @@ _EDGES: Mapping[str, Callable[[Any], Condition]] = {
 }
 
 
-_Found = tuple[Pattern, tuple[Signal, ...]]
-"""A function that finds occurrences, and the signals that it reads."""
-
-
-def _two(
-    cause: Expression, effect: Expression, find: Callable[[Condition, Condition, Scans], Occurrences]
-) -> _Found:
-    """Make a pattern of two conditions."""
-    want(cause, Type.CONDITION)
-    want(effect, Type.CONDITION)
-    return (
-        lambda scans: find(cause.evaluate(scans), effect.evaluate(scans), scans),
-        cause.signals + effect.signals,
-    )
+def _query(pattern: Pattern, *conditions: Expression) -> Query:
+    """Make a query of its conditions."""
+    for each in conditions:
+        want(each, Type.CONDITION)
+    signals = tuple(signal for each in conditions for signal in each.signals)
+    return Query(None, tuple(each.evaluate for each in conditions), pattern, signals)
 
 
 def _is_text(coded: Expression, text: Expression, sign: Token) -> Expression:
@@ -160,23 +154,21 @@ class _Builder(Transformer[Token, Any]):
 
     # -- the whole ----------------------------------------------------------------------------------
 
-    def everything(self, found: _Found) -> Query:
-        return Query(None, *found)
+    def everything(self, found: Query) -> Query:
+        return found
 
-    def aggregate(self, name: Token, found: _Found) -> Query:
-        return Query(str(name), *found)
+    def aggregate(self, name: Token, found: Query) -> Query:
+        return replace(found, aggregate=str(name))
 
-    def runs(self, condition: Expression) -> _Found:
-        want(condition, Type.CONDITION)
-        return lambda scans: runs(condition.evaluate(scans), scans), condition.signals
+    def runs(self, condition: Expression) -> Query:
+        return _query(runs, condition)
 
-    def then(self, cause: Expression, effect: Expression, limit: Token | None = None) -> _Found:
+    def then(self, cause: Expression, effect: Expression, limit: Token | None = None) -> Query:
         within_ns = None if limit is None else duration_ns(limit)
-        return _two(cause, effect, lambda a, b, scans: response(a, b, within_ns, scans))
+        return _query(partial(response, within_ns), cause, effect)
 
-    def without(self, cause: Expression, effect: Expression, limit: Token) -> _Found:
-        within_ns = duration_ns(limit)
-        return _two(cause, effect, lambda a, b, scans: silence(a, b, within_ns, scans))
+    def without(self, cause: Expression, effect: Expression, limit: Token) -> Query:
+        return _query(partial(silence, duration_ns(limit)), cause, effect)
 
     # -- conditions ---------------------------------------------------------------------------------
 
@@ -192,16 +184,14 @@ class _Builder(Transformer[Token, Any]):
 
     def held(self, part: Expression, time: Token) -> Expression:
         want(part, Type.CONDITION)
-        least_ns = duration_ns(time)
-        return derived(
-            Type.CONDITION, part, lambda scans: columns.held(part.evaluate(scans), scans.time_ns, least_ns)
-        )
+        least_ns, key = duration_ns(time), object()
+        return derived(Type.CONDITION, part, lambda scans: scans.held(key, part.evaluate(scans), least_ns))
 
     def edge(self, name: Token, part: Expression) -> Expression:
         if name != "changed":
             want(part, Type.CONDITION, f"{name}()")
-        find = _EDGES[name]
-        return derived(Type.CONDITION, part, lambda scans: find(part.evaluate(scans)))
+        find, key = _EDGES[name], object()
+        return derived(Type.CONDITION, part, lambda scans: scans.after_last(key, part.evaluate(scans), find))
 
     def compare(self, left: Expression, sign: Token, right: Expression) -> Expression:
         if Type.TEXT in (left.type, right.type):

@@ -12,13 +12,14 @@ silence(A, B, 5 ms) the same, where B comes later than 5 ms, or never
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scanrack.io_images.dataclass import dataclass
 
-from .columns import Condition, Scans
+from .columns import Condition
+from .rows import RowIndex
 
 Rows = NDArray[np.int64]
 
@@ -40,61 +41,94 @@ class Occurrences:
         return Occurrences(self.first[rows], self.last[rows], self.end[rows], self.open[rows])
 
 
-Pattern = Callable[[Scans], Occurrences]
-"""Finds the occurrences in the columns of a trace."""
+class Stretches:
+    """The stretches of rows in which a condition holds, collected block by block.
+
+    >>> found = Stretches()
+    >>> for block in ([False, True, True], [True, False, True]):
+    ...     begun = found.add(np.array(block))
+    >>> found.first.tolist(), found.end.tolist()
+    ([1, 5], [4])
+    """
+
+    def __init__(self) -> None:
+        self.rows = 0
+        self._changes: list[Rows] = []
+        self._holds = False
+
+    def add(self, condition: Condition) -> Rows:
+        """Add a block, and return the rows of the block in which the condition begins to hold."""
+        differs = np.empty(len(condition), bool)
+        differs[:1] = condition[:1] != self._holds
+        np.not_equal(condition[1:], condition[:-1], out=differs[1:])
+        changes = np.flatnonzero(differs)
+        self._changes.append(changes + self.rows)
+        self._holds = bool(condition[-1]) if len(condition) else self._holds
+        self.rows += len(condition)
+        return changes[condition[changes]]
+
+    @property
+    def first(self) -> Rows:
+        """The first row of each."""
+        return self._all[::2]
+
+    @property
+    def end(self) -> Rows:
+        """The row after the last one of each; none of one that holds in the last row of all."""
+        return self._all[1::2]
+
+    @property
+    def _all(self) -> Rows:
+        self._changes = [np.concatenate(self._changes)] if self._changes else [np.zeros(0, np.int64)]
+        return self._changes[0]
 
 
-def runs(condition: Condition, scans: Scans) -> Occurrences:
+Pattern = Callable[[Sequence[Stretches], RowIndex], Occurrences]
+"""Finds the occurrences, from the stretches of its conditions."""
+
+
+def runs(conditions: Sequence[Stretches], _rows: RowIndex) -> Occurrences:
     """Find the stretches in which a condition holds."""
-    first = _beginnings(condition)
-    end = _beginnings(~condition)
-    if len(end) and len(first) and end[0] < first[0]:
-        end = end[1:]
-    elif len(end) and not len(first):
-        end = end[:0]
+    (condition,) = conditions
+    first, end = condition.first, condition.end
     still = len(first) - len(end)  # 0 or 1: holding in the last scan
-    last = np.concatenate((end - 1, [len(scans) - 1] * still)).astype(np.int64)
-    end = np.concatenate((end, [len(scans) - 1] * still)).astype(np.int64)
+    rest = [condition.rows - 1] * still
     open_ = np.zeros(len(first), bool)
     open_[len(first) - still :] = True
+    last, end = (np.concatenate((each, rest)).astype(np.int64) for each in (end - 1, end))
     return Occurrences(first, last, end, open_)
 
 
-def response(cause: Condition, effect: Condition, within_ns: int | None, scans: Scans) -> Occurrences:
+def response(within_ns: int | None, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
     """Find each beginning of a cause that an effect follows, in a later scan, and in time."""
-    found = _answers(cause, effect, scans)
+    found = _answers(*conditions)
     answered = ~found.open
     if within_ns is not None:
-        answered &= _lengths(found, scans) <= within_ns
+        answered &= lengths(found, rows) <= within_ns
     return found.some(np.flatnonzero(answered))
 
 
-def silence(cause: Condition, effect: Condition, within_ns: int, scans: Scans) -> Occurrences:
+def silence(within_ns: int, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
     """Find each beginning of a cause that no effect follows in time.
 
     A cause shortly before the end of the trace is left out if its time is not over.
     """
-    found = _answers(cause, effect, scans)
-    return found.some(np.flatnonzero(_lengths(found, scans) > within_ns))
+    found = _answers(*conditions)
+    return found.some(np.flatnonzero(lengths(found, rows) > within_ns))
 
 
-def _answers(cause: Condition, effect: Condition, scans: Scans) -> Occurrences:
+def _answers(cause: Stretches, effect: Stretches) -> Occurrences:
     """Find each beginning of a cause, with the first later scan in which the effect holds, or the last."""
-    first = _beginnings(cause)
-    effects = np.append(np.flatnonzero(effect), len(scans))
-    answer = effects[np.searchsorted(effects[:-1], first, "right")]
-    open_ = answer == len(scans)
-    last = np.where(open_, len(scans) - 1, answer)
+    first, count = cause.first, cause.rows
+    ends = np.append(effect.end, [count] * (len(effect.first) - len(effect.end)))
+    begins = np.append(effect.first, count)
+    answer = np.maximum(first + 1, begins[np.searchsorted(ends, first + 1, "right")])
+    open_ = answer >= count
+    last = np.where(open_, count - 1, answer)
     return Occurrences(first, last, last, open_)
 
 
-def _beginnings(condition: Condition) -> Rows:
-    """Return the rows in which a condition begins to hold, the first row among them if it holds there."""
-    begins = condition.copy()
-    begins[1:] &= ~condition[:-1]
-    return np.flatnonzero(begins)
-
-
-def _lengths(found: Occurrences, scans: Scans) -> Rows:
-    lengths: Rows = scans.time_ns[found.end] - scans.time_ns[found.first]
-    return lengths
+def lengths(found: Occurrences, rows: RowIndex) -> Rows:
+    """Return the durations, ns."""
+    result: Rows = rows.time_ns(found.end) - rows.time_ns(found.first)
+    return result

@@ -18,7 +18,7 @@ import numpy as np
 
 from ..format.tagplan import FIELD
 from .columns import ALL, Columns, Selection, by_name, join, no_columns
-from .reader import Scan, Trace
+from .reader import Scan, Trace, TraceEvent
 from .sections import ScanRows, Section
 
 __all__ = [
@@ -64,6 +64,15 @@ def column_chunks(
         parts = trace.scan_rows(section)
         if parts:
             yield _columns(parts[0] if len(parts) == 1 else np.concatenate(parts), tags=tags)
+
+
+def column_chunks_and_events(trace: Trace) -> Iterator[tuple[Columns, list[TraceEvent]]]:
+    """Iterate over all chunks: their scans, none in some, and their events. Each is read once."""
+    nothing = no_columns(trace.head.layout.words)
+    for section in trace.sections:
+        parts, events = trace.scans_and_events(section)
+        whole = parts[0] if len(parts) == 1 else np.concatenate(parts) if parts else None
+        yield nothing if whole is None else _columns(whole), events
 
 
 def scan_count(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> int:

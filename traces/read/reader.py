@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import os
 from bisect import bisect_right
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -333,11 +333,13 @@ class Trace(Records):
         Args:
             topics: only events of these; None = of all.
         """
-        for part in self._messages(section):
-            if isinstance(part, Message):
-                yield from (
-                    event for event in self._events(part, section) if topics is None or event.topic in topics
-                )
+        told = self._told(self._messages(section), section)
+        yield from (event for event in told if topics is None or event.topic in topics)
+
+    def scans_and_events(self, section: Section) -> tuple[list[ScanRows], list[TraceEvent]]:
+        """Return the scans and the events of a section, which is read once."""
+        parts = self._messages(section)
+        return _rows_of(parts), list(self._told(parts, section))
 
     def may_tell(self, section: Section, topics: Collection[str] | None = None) -> bool:
         """Return whether a section may have events of some topics, or any for None; it is not read.
@@ -365,7 +367,7 @@ class Trace(Records):
 
     def scan_rows(self, section: Section) -> list[ScanRows]:
         """Return the scans of a section as arrays; none for a damaged one, which is noted."""
-        return [part for part in self._messages(section) if not isinstance(part, Message)]
+        return _rows_of(self._messages(section))
 
     def as_scans(self, rows: ScanRows) -> Iterator[Scan]:
         """Iterate over the scans of an array."""
@@ -441,6 +443,11 @@ class Trace(Records):
         parts = self.parts(section) or ()
         messages = [part.what for part in parts if not isinstance(part.what, Channel | Schema)]
         return [message for message in messages if self._is_sound(message, section)]
+
+    def _told(self, parts: Iterable[ScanRows | Message], section: Section) -> Iterator[TraceEvent]:
+        for part in parts:
+            if isinstance(part, Message):
+                yield from self._events(part, section)
 
     def _is_sound(self, part: ScanRows | Message, section: Section) -> bool:
         """Return whether a message is no malformed scan; note one that is."""
@@ -538,6 +545,10 @@ _NO_SCAN = 1 << 32
 """More than the number of any scan."""
 
 _EVENT_TOPICS = frozenset(topic.name for topic in ALL_TOPICS)
+
+
+def _rows_of(parts: Iterable[ScanRows | Message]) -> list[ScanRows]:
+    return [part for part in parts if not isinstance(part, Message)]
 
 
 def _event(message: Message, topic: str) -> TraceEvent:

@@ -72,22 +72,27 @@ class EmptySelectionError(ValueError):
 
 
 def blocks(
-    trace: Trace, selection: Selection = ALL, *, progress: Callable[[int], None] = lambda scans: None
+    trace: Trace,
+    selection: Selection = ALL,
+    *,
+    progress: Callable[[int], None] = lambda scans: None,
+    measured: bool = True,
 ) -> Iterator[Block]:
     """Iterate over the selected scans of a trace, block by block, in order.
 
     Args:
         progress: called at each block with the number of scans read so far.
+        measured: whether signals of several scans are read: without them blocks have no more scans.
 
     Raises:
         EmptySelectionError: the trace has no such scan.
         TraceError: the file is damaged beyond what can be left out.
     """
-    margin = half_window(trace)
+    margin = half_window(trace) if measured else 0
     places = trace.head.layout.places
     found = False
     columns = column_chunks(trace, selection, margin=margin, tags=True)
-    for wide, start, stop in _with_margins(columns, margin):
+    for wide, start, stop in _with_margins(columns, margin) if margin else _without(columns):
         progress(stop - start)
         low, high = selection.rows(wide)
         low, high = max(low, start), min(high, stop)
@@ -116,6 +121,10 @@ def half_window(trace: Trace) -> int:
     """Return the number of scans in half of `SPEED_WINDOW_NS`, 1 or more."""
     period_ns = int(trace.head.metadata.get("scan_period_ns", 0)) or SPEED_WINDOW_NS
     return max(1, round(SPEED_WINDOW_NS / 2 / period_ns))
+
+
+def _without(stream: Iterator[Columns]) -> Iterator[tuple[Columns, int, int]]:
+    return ((columns, 0, len(columns.scan)) for columns in stream)
 
 
 def _with_margins(stream: Iterator[Columns], margin: int) -> Iterator[tuple[Columns, int, int]]:

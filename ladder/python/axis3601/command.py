@@ -9,6 +9,7 @@ from typing import Protocol
 from scanrack.io_images.image import Image
 from typing_extensions import override
 
+from ..sequences.watch import Watch
 from .errors import AxisError, CommandAborted, ErrorId, reasons
 from .kinds import CommandKind
 from .link import LinkedWait
@@ -44,7 +45,7 @@ class Command(LinkedWait[None]):
         text: the call, as in "move_to(4000)".
     """
 
-    __slots__ = ("_axis", "_is_active", "detail", "error_id", "kind", "outcome", "text", "words")
+    __slots__ = ("_axis", "_is_active", "detail", "ended", "error_id", "kind", "outcome", "text", "words")
 
     attended = False
     """Whether `attend` is called in each scan."""
@@ -59,6 +60,7 @@ class Command(LinkedWait[None]):
         self.text = text
         self.words: array[int] = array("h")  # the eight words that start it; empty if it was refused
         self.outcome = Outcome.BUSY  # whether it waits, runs, is done, aborted or failed
+        self.ended = False  # whether its outcome is final
         self.error_id = ErrorId(0)  # the ErrorID of the function block; 0 without an error
         self.detail = ""  # more about the error
         self._is_active = False
@@ -87,6 +89,10 @@ class Command(LinkedWait[None]):
     def error(self) -> bool:
         """Whether it failed or was refused."""
         return self.outcome is Outcome.ERROR
+
+    @override
+    def watched(self) -> Watch:
+        return Watch(flag=self)
 
     @override
     def poll(self, now_ns: int) -> bool:
@@ -122,3 +128,4 @@ class Command(LinkedWait[None]):
         """End it, unless it has ended."""
         if self.outcome is Outcome.BUSY:
             self.outcome, self.error_id, self.detail = outcome, ErrorId(error_id), detail
+            self.ended = True

@@ -29,7 +29,7 @@ from scanrack.io_images.amci3601.bits import CommandLsw, CommandMsw, StatusMsw, 
 from scanrack.io_images.drives.translation import DriveTranslation
 from scanrack.io_images.image import WORDS, Image
 
-from ..sequences.parts import Clock
+from ..sequences.parts import Clock, Idle
 from .command import Command, Outcome
 from .errors import ErrorId
 from .evidence import Evidence
@@ -218,6 +218,18 @@ class Drive:
         if not self.late:
             link.look(now_ns)
             self._judge(now_ns)
+
+    def idle(self) -> Idle | None:
+        """Return when `judge` and `send` have no effect, see `Device.idle`; None for a networked drive."""
+        if self._translation is not None:
+            return None
+        unchanged = "{words}[0] == {drive}.msw and {module}.linked is not {link}.down"
+        names = {"drive": self, "words": self._in, "link": self.link, "module": self.link.module}
+        return Idle(
+            before=f"{{drive}}._quiet and {unchanged}",
+            after="{drive}._quiet and {bytes}() == {drive}._sent",
+            names={**names, "bytes": self._raw.tobytes},
+        )
 
     def send(self, now_ns: int) -> None:
         """Write the words, after the logic; a RuntimeError if another writer has changed them."""

@@ -27,7 +27,7 @@ from scanrack.io_images.image import Image, signed_word
 from scanrack.io_images.module_words import ModuleWords
 from typing_extensions import override
 
-from ..sequences.parts import Clock, DeclarationError, Device, Slot, Slots, Turn, words_of
+from ..sequences.parts import Clock, DeclarationError, Device, Idle, Slot, Slots, Turn, words_of
 from .blending import BlendProgramming
 from .command import Command, Outcome
 from .drive import Drive
@@ -417,6 +417,10 @@ class Axis3601(Device):
     @override
     def turns(self) -> tuple[Turn, Turn]:
         return self._drive.judge, self._drive.send
+
+    @override
+    def idle(self) -> Idle | None:
+        return self._drive.idle()
 
     def _new_drive(self, slot_ms: int = 0) -> Drive:
         trip_ns = max(self.round_trip_ms, slot_ms) * 1_000_000

@@ -3,11 +3,13 @@
 | file | content |
 |---|---|
 | `waits` | awaitable conditions, times, edges |
+| `watch` | what a wait depends on |
 | `coroutine` | one sequence: a coroutine and its wait |
 | `branches` | several waits as one |
 | `parts`, `places`, `signals` | declared parts; their places; bits and words of the images |
 | `blocks`, `locks` | timers, edges, counters; locks between sequences |
 | `declaring`, `mistakes`, `logic` | checks of declarations; statements without effect; the class |
+| `generated` | a scan of an instance as one function |
 
 There is no event loop, no thread and no clock: the scan asks each wait, and resumes a sequence when its
 wait holds.

@@ -19,6 +19,7 @@ from types import FrameType, TracebackType
 from typing import Any
 
 from .waits import Wait, stepping
+from .watch import NOTHING
 
 _OURS = f"{Path(__file__).parent}{os.sep}"
 
@@ -45,16 +46,19 @@ class Sequence:
         self._again = False
         self._giving_up = False
         self._aborted = False
+        self._due = False  # whether it takes its turn in each scan
+        self._seen = 0  # the masked word at its last turn
+        self._words, self._word, self._mask, self._until_ns, self._flag, _ = NOTHING
 
     # -- for the logic
 
     def abort(self) -> None:
         """End it: `Abort` is raised at its await, in its next turn. Its commands continue."""
-        self._ordered, self._again = True, False
+        self._ordered, self._again, self._due = True, False, True
 
     def restart(self) -> None:
         """End it if it is running, and begin it again."""
-        self._ordered = self._again = True
+        self._ordered = self._again = self._due = True
 
     @property
     def over(self) -> bool:
@@ -129,11 +133,19 @@ class Sequence:
         if self._aborted:
             self._begin_if_wanted(now_ns)
 
+    def step_after_change(self, now_ns: int) -> None:
+        """Take this scan's turn, since something has changed that it depends on."""
+        resumed = self._resumed
+        self.step(now_ns)
+        if self._resumed == resumed:
+            self._seen = self._words[self._word] & self._mask
+
     def close(self) -> None:
         """End it outside of scans: `finally` runs without further awaits; its exception is raised."""
         work, self._work = self._work, None
         wait, self._wait = self._wait, None
         self._ordered = self._again = self._giving_up = self._aborted = False
+        self._depend_on(None)
         if wait is not None:
             wait.drop()
         if work is not None:
@@ -148,6 +160,7 @@ class Sequence:
         wait = self._wait
         if wait is None:
             self._ordered = False
+            self._depend_on(None)
         else:
             gone = wait.give_up(now_ns) if self._ordered else wait.gone(now_ns)
             self._ordered, self._giving_up = False, not gone
@@ -177,6 +190,7 @@ class Sequence:
             self._wait = None
         self._resumed += 1
         self.since_ns = now_ns
+        self._depend_on(None)
         wait = self._advance(error)
         while not isinstance(wait, Wait):
             if wait is _OVER:
@@ -185,6 +199,15 @@ class Sequence:
             wait = self._advance(TypeError(text))
         wait.begin(now_ns)
         self._wait = wait
+        self._depend_on(wait)
+
+    def _depend_on(self, wait: Wait[Any] | None) -> None:
+        """Note what its turns depend on from now on, see `watch`; an order makes the next one due."""
+        watch = NOTHING if wait is None else wait.watched()
+        self._due = watch is None or self._ordered
+        if watch is not None:
+            self._words, self._word, self._mask, self._until_ns, self._flag, at_once = watch
+            self._seen = _UNSEEN if at_once else self._words[self._word] & self._mask
 
     def _advance(self, error: BaseException | None) -> object:
         work = self._work
@@ -214,6 +237,7 @@ NO_LOOP = 'a sequence waits for a time with `await dwell("2 s")`, for a conditio
 """Remedy for an await of asyncio's objects."""
 
 _OVER = object()  # marks the end of the coroutine
+_UNSEEN = -1  # no masked word
 
 
 def _close(work: Coroutine[Any, Any, object]) -> None:

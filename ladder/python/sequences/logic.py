@@ -22,7 +22,7 @@ differs from what it was.
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from itertools import chain
 from types import CodeType
@@ -32,9 +32,11 @@ from scanrack.io_images.site import sites_of
 
 from .coroutine import Sequence
 from .declaring import SequenceMethod, check_class, declarations
+from .generated import generated_scan
 from .mistakes import check_statements, sources_of
 from .parts import Clock, DeclarationError, Device, LogicScan, Part, Slots, Turn
-from .signals import Place, Signal, place_of
+from .signals import Signal, place_of
+from .waits import Place
 
 Field = bool | int | float | str
 """Types of recorded fields."""
@@ -56,6 +58,7 @@ class Logic:
     _logic_after: tuple[Turn, ...]
     _logic_codes: tuple[CodeType, ...]  # of frames that an online edit has placed
     _logic_forced: dict[str, Field]  # forced fields
+    _logic_scan: Callable[[LogicScan], None]
     _places: dict[str, Place]
 
     def __init_subclass__(cls, **options: Any) -> None:
@@ -72,6 +75,7 @@ class Logic:
         logic._logic_slots = None
         logic._logic_before = logic._logic_after = ()
         logic._places = {}
+        logic._logic_scan = logic._logic_by_turns
         _declare(logic)
         return logic
 
@@ -80,6 +84,16 @@ class Logic:
 
     def __call__(self, scan: LogicScan) -> None:
         """Do one scan."""
+        self._logic_scan(scan)
+
+    def _logic_by_turns(self, scan: LogicScan) -> None:
+        """Do one scan, part by part; generated code does the next ones."""
+        self._logic_scan_slowly(scan)
+        if self._logic_slots is not None:
+            self._logic_scan = generated_scan(self, Logic.every_scan)
+
+    def _logic_scan_slowly(self, scan: LogicScan) -> None:
+        """Do one scan, part by part."""
         now_ns = self._logic_clock.now_ns = scan.now_ns
         if scan.first or scan.slot is not self._logic_slots:
             self._logic_begin(scan)
@@ -134,6 +148,7 @@ class Logic:
         turns = [each.turns() for each in self._logic_parts if isinstance(each, Device)]
         self._logic_before = tuple(before for before, _ in turns)
         self._logic_after = tuple(after for _, after in turns)
+        self._logic_scan = self._logic_by_turns  # an edit goes on to change parts and sequences
 
     def __close_logic__(self) -> None:
         """Close all sequences, at the CPU's end. An exception of a `finally` is raised afterwards."""

@@ -10,7 +10,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Protocol, Self
+from typing import NamedTuple, Protocol, Self
 
 from scanrack.io_images.image import Image
 from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
@@ -119,12 +119,24 @@ class Level(Part):
         raise NotImplementedError(f"{type(self).__name__} has no __bool__")
 
 
+class Idle(NamedTuple):
+    """Python expressions that are true when a device's action has no effect."""
+
+    before: str  # of the action before the logic; `{name}` stands for an object of `names`
+    after: str
+    names: Mapping[str, object]
+
+
 class Device(Part):
     """A part with actions before and after the logic of each scan."""
 
     def turns(self) -> tuple[Turn, Turn]:
         """Return its actions before and after the logic."""
         raise NotImplementedError
+
+    def idle(self) -> Idle | None:
+        """Return when these actions have no effect; None = they are called in each scan."""
+        return None
 
 
 def words_of(slots: Slots) -> dict[int, ModuleWords]:

@@ -20,16 +20,17 @@ from typing import Any, Self, overload
 from scanrack.io_images.addresses import Address
 from scanrack.io_images.amci3601.bits import LIVE_BITS
 from scanrack.io_images.amci3601.words import is_stepper
-from scanrack.io_images.image import WORD_MAX, WORD_MIN
+from scanrack.io_images.image import WORD_MAX, WORD_MIN, Image
 from typing_extensions import override
 
 from .parts import Clock, DeclarationError, Level, Part, Slots, words_of
 from .places import find_bit, find_word
-from .waits import Edge, Wait, until
+from .waits import Edge, Place, Wait, until
 
 _BY_MEANING = re.compile(r"slot\d+\.status\.\w+", re.IGNORECASE)
 _SIGN_BIT = 15
 _MODE = 1 << _SIGN_BIT
+_WORD_BITS = 16
 
 
 def mask_of(bit: int) -> int:
@@ -66,6 +67,7 @@ class Input(Signal, Level):
     def __init__(self, address: str) -> None:
         super().__init__(address)
         self.read: Callable[[], bool] = _unattached(self)
+        self._place: Place | None = None  # all that `read` reads; None = more than one word, or unknown
 
     @override
     def attach(self, slots: Slots, clock: Clock) -> None:
@@ -73,7 +75,7 @@ class Input(Signal, Level):
         assert at.bit is not None, "_check refuses words"
         module = words_of(slots)[at.slot]
         guarded = is_stepper(module) and _BY_MEANING.fullmatch(self.address) is not None
-        self.read = _reader(slots[at.slot].inputs.words, at.word, at.bit, guarded=guarded)
+        self.read, self._place = _reader(slots[at.slot].inputs, at.word, at.bit, guarded=guarded)
 
     def __bool__(self) -> bool:
         return self.read()
@@ -85,36 +87,40 @@ class Input(Signal, Level):
     @property
     def rises(self) -> Wait[None]:
         """The next change to on, after the scan of the await."""
-        return Edge(self.read, True, f"{self.name} rises")
+        return Edge(self.read, True, f"{self.name} rises", self._place)
 
     @property
     def falls(self) -> Wait[None]:
         """The next change to off, after the scan of the await."""
-        return Edge(self.read, False, f"{self.name} falls")
+        return Edge(self.read, False, f"{self.name} falls", self._place)
 
     @property
     def on(self) -> Wait[None]:
         """On, from the next scan on."""
-        return until(self.read, f"{self.name} on")
+        return until.of_input(self.read, f"{self.name} on", self._place)
 
     @property
     def off(self) -> Wait[None]:
         """Off, from the next scan on."""
-        return until(lambda: not self.read(), f"{self.name} off")
+        return until.of_input(lambda: not self.read(), f"{self.name} off", self._place)
 
     def __repr__(self) -> str:
         return f"Input({self.address!r})"
 
 
-def _reader(words: memoryview, word: int, bit: int, *, guarded: bool) -> Callable[[], bool]:
-    """Return the reader of a bit; in configuration mode a guarded bit reads false, except live bits."""
-    mask = mask_of(bit)
+def _reader(image: Image, word: int, bit: int, *, guarded: bool) -> tuple[Callable[[], bool], Place | None]:
+    """Return the reader of a bit, and all that it reads if that is one word, of 16 bits or of 32.
+
+    In configuration mode a guarded bit reads false, except live bits.
+    """
+    words, mask = image.words, mask_of(bit)
     if not guarded or (word == 0 and mask & LIVE_BITS):
-        return lambda: words[word] & mask != 0
+        return lambda: words[word] & mask != 0, (words, word, mask)
     if word == 0:
         wanted = mask | _MODE
-        return lambda: words[0] & wanted == mask
-    return lambda: words[word] & mask != 0 and words[0] >= 0
+        return lambda: words[0] & wanted == mask, (words, 0, wanted)
+    both = (image.raw.cast("i"), 0, 1 << _WORD_BITS + bit | _MODE)  # little-endian, see io_images.image
+    return lambda: words[word] & mask != 0 and words[0] >= 0, both if word == 1 else None
 
 
 def _unattached(part: Part) -> Callable[[], bool]:
@@ -186,18 +192,21 @@ class Output(Signal):
         words, word, mask = _place(self, logic)
         return words[word] & mask != 0
 
-    def __set__(self, logic: object, on: bool | Level) -> None:
-        words, word, mask = _place(self, logic)
-        if on is not True and on is not False and not isinstance(on, _LEVELS):
-            raise TypeError(f"{self.name} = {on!r} is not allowed: an output is True or False")
-        words[word] = words[word] | mask if on else words[word] & ~mask
+    def __set__(self, logic: Any, on: bool | Level) -> None:
+        try:
+            words, word, mask = logic._places[self.name]
+        except KeyError:
+            words, word, mask = _place(self, logic)  # which refuses
+        if on is not True and on is not False:
+            if not isinstance(on, _LEVELS):
+                raise TypeError(f"{self.name} = {on!r} is not allowed: an output is True or False")
+            on = bool(on)
+        value = words[word]
+        if (value & mask != 0) is not on:
+            words[word] = value ^ mask
 
     def __repr__(self) -> str:
         return f"Output({self.address!r})"
-
-
-Place = tuple[memoryview, int, int]
-"""Words of an image, index of the word, mask of the bit."""
 
 
 def _place(part: Signal, logic: Any) -> Place:

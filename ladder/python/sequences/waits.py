@@ -20,7 +20,12 @@ from typing import Any, Generic, NoReturn, TypeVar
 from scanrack.io_images.times import parse_time
 from typing_extensions import override
 
+from .watch import Watch
+
 T_co = TypeVar("T_co", covariant=True)
+
+Place = tuple[memoryview, int, int]
+"""Words of an image, index of the word, mask of the bits."""
 
 Condition = Callable[[], object]
 """A function called in every scan, for its truth."""
@@ -59,6 +64,15 @@ class Wait(Generic[T_co]):
     """An awaitable; subclass it, with `poll` at least. Charts and the debugger show its `repr`."""
 
     __slots__ = ("__weakref__",)
+
+    def __init_subclass__(cls, **options: Any) -> None:
+        super().__init_subclass__(**options)
+        if "poll" in vars(cls) and "watched" not in vars(cls):
+            cls.watched = Wait.watched  # type: ignore[method-assign]  # that of its base is not about this poll
+
+    def watched(self) -> Watch | None:
+        """Return what it depends on, once it has begun; None = it is polled in each scan."""
+        return None
 
     @property
     def moved(self) -> int:
@@ -166,12 +180,24 @@ def _plain(code: CodeType) -> set[str]:
 class until(Wait[None]):  # noqa: N801 - it reads as a word of the language
     """A condition, a function without arguments, that is true, from the next scan on; `text` names it."""
 
-    __slots__ = ("condition", "text")
+    __slots__ = ("_place", "condition", "text")
 
     def __init__(self, condition: Condition, text: str = "") -> None:
         check_condition(condition, "until")
         self.condition = condition
         self.text = text
+        self._place: Place | None = None
+
+    @classmethod
+    def of_input(cls, condition: Condition, text: str, place: Place | None) -> until:
+        """Make the wait for the level of an input; `place` is all that the condition reads."""
+        wait = cls(condition, text)
+        wait._place = place
+        return wait
+
+    @override
+    def watched(self) -> Watch | None:
+        return None if self._place is None else Watch(*self._place, at_once=True)
 
     @override
     def poll(self, now_ns: int) -> bool:
@@ -194,6 +220,10 @@ class dwell(Wait[None]):  # noqa: N801
     @override
     def begin(self, now_ns: int) -> None:
         self._over_ns = now_ns + self.length_ns
+
+    @override
+    def watched(self) -> Watch:
+        return Watch(until_ns=self._over_ns)
 
     @override
     def poll(self, now_ns: int) -> bool:
@@ -236,11 +266,16 @@ class steady(Wait[None]):  # noqa: N801
 class Edge(Wait[None]):
     """A change of a signal to the level `to` after the scan of the await."""
 
-    __slots__ = ("_before", "_read", "_to", "text")
+    __slots__ = ("_before", "_place", "_read", "_to", "text")
 
-    def __init__(self, read: Callable[[], bool], to: bool, text: str) -> None:
+    def __init__(self, read: Callable[[], bool], to: bool, text: str, place: Place | None = None) -> None:
         self._read, self._to, self.text = read, to, text
+        self._place = place  # all that `read` reads
         self._before = to
+
+    @override
+    def watched(self) -> Watch | None:
+        return None if self._place is None else Watch(*self._place)
 
     @override
     def begin(self, now_ns: int) -> None:

@@ -1,18 +1,15 @@
-"""`scanrack run RACK` without typer, whose import takes longer than most runs: its arguments, and the run.
-
-Plain words are read here. All others, and all mistakes, are typer's: see `run`.
-"""
+"""`scanrack run RACK`: its arguments and its plain words, without typer, and the run."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from scanrack.io_images.dataclass import dataclass
 from scanrack.terminal.importing import imported
+from scanrack.terminal.plain_words import PlainWords, Value
 from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 
 
@@ -41,55 +38,33 @@ class RunArguments:
     quiet: bool = False
 
 
-FLAGS = {
-    "--no-record": "no_record",
-    "--replace": "replace",
-    "--json": "as_json",
-    "--quiet": "quiet",
-    "-q": "quiet",
-}
-"""Plain options that take no word, with their arguments."""
+WORDS = PlainWords(
+    ["rack"],
+    flags={
+        "--no-record": "no_record",
+        "--replace": "replace",
+        "--json": "as_json",
+        "--quiet": "quiet",
+        "-q": "quiet",
+    },
+    values={
+        "--for": Value("duration"),
+        "--scans": Value("scans", int, r"[1-9]\d{0,17}"),
+        "--record": Value("record", Path),
+    },
+)
 
-VALUES: Mapping[str, tuple[str, Callable[[str], Any], str]] = {
-    "--for": ("duration", str, r"[^-].*"),
-    "--scans": ("scans", int, r"[1-9]\d{0,17}"),
-    "--record": ("record", Path, r"[^-].*"),
-}
-"""Plain options that take a word: argument, type, pattern of a plain word."""
 
+def plain_run(words: Sequence[str]) -> bool:
+    """Run a rack if the words after `run` are plain; return False if they are not.
 
-def plain_arguments(words: Sequence[str]) -> RunArguments | None:
-    """Return the arguments that plain words mean: a rack, and options of the tables above, each once.
-
-    Args:
-        words: those after `run`.
-
-    Returns:
-        None for words that are not plain; they need not be wrong.
-
-    >>> plain_arguments(["line.toml", "--scans", "10"]).scans
-    10
-    >>> plain_arguments(["--scans=10", "line.toml"]) is None
-    True
+    Raises:
+        SystemExit: the run has ended.
     """
-    found: dict[str, Any] = {}
-    rest = iter(words)
-    for word in rest:
-        value: Any
-        if word in VALUES:
-            name, kind, pattern = VALUES[word]
-            text = next(rest, "")
-            if not re.fullmatch(pattern, text, re.ASCII | re.DOTALL):
-                return None
-            value = kind(text)
-        elif word in FLAGS:
-            name, value = FLAGS[word], True
-        else:
-            name, value = "rack", word
-        if name in found or word.startswith("-") == (name == "rack"):
-            return None
-        found[name] = value
-    return RunArguments(**found) if found.get("rack") else None
+    given = WORDS.read(words)
+    if given is not None:
+        run_command(RunArguments(**given))
+    return False
 
 
 def run_command(options: RunArguments) -> NoReturn:

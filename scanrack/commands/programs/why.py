@@ -7,6 +7,8 @@ from typing import Annotated
 import typer
 from scanrack.terminal.as_json import JsonOption
 
+from .why_command import why_command
+
 
 def _why_command(
     file: Annotated[
@@ -60,9 +62,7 @@ def _why_command(
 
     Exit status: 0 answered, 1 --until has not become true, 2 a file or an option can't be used.
     """
-    from .why_job import why
-
-    why(file, what, at, until, deep, want, trust, as_json)
+    why_command(file, what, at, until, deep, want, trust, as_json)
 
 
 def _xref_command(

@@ -5,29 +5,24 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
-import typer
 from scanrack.io_images.times import seconds
-from scanrack.jobs.bench import Bench, NotReachedError
-from scanrack.jobs.bench.moment import ScanChoice
+from scanrack.jobs.bench.moment import NotReachedError, ScanChoice
 from scanrack.jobs.bench.of_trace import why_of_trace
-from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.load.loading import recording_of, runs
-from scanrack.jobs.why.acts import Acts, acts_for
-from scanrack.jobs.why.answer import value_of
 from scanrack.ladder import LadderError
 from scanrack.ladder.debug import CauseLink, Remedies, cross_reference
 from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.resolver import AddressError
 from scanrack.runtime.loop.faults import CpuFault
-from scanrack.terminal.as_json import say_json
 from scanrack.terminal.status import BAD_INPUT, NO, complain, reason
-from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import tell_notes
+from scanrack.terminal.terminal import on_a_line, say
 from scanrack.traces.read.reader import open_trace
 
-from .ladder import load_rungs
+if TYPE_CHECKING:
+    from scanrack.jobs.bench import Bench
+    from scanrack.jobs.why.acts import Acts
 
 
 def _run(bench: Bench, moment: ScanChoice) -> None:
@@ -58,21 +53,23 @@ def why(
     """Explain why a tag has its value: since which scan, by which rung or line, and what that read.
 
     Raises:
-        typer.Exit: with the status of the command, unless it is 0.
+        SystemExit: with the status of the command, unless it is 0.
     """
     try:
         moment = ScanChoice(at=at, until=until)
         if runs(file):
-            asked = _ask_bench(open_bench(file, watched=True), what, moment, deep, want)
+            asked = _ask_bench(file, what, moment, deep, want)
         else:
             asked = _ask_trace(Path(recording_of(file)), what, moment, trust=trust, deep=deep, want=want)
     except NotReachedError as error:
-        raise typer.Exit(complain(str(error), NO)) from error
+        raise SystemExit(complain(str(error), NO)) from error
     except (LadderError, ValueError) as error:
         raise _refused(error) from error
     except OSError as error:
-        raise typer.Exit(complain(f"{file}: {reason(error)}", BAD_INPUT)) from error
+        raise SystemExit(complain(f"{file}: {reason(error)}", BAD_INPUT)) from error
     if as_json:
+        from scanrack.terminal.as_json import say_json
+
         say_json({"what": what, **_as_json(asked)})
     else:
         say(f"{asked.when}\n{asked.text}")
@@ -113,7 +110,12 @@ def _as_json(asked: _Answer) -> dict[str, object]:
     return fields
 
 
-def _ask_bench(bench: Bench, what: str | None, moment: ScanChoice, deep: bool, want: str | None) -> _Answer:
+def _ask_bench(file: str, what: str | None, moment: ScanChoice, deep: bool, want: str | None) -> _Answer:
+    from scanrack.jobs.bench.opening import open_bench  # a trace needs no bench
+    from scanrack.jobs.why.acts import acts_for
+    from scanrack.jobs.why.answer import value_of
+
+    bench = open_bench(file, watched=True)
     bench.check(*(each for each in (what, moment.until) if each is not None))
     fault = None
     try:
@@ -137,7 +139,8 @@ def _ask_trace(
         try:
             asked = why_of_trace(trace, Path(folder), what, moment, trust=trust, deep=deep, want=want)
         finally:
-            tell_notes(trace)
+            for note in trace.notes:
+                say(on_a_line(f"note: {note}"), err=True)
     for note in asked.notes:
         say(f"note: {note}", err=True)
     when = f"scan {asked.scan:,}, {seconds(asked.now_ns)} s:"
@@ -148,8 +151,12 @@ def xref(file: str, tag: str | None, as_json: bool) -> None:
     """List where tags are read and written.
 
     Raises:
-        typer.Exit: with the status of the command, unless it is 0.
+        SystemExit: with the status of the command, unless it is 0.
     """
+    from scanrack.terminal.as_json import say_json
+
+    from .ladder import load_rungs
+
     try:
         found = cross_reference(load_rungs(file).build())
         mentions = found.mentions if tag is None else found.of(tag)
@@ -164,7 +171,7 @@ def xref(file: str, tag: str | None, as_json: bool) -> None:
         say(f"{each.text:<28} {each.way:<14} {site.routine}, {site.place}: {site.instruction}")
     if not mentions:
         say(f"nothing in the program mentions {tag}", err=True)
-        raise typer.Exit(NO)
+        raise SystemExit(NO)
 
 
 def _mention(each: Mention) -> dict[str, object]:
@@ -174,7 +181,7 @@ def _mention(each: Mention) -> dict[str, object]:
     return {"tag": each.text, "reads": each.reads, "writes": each.writes, **where, "text": site.instruction}
 
 
-def _refused(error: Exception) -> typer.Exit:
+def _refused(error: Exception) -> SystemExit:
     """Report the mistake and its remedy; return the end of the command."""
     remedy = f"; {error.remedy}" if isinstance(error, AddressError) else ""
-    return typer.Exit(complain(f"{error}{remedy}", BAD_INPUT))
+    return SystemExit(complain(f"{error}{remedy}", BAD_INPUT))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import AbstractContextManager, closing, contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from threading import Event
 from typing import Annotated, Any, Protocol, TypeVar
 
@@ -38,6 +39,7 @@ PortOption = Annotated[
 NameArgument = Annotated[str, typer.Argument(metavar="NAME", show_default=False)]
 ValueArgument = Annotated[int, typer.Argument(metavar="VALUE", show_default=False)]
 StepsArgument = Annotated[int, typer.Argument(metavar="STEPS", show_default=False)]
+ProgramArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The program.", show_default=False)]
 SpeedOption = Annotated[
     int | None, typer.Option("--speed", metavar="V", help="Maximum speed, steps/s. [default: unchanged]")
 ]
@@ -212,6 +214,20 @@ def add_stop_and_clear(
     def clear(context: typer.Context) -> None:
         with client_at(context) as client:
             client.clear()
+
+
+def add_write(app: typer.Typer, count: Callable[[Path], int], unwritten: str) -> None:
+    """Add the command that checks a stored program, and says why it is not written.
+
+    Args:
+        count: reads a program and returns the number of its instructions.
+        unwritten: the reason.
+    """
+
+    @app.command(help="Check a program; writing it into a controller is not documented.")
+    def write(file: ProgramArgument) -> None:
+        with reported_faults():
+            raise ValueError(f"{file} is a good program of {count(file)} instructions, but {unwritten}")
 
 
 def search_home(client: Mover, find: Callable[[Progress], int], *, quiet: bool) -> None:

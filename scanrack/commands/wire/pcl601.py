@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -28,13 +27,14 @@ from .link_commands import (
     LinkPlace,
     NameArgument,
     PortOption,
+    ProgramArgument,
     TimeoutOption,
     ValueArgument,
     add_move,
     add_read,
     add_stop_and_clear,
+    add_write,
     opened_client,
-    reported_faults,
     search_home,
     show_state,
 )
@@ -50,11 +50,6 @@ programs = typer.Typer(
     help="Check, list, write and run stored programs.", no_args_is_help=True, rich_markup_mode=None
 )
 app.add_typer(programs, name="program")
-
-NO_DOWNLOAD = (
-    "how a program is written into a PCL601 is not documented: load it with the maker's tool, "
-    "or into the simulated controller with scanrack serve pcl601 --program"
-)
 
 
 @contextmanager
@@ -158,9 +153,7 @@ def run_program(context: typer.Context) -> None:
 
 
 @programs.command("list", no_args_is_help=True)
-def list_program(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The program.", show_default=False)],
-) -> None:
+def list_program(file: ProgramArgument) -> None:
     """Print a program line by line: address and size in program memory, in bytes, and the instruction.
 
     Sizes are this simulator's: of the real unit's only "2 to 7 bytes" is published.
@@ -171,11 +164,9 @@ def list_program(
         say(listing(read_program(file)), whole=True)
 
 
-@programs.command("write")
-def write(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The program.", show_default=False)],
-) -> None:
-    """Check a program; writing it into a controller is not documented."""
-    with reported_faults():
-        steps = len(read_program(file).steps)
-        raise ValueError(f"{file} is a good program of {steps} instructions, but {NO_DOWNLOAD}")
+add_write(
+    programs,
+    lambda file: len(read_program(file).steps),
+    "how a program is written into a PCL601 is not documented: load it with the maker's tool, "
+    "or into the simulated controller with scanrack serve pcl601 --program",
+)

@@ -24,11 +24,13 @@ from .link_commands import (
     LinkPlace,
     NameArgument,
     PortOption,
+    ProgramArgument,
     TimeoutOption,
     ValueArgument,
     add_move,
     add_read,
     add_stop_and_clear,
+    add_write,
     opened_client,
     reported_faults,
     search_home,
@@ -43,11 +45,6 @@ app = typer.Typer(
 )
 programs = typer.Typer(help="User programs.", no_args_is_help=True, rich_markup_mode=None)
 app.add_typer(programs, name="program")
-
-NO_DOWNLOAD = (
-    "the frames that write a program into a PMC006 are not documented: load it with the maker's tool, "
-    "or into the simulated controller with scanrack serve pmc006 --program"
-)
 
 
 @contextmanager
@@ -172,9 +169,6 @@ add_stop_and_clear(
 )
 
 
-FileArgument = Annotated[Path, typer.Argument(metavar="FILE", help="The listing.", show_default=False)]
-
-
 def _listing(file: Path) -> UserProgram:
     program = user_program(file)
     for warning in program.warnings:
@@ -183,16 +177,16 @@ def _listing(file: Path) -> UserProgram:
 
 
 @programs.command("check")
-def check(file: FileArgument) -> None:
+def check(file: ProgramArgument) -> None:
     """Assemble a listing and print it as a program, line by line."""
     with reported_faults():
         for number, line in enumerate(_listing(file).lines):
             say(f"{number:3}  {line}")
 
 
-@programs.command("write")
-def write(file: FileArgument) -> None:
-    """Check a listing; writing it into a controller is not documented."""
-    with reported_faults():
-        lines = len(_listing(file).lines)
-        raise ValueError(f"{file} is a good program of {lines} instructions, but {NO_DOWNLOAD}")
+add_write(
+    programs,
+    lambda file: len(_listing(file).lines),
+    "the frames that write a program into a PMC006 are not documented: load it with the maker's tool, "
+    "or into the simulated controller with scanrack serve pmc006 --program",
+)

@@ -35,19 +35,8 @@ from ..why.journal import Journal
 from ..why.source.class_names import Names
 from ..why.traced_run import Load
 from .event_log import EventLog
+from .moment import NotReachedError
 from .slot import SlotBench
-
-
-class NotReachedError(AssertionError):
-    """A condition that did not come true in time; the message shows the bench.
-
-    Attributes:
-        tags: the tags that the condition read.
-    """
-
-    def __init__(self, text: str, tags: Iterable[str] = ()) -> None:
-        super().__init__(text)
-        self.tags = tuple(tags)
 
 
 @runtime_checkable

@@ -3,10 +3,23 @@
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Iterable
 
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import parse_time
 from scanrack.traces.replay import PackedTrace
+
+
+class NotReachedError(AssertionError):
+    """A condition that did not come true in time; the message shows the bench.
+
+    Attributes:
+        tags: the tags that the condition read.
+    """
+
+    def __init__(self, text: str, tags: Iterable[str] = ()) -> None:
+        super().__init__(text)
+        self.tags = tuple(tags)
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,8 +25,7 @@ from ..why.followed import can_follow, follow
 from ..why.input_replay import InputReplay
 from ..why.source.lines import Line
 from ..why.traced_run import Load
-from . import NotReachedError
-from .moment import ScanChoice
+from .moment import NotReachedError, ScanChoice
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,7 +20,7 @@ from ..record.recording import recorder_for
 from ..record.sequence_watch import watching
 from ..run.editing import RecordsEdits
 from ..why.traced_run import Load
-from . import Bench
+from .bench import Bench
 
 
 class BenchObserver:

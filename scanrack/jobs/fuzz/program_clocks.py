@@ -1,7 +1,7 @@
 """The values of a ladder program that follow the time, and what may depend on them.
 
-Inputs, memory and the time determine a scan. `clocks_of` returns the clocks of a program in which only TON,
-TOF and RTO read the time. A timer is *even* if its count can go on while nothing else changes: other
+Inputs, memory and the time determine a scan. `clocks_of` returns the clocks of a program in which only
+timers read the time. A timer is *even* if its count can go on while nothing else changes: other
 instructions only read its bits, copy the count, or compare it with constants.
 
     XIC(Run)TON(Cycle,1400,0)      the count changes in every scan, the bits when it is done
@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 from scanrack.ladder.debug.crossref import Mention, cross_reference
-from scanrack.ladder.instructions import compare, move, timing
+from scanrack.ladder.instructions import blocks, compare, move, timing
 from scanrack.ladder.model.operands import Constant, Group, Place
 from scanrack.ladder.model.tags import Leaf
 from scanrack.ladder.model.types import DINT
@@ -30,7 +30,9 @@ _FAMILIES = (
 EVEN = frozenset(_FAMILIES.split(" "))
 """Families of instructions that depend on their operands only, and count time in milliseconds."""
 
-TIMERS = frozenset({timing.TON.name, timing.TOF.name, timing.RTO.name})
+TIMERS = frozenset(
+    each.name for each in (timing.TON, timing.TOF, timing.RTO, blocks.TONR, blocks.TOFR, blocks.RTOR)
+)
 
 MEMBERS = ("ACC", "~last_ns", "PRE", "TT")
 
@@ -166,7 +168,7 @@ def _note_use(mention: Mention, together: list[Mention], uses: dict[str, _Uses])
 def _note_count(place: Place, step: LoweredStep, together: list[Mention], use: _Uses) -> None:
     """Note a mention of a timer's count."""
     others = [each for each in step.operands if isinstance(each, Constant)]
-    if place.bit is not None:
+    if place.bit is not None or not all(map(_is_plain, step.operands)):
         use.even = False
     elif step.spec.run in COMPARISONS and len(others) == 1 and isinstance(others[0].value, int):
         use.constants.add(others[0].value)
@@ -174,6 +176,11 @@ def _note_count(place: Place, step: LoweredStep, together: list[Mention], use: _
         use.copies.append(together[1].where.leaf)  # type: ignore[union-attr]  # a place, see `_is_copy`
     else:
         use.even = False
+
+
+def _is_plain(operand: object) -> bool:
+    """Whether an operand is a constant or a tag, without a computed subscript."""
+    return isinstance(operand, Constant) or (isinstance(operand, Place) and not operand.can_fault)
 
 
 def _is_copy(target: Mention) -> bool:

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from scanrack.ladder.python.sequences import Logic, Sequence, parts_of, sequences_of
 from scanrack.runtime.loop.events import JsonValue
-from scanrack.runtime.loop.listeners import RowListener, ScanListener
+from scanrack.runtime.loop.listeners import ScanListener, by_rows
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.format.topics import SEQUENCES
 from scanrack.traces.read.sequence_steps import Step
@@ -59,7 +59,7 @@ class WatchesSequences:
 
     def __init__(self, listener: ScanListener, sequences: tuple[Sequence, ...]) -> None:
         self._listener = listener
-        self._rows = listener if isinstance(listener, RowListener) else None
+        self._rows = by_rows(listener)
         self.watch(sequences)
 
     def watch(self, sequences: tuple[Sequence, ...]) -> None:

@@ -75,10 +75,13 @@ class RunProgram:
     Args:
         handled: whether the rack can be operated.
         editions: loads the programs of edits; None without edits.
+        remembered: snapshots of a ladder program, see `Debugger`.
     """
 
-    def __init__(self, logic: ScanLogic, *, handled: bool, editions: ProgramVersions | None) -> None:
-        self.debugger = _debugger_of(logic) if handled else None  # that debugger; None without one
+    def __init__(
+        self, logic: ScanLogic, *, handled: bool, editions: ProgramVersions | None, remembered: int = 0
+    ) -> None:
+        self.debugger = _debugger_of(logic, remembered) if handled else None  # None without one
         self.logic: ScanLogic = self.debugger or logic  # the program, under a debugger on an operable rack
         self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None  # called with every edit
         self._editions, self._edits = editions, 0
@@ -215,13 +218,13 @@ def _value_names(logic: ScanLogic) -> tuple[str, ...]:
         return ()
 
 
-def _debugger_of(logic: ScanLogic) -> Debugger | None:
-    """Return a debugger with a short memory for a ladder program; None for other logic."""
+def _debugger_of(logic: ScanLogic, remembered: int) -> Debugger | None:
+    """Return a debugger for a ladder program; None for other logic."""
     if not is_rungs(logic):
         return None
     from scanrack.ladder.debug import Debugger  # imported late: a rack without a session does not need it
 
-    return Debugger(logic, remembered=0)
+    return Debugger(logic, remembered=remembered)
 
 
 class Changes(Protocol):

@@ -62,6 +62,7 @@ class RunOptions:
     orders: Iterable[RecordedOrder] | None = None  # of a recorded session, given again to an operable rack
     forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
     editions: ProgramVersions | None = None  # loads the programs of edits; None without edits
+    remembered: int = 0  # snapshots of a ladder program, from which its scans run again; see `Debugger`
 
 
 AS_IT_IS = RunOptions()
@@ -89,7 +90,9 @@ class JobRun:
         units = {unit.address: unit.make(job.folder) for unit in job.spec.unit}
         self.stubs = job.stubs
         self.rack = build_rack(job.spec, ports if options.live else None, handled=handled)
-        self.program = RunProgram(job.logic, handled=handled, editions=options.editions)
+        self.program = RunProgram(
+            job.logic, handled=handled, editions=options.editions, remembered=options.remembered
+        )
         self.hints = Hints(self.rack, job.spec, options.warn, declared_axes(self.program.logic))
         self.steps: list[str] = []
         recorder = None if options.trace is None else self._recorder(job, options.trace, options, handled)

@@ -11,7 +11,6 @@ from itertools import chain, islice
 from types import MappingProxyType
 from typing import NamedTuple
 
-import numpy as np
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.debug.journal import RecordedPast
 from scanrack.ladder.debug.replay import NO_FORCES, input_leaves
@@ -50,10 +49,9 @@ def can_follow(recording: PackedTrace, debugger: Debugger) -> bool:
     if any(is_edit(each) or each.topic in ("/orders", "/forces") for each in recording.events):
         return False
     # the fault of a link counts as set from outside, before the scan that follows
-    links = [each + by for each in _link_faults(recording, _faults(debugger)) for by in (0, 1)]
+    links = {each + by for each in _link_faults(recording, _faults(debugger)) for by in (0, 1)}
     for columns in recording.scans.chunks():
-        unusual = columns.scan[(columns.flags & int(UNUSUAL)) != 0]
-        if not np.isin(unusual, links).all():
+        if not links.issuperset(columns.scan[(columns.flags & int(UNUSUAL)) != 0].tolist()):
             return False
     return True
 
@@ -87,7 +85,8 @@ def _from_snapshot(
     begin, saved = snapshot(memory), SavedValues(memory)
     found: FollowResult | None = None
     try:
-        values = {scan: saved.of(text) for scan, text in snapshots.items() if 0 < scan <= last}
+        texts = {scan: text for scan, text in snapshots.items() if 0 < scan <= last}
+        values = dict(zip(texts, saved.all_of([*texts.values()]), strict=True))
         past = RecordedPast({0: begin, **values}, inputs.between, inputs.plain, last)
         start = next(past.snapshots(last))
         debugger.go_to(past, start)
@@ -137,7 +136,7 @@ class _RecordedInputs:
     def are_of_every_scan(self) -> bool:
         """Return whether no scan is left out, and the program ran in all of them."""
         numbers = self.recording.numbers
-        flags = {flag for each in self.recording.scans.chunks() for flag in np.unique(each.flags).tolist()}
+        flags = {flag for each in self.recording.scans.chunks() for flag in each.flags.tolist()}
         return numbers[-1] == len(numbers) - 1 and all(map(_runs, flags))
 
     def from_to(self, first: int, last: int) -> Iterator[ScanInputs]:

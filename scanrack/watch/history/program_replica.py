@@ -204,7 +204,7 @@ class ProgramReplica(Replayer):
 
     def snapshots(self, scan: int) -> Iterator[int]:
         """Yield the scans with values, back from a scan."""
-        return iter(()) if self.is_impure else (each for each in self._source.snapshots(scan) if each <= scan)
+        return iter(()) if self.is_impure else (each for each in self.source.snapshots(scan) if each <= scan)
 
     def keep(self, scan: int) -> None:
         """Keep the present values, those before a scan: its questions are answered from there."""

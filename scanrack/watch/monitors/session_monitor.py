@@ -97,7 +97,14 @@ class SessionMonitor(Monitor):
         self._rows_at = max(0, ring.written - ring.shape.rows)
         self._messages_at = ring.messages.oldest
         self._snapshots_at = ring.snapshots.oldest
-        self.session: Json = {"paused": False, "speed": 1.0, "breakpoints": [], "met": [], "fault": ""}
+        self.session: Json = {
+            "paused": False,
+            "speed": 1.0,
+            "breakpoints": [],
+            "met": [],
+            "ran": [],
+            "fault": "",
+        }
         self._late = self._missed = 0
         self._reached: float | None = None
         self._orders = 0
@@ -130,6 +137,7 @@ class SessionMonitor(Monitor):
             "missed": self._missed,
             "breakpoints": session["breakpoints"],
             "met": session["met"],
+            "ran": session["ran"] if paused and not past else [],
         }
         return shown | ({"mode": "fault"} if session["fault"] and not past else {})
 

@@ -151,6 +151,11 @@ class TraceMonitor(Monitor):
             self._indexer = None
             past.keep(0)
 
+    def index_to(self, scan: int) -> None:
+        """Run the program's scans up to one, so that it can be repeated."""
+        while self._indexer is not None and self._indexer.next <= scan and self._index():
+            pass
+
     def _look_for_lost_edits(self) -> None:
         """Show no program where the recording lacks the edited one."""
         first = min(self._recorded.edits - self._brought, default=LAST_SCAN)

@@ -37,7 +37,7 @@ class ErrorWatch:
     """
 
     def __init__(self, words: Mapping[int, ModuleWords]) -> None:
-        self._bits = list(_bits(words))
+        self._bits = list(error_bits(words))
         self._last: Rows | None = None
 
     def clear(self) -> None:
@@ -67,7 +67,7 @@ class ErrorWatch:
         return next((each for _, each in self._bits if (each.slot, each.name) == (slot, name)), None)
 
 
-def _bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, ModuleWords], ErrorBit]]:
+def error_bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, ModuleWords], ErrorBit]]:
     """Yield the error bits, each with the place of its image in a row, and the words of its module."""
     places = memory_layout(words.items()).places
     for slot, names in words.items():

@@ -75,6 +75,7 @@ WORDS = {
     "run line.toml --for 20ms --record p.mcap": 0,
     "watch feeder.toml --for 20ms --time-scale max": 0,
     "watch line.toml --for 20ms --time-scale max": 0,
+    "debug": 0,  # an editor that ends at once
     "share t.mcap --out shared.html": 0,
     "show t.mcap": 0,
     "query t.mcap slot1.in.MODULE_OK": 0,

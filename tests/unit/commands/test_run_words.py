@@ -1,4 +1,4 @@
-"""Plain words of `scanrack run` mean what typer takes them for."""
+"""Plain words of `scanrack run` and `why` mean what typer takes them for."""
 
 from pathlib import Path
 from typing import Any
@@ -8,10 +8,11 @@ import typer
 from amounts import amount
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scanrack.commands.programs import run
-from scanrack.commands.programs.run_command import FLAGS, VALUES, RunArguments, plain_arguments
+from scanrack.commands.programs import run, why
+from scanrack.commands.programs.run_command import WORDS, RunArguments
+from scanrack.commands.programs.why_command import WORDS as WHY_WORDS
 
-taken: list[RunArguments] = []
+taken: list[Any] = []
 
 
 @pytest.fixture(scope="module")
@@ -19,17 +20,22 @@ def by_typer() -> Any:
     """The command, which only notes its arguments."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(run, "run_command", note)
+        patch.setattr(why, "why_command", lambda *given: taken.append(given))
         app = typer.Typer()
         run.register(app)
-        yield typer.main.get_command(app)
+        why.register(app)
+        yield typer.main.get_command(app).commands
 
 
 def note(options: RunArguments) -> None:
     taken.append(options)
 
 
-WORDS = st.one_of(
-    st.sampled_from([*FLAGS, *VALUES, "--spin", "--for=3 s", "--help", "--", "-", "-qq", "line.toml"]),
+NAMES = ("file", "what", "at", "until", "deep", "want", "trust", "as_json")
+UNASKED = dict(zip(NAMES[1:], (None, None, None, False, None, False, False), strict=True))
+WORD = st.one_of(
+    st.sampled_from([*WORDS.flags, *WORDS.values, *WHY_WORDS.flags, *WHY_WORDS.values]),
+    st.sampled_from(["--spin", "--for=3 s", "--help", "--", "-", "-qq", "line.toml"]),
     st.sampled_from(
         ["10", "0", "007", "+5", "1_0", " 7", "٣", "1e3", "10 s", "", "a b.toml", "\n", "@x", "~/x"]
     ),
@@ -38,24 +44,33 @@ WORDS = st.one_of(
 
 
 @settings(max_examples=amount(8))
-@given(st.lists(WORDS, max_size=6))
+@given(st.lists(WORD, max_size=6))
 @example(["line.toml"])
 @example(["--quiet", "line.toml", "--for", "10 s", "--record", "a.mcap", "--replace", "--json"])
 @example(["line.toml", "--scans", "12", "--no-record", "-q"])
 @example(["line.toml", "--record", "~/a.mcap", "--for", ""])
 def test_plain_words_mean_what_typer_takes_them_for(by_typer: Any, words: list[str]) -> None:
-    plain = plain_arguments(words)
+    plain, question = WORDS.read(words), WHY_WORDS.read(words)
+    taken.clear()
     if plain is not None:
-        taken.clear()
-        by_typer.main(list(words), standalone_mode=False)
-        assert taken == [plain]
+        by_typer["run"].main(list(words), standalone_mode=False)
+        assert taken.pop() == RunArguments(**plain)
+    if question is not None:
+        by_typer["why"].main(list(words), standalone_mode=False)
+        assert dict(zip(NAMES, taken.pop(), strict=True)) == {**UNASKED, **question}
 
 
 def test_words_are_read() -> None:
     words = ["--quiet", "line.toml", "--for", "10s", "--record", "a.mcap", "--replace", "--json"]
-    assert plain_arguments(words) == RunArguments(
-        rack="line.toml", duration="10s", record=Path("a.mcap"), replace=True, as_json=True, quiet=True
-    )
+    assert WORDS.read(words) == {
+        "rack": "line.toml",
+        "duration": "10s",
+        "record": Path("a.mcap"),
+        "replace": True,
+        "as_json": True,
+        "quiet": True,
+    }
+    assert WHY_WORDS.read(["a.mcap", "Run", "--at", "3"]) == {"file": "a.mcap", "what": "Run", "at": "3"}
 
 
 @pytest.mark.parametrize(
@@ -78,7 +93,7 @@ def test_words_are_read() -> None:
     ],
 )
 def test_other_words_are_typers(words: str) -> None:
-    assert plain_arguments(words.split()) is None
+    assert WORDS.read(words.split()) is None
 
 
 def test_each_field_is_described() -> None:

@@ -34,7 +34,7 @@ RUNGS = {
 }
 """What a program in Python does without."""
 
-RUN = {"email", "importlib.metadata", "rich", "typer"}
+RUN = {"email", "importlib.metadata", "numpy", "rich", "typer"}
 """Libraries that a run of a rack file does without, if its words are plain."""
 
 LIGHT = (

@@ -71,6 +71,7 @@ ROWS = [
     ),
     Row("run small.toml --for 20ms --realtime --server ethernet-ip:0", 0, "EtherNet/IP server", "small.mcap"),
     Row("watch feeder.toml --for 20ms --time-scale max", 0, "http://127.0.0.1:"),
+    Row("debug", 0, ""),
     Row("share t.mcap --out shared.html", 0, "shared.html", "shared.html"),
     Row("show t.mcap", 0, "+MODE_CONFIG"),
     Row("query t.mcap slot1.in.MODULE_OK", 0, "18 ms or more"),

@@ -38,6 +38,7 @@ TAG Late : BOOL
 TAG Since : DINT
 TAG Count : DINT
 TAG Other : BOOL
+TAG Table : DINT[800]
 ROUTINE Main
 XIC(Local:1:I.Data.0)OTE(Start);
 {rungs}
@@ -64,6 +65,8 @@ UNEVEN = {
     "copied for a while": f"{TON}\nMOV(On.ACC,Since)GRT(Since,300)OTE(Late);\nMOV(0,Since);",
     "copied whole": f"{TON}\nCOP(On,Kept,1)GRT(Kept.ACC,300)OTE(Late);\nCOP(Off,Kept,1);",
     "reset before": "RES(On);\nXIC(Start)TON(On,700,0);",
+    "in a subscript": f"MOV(7,Table[400]){TON}\nEQU(Table[On.ACC],7)ADD(Count,1,Count);",
+    "in a sum": f"{TON}\nCMP(On.ACC+1>300)OTE(Late);",
     "a bit of it": f"{TON}\nXIC(On.ACC.3)OTE(Late);",
 }
 
@@ -206,6 +209,30 @@ scan_ms = {scan_ms}
 number = 1
 module = "amci3601"
 """
+STRUCTURED = """TAG Start : BOOL
+TAG Quiet : FBD_TIMER := {"PRE": 300}
+TAG Busy : FBD_TIMER := {"PRE": 200}
+TAG Count : DINT
+Start := Local:1:I.Data.0;
+Quiet.TimerEnable := NOT Start;
+TONR(Quiet);
+Busy.TimerEnable := Start;
+TOFR(Busy);
+IF Quiet.TT AND Busy.DN THEN Count := Count + 1; END_IF;
+"""
+
+
+def test_timers_of_structured_text_are_even(tmp_path, calls):
+    (tmp_path / "rack.toml").write_text(RACK.format(scan_ms=2).replace(".rung", ".st"), encoding="utf-8")
+    (tmp_path / "program.st").write_text(STRUCTURED, encoding="utf-8")
+    made = bench_of(Setup(str(tmp_path / "rack.toml"), (), (), SCANS, frozenset({Kind.INPUTS})))
+    for scenario in SCENARIOS:
+        calls.clear()
+        every, fewer = both_ways(made, scenario)
+        assert every == fewer
+        assert len(calls) < 1.5 * SCANS, "Count changes while both are on"
+
+
 HOMING = """PROGRAM homing
 SLOT axis : 1
 TAG Words : INT[8] := [16#843F, 16#003F, 0, 500, 0, 0, 0, 0]

@@ -24,7 +24,11 @@ RULES = [
         for ground in ("panel", "quiet", "page", "power-soft", "warn-soft", "fault-soft")
     ],
     *[(TEXT, "soft", ground) for ground in ("panel", "quiet", "page")],
-    *[(TEXT, name, ground) for name in ("accent", "power", "warn", "fault") for ground in ("panel", "quiet")],
+    *[
+        (TEXT, name, ground)
+        for name in ("accent", "power", "warn", "fault", "string")
+        for ground in ("panel", "quiet")
+    ],
     *[(TEXT, name, f"{name}-soft") for name in ("power", "warn", "fault")],
     (TEXT, "accent-ink", "accent"),
 ]

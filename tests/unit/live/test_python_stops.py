@@ -41,6 +41,7 @@ def test_a_line_is_met_in_the_scan_in_which_it_runs(stops):
     for scan in range(4):
         logic(scan)
         met.append(found.stops)
+        assert found.ran == ((9, 10, 11) if scan > 2 else (9, 10))
     assert met == [(), (), (), ("line.py line 11 has run",)]
     found.remove_breakpoint("LINE.PY", 11)
     assert sys.gettrace() is None

@@ -97,7 +97,7 @@ def test_a_bit_that_the_program_only_clears_is_set_from_outside(tmp_path):
 
 
 LONG = {
-    *("two_axes.rung", "blend.rung", "drill.rung", "indexer.rung", "blocks_st.rung", "boolsteps.rung"),
+    *("two_axes.rung", "blend.rung", "drill.rung", "blocks_st.rung", "boolsteps.rung"),
     *("jog.rung", "label.rung", "blocks.rung", "bits.rung", "regulator.rung"),
 }
 """Programs that take ten seconds or more."""

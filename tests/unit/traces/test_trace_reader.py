@@ -36,9 +36,17 @@ def write_trace(path: Path) -> Path:
     return path
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> bytes:
+    return write_trace(tmp_path_factory.mktemp("whole") / "run.mcap").read_bytes()
+
+
 @pytest.fixture
-def path(tmp_path: Path) -> Path:
-    return write_trace(tmp_path / "run.mcap")
+def path(tmp_path: Path, whole: bytes) -> Path:
+    """A trace that a test may damage."""
+    path = tmp_path / "run.mcap"
+    path.write_bytes(whole)
+    return path
 
 
 def spans(path: Path, opcode: Opcode) -> list[tuple[int, int]]:
@@ -156,9 +164,15 @@ def test_a_file_that_grows_is_followed_as_if_opened_anew(path: Path, step: int) 
         assert [scan.scan for scan in followed.scans()] == list(range(SCANS))
 
 
+CHUNKS: dict[bytes, list[list[int]]] = {}
+"""What `per_chunk` has found, by the content of the file."""
+
+
 def per_chunk(path: Path) -> list[list[int]]:
     """Return the scan numbers by chunk, found by cutting the file after each."""
     content = path.read_bytes()
+    if content in CHUNKS:
+        return CHUNKS[content]
     cut = path.with_name("cut.mcap")
     chunks: list[list[int]] = []
     for _, end in spans(path, Opcode.CHUNK):
@@ -166,6 +180,7 @@ def per_chunk(path: Path) -> list[list[int]]:
         scans, _ = numbers(cut)
         chunks.append(scans[sum(map(len, chunks)) :])
     assert all(chunks)
+    CHUNKS[content] = chunks
     return chunks
 
 

@@ -1,0 +1,84 @@
+"""A scan of a logic as one function, written for its devices and sequences when it is attached.
+
+It calls only what has something to do: a device that is not idle, a sequence that is due or whose wait
+depends on something that has changed. `Logic.__call__` describes the same scan, slow and clear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from .declaring import EVERY_SCAN
+from .parts import Device, LogicScan
+
+if TYPE_CHECKING:
+    from .logic import Logic
+
+_HEAD = """\
+now_ns = clock.now_ns = scan.now_ns
+if scan.first or scan.slot is not slots:
+    begin(scan)
+    return"""
+
+_SEQUENCE = """\
+if {own}._due:
+    {own}.step(now_ns)
+elif (
+    {own}._words[{own}._word] & {own}._mask != {own}._seen
+    or {own}._flag.ended
+    or now_ns >= {own}._until_ns
+):
+    {own}.step_after_change(now_ns)"""
+
+
+def generated_scan(logic: Logic, plain: object) -> Callable[[LogicScan], None]:
+    """Return the scan of an attached instance.
+
+    Args:
+        plain: the `every_scan` that does nothing.
+    """
+    names: dict[str, Any] = {
+        "clock": logic._logic_clock,
+        "slots": logic._logic_slots,
+        "begin": logic._logic_begin,
+        EVERY_SCAN: logic.every_scan,
+    }
+    before, after = [], []
+    devices = [each for each in logic._logic_parts if isinstance(each, Device)]
+    for number, device in enumerate(devices):
+        texts = _turns(device, f"device{number}", names)
+        before.append(next(texts))
+        after.append(next(texts))
+    middle = [] if getattr(type(logic), EVERY_SCAN) is plain else [f"{EVERY_SCAN}()"]
+    for number, sequence in enumerate(logic._logic_sequences):
+        names[own := f"sequence{number}"] = sequence
+        middle.append(_SEQUENCE.format(own=own))
+    body = "\n".join([_HEAD, *before, *middle, *after])
+    make = _compiled(body, tuple(names))
+    scan: Callable[[LogicScan], None] = make(**names)
+    return scan
+
+
+def _turns(device: Device, own: str, names: dict[str, Any]) -> Iterator[str]:
+    """Yield the text of a device's actions before and after the logic."""
+    idle = device.idle()
+    known = {} if idle is None else {name: f"{own}_{name}" for name in idle.names}
+    if idle is not None:
+        names.update({known[name]: value for name, value in idle.names.items()})
+    conditions = (None, None) if idle is None else (idle.before, idle.after)
+    for when, turn, condition in zip(("before", "after"), device.turns(), conditions, strict=True):
+        names[f"{own}_{when}"] = turn
+        call = f"{own}_{when}(now_ns)"
+        yield call if condition is None else f"if not ({condition.format(**known)}): {call}"
+
+
+@lru_cache(maxsize=256)
+def _compiled(body: str, names: tuple[str, ...]) -> Callable[..., Any]:
+    lines = "\n".join(f"        {line}" for line in body.splitlines())
+    text = f"def make({', '.join(names)}):\n    def scan_once(scan):\n{lines}\n    return scan_once\n"
+    space: dict[str, Any] = {}
+    exec(compile(text, "<scan>", "exec"), space)
+    make: Callable[..., Any] = space["make"]
+    return make

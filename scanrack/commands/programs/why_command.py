@@ -1,0 +1,45 @@
+"""`scanrack why RACK|TRACE [WHAT]`: its plain words, without typer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from scanrack.terminal.importing import imported
+from scanrack.terminal.plain_words import PlainWords, Value
+
+WORDS = PlainWords(
+    ["file"],
+    ["what"],
+    flags={"--deep": "deep", "--json": "as_json"},
+    values={"--at": Value("at"), "--until": Value("until"), "--want": Value("want")},
+)
+
+
+def plain_why(words: Sequence[str]) -> bool:
+    """Answer a question if the words after `why` are plain; return False if they are not.
+
+    Raises:
+        SystemExit: the question has an answer, or none.
+    """
+    given = WORDS.read(words)
+    if given is None:
+        return False
+    why_command(given.pop("file"), given.pop("what", None), **given)
+    raise SystemExit
+
+
+def why_command(
+    file: str,
+    what: str | None,
+    at: str | None = None,
+    until: str | None = None,
+    deep: bool = False,
+    want: str | None = None,
+    trust: bool = False,
+    as_json: bool = False,
+) -> None:
+    """Answer a question, see `why_job.why`."""
+    with imported():
+        from .why_job import why
+
+    why(file, what, at, until, deep, want, trust, as_json)

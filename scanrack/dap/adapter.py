@@ -1,0 +1,356 @@
+"""The adapter: answers requests, and knows where the editor stands.
+
+    client  --request-->  requests.py, a table  -->  a function of the adapter  --response-->
+            <--event----  stopped, continued, output, breakpoint
+
+Requests are carried out between two scans, in the thread that does the scans.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections import deque
+from collections.abc import Callable, Mapping
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
+from queue import Empty
+from types import MappingProxyType
+from typing import Any
+
+from typing_extensions import override
+
+from .breakpoints import Breakpoint
+from .cursor import Cursor, Spot, earlier, later
+from .executed_scan import ExecutedScan
+from .protocol import DebugError, Json
+from .subject import Past, Subject
+from .variables import Tree
+from .wire import NonsenseError, Wire
+
+THREAD = 1
+"""The one thread: the scan."""
+
+VIEWS = 16
+"""Scans that are kept as they were executed."""
+
+NOTHING: Mapping[str, Any] = MappingProxyType({})
+
+Start = Callable[["Adapter"], None]
+"""Runs what is debugged until the client ends it."""
+
+
+class Adapter:
+    """A session with a client.
+
+    Attributes:
+        subject: what is debugged; None before launch or attach.
+        cursor: where the client stands; None while scans run, or before the first one.
+        running: whether scans run, or a recording is searched.
+        breakpoints: those that are set, by kind.
+        start: what runs after launch or attach; None before.
+        over: whether the client has ended the session.
+        on_move: the functions that the subject gives for continuing and pausing.
+    """
+
+    def __init__(self, wire: Wire, requests: Mapping[str, Any]) -> None:
+        self.wire, self._requests = wire, requests
+        self.subject: Subject | None = None
+        self.driver: Driver | None = None
+        self.cursor: Cursor | None = None
+        self.running = False
+        self.configured = False
+        self.stop_on_entry = True
+        self.breakpoints: dict[str, list[Breakpoint]] = {}
+        self.numbers = 0
+        self.start: Start | None = None
+        self.over = False
+        self.tree: Tree | None = None
+        self.reason: Json = {}
+        self.asked_past = False
+        self._views: deque[ExecutedScan] = deque(maxlen=VIEWS)
+        self._later: list[Callable[[], object]] = []
+
+    def run(self) -> None:
+        """Serve the client until it ends the session."""
+        while not self.over:
+            if self.start is not None:
+                start, self.start = self.start, None
+                with redirect_stdout(Console(self, "stdout")), redirect_stderr(Console(self, "stderr")):
+                    try:
+                        start(self)
+                    except (ValueError, OSError) as error:
+                        self.output(f"{error}\n", "stderr")
+                self.subject = self.driver = self.cursor = None
+                self.event("terminated")
+                continue
+            self.serve(None)
+
+    # --- messages
+
+    def serve(self, seconds: float | None) -> bool:
+        """Answer the requests that wait; return whether there were any.
+
+        Args:
+            seconds: longest wait for the first one; None = without limit.
+        """
+        served = False
+        while not self.over:
+            try:
+                message = self.wire.next(seconds)
+            except Empty:
+                break
+            if message is None:
+                self.over = True
+                if self.driver is not None:
+                    self.driver.end()
+                break
+            self.answer(message)
+            served, seconds = True, 0
+            if self.start is not None:
+                break
+        return served
+
+    def answer(self, message: Json | NonsenseError) -> None:
+        """Answer one message; whatever it is, the session goes on."""
+        if isinstance(message, NonsenseError):
+            self.output(f"{message}\n", "stderr")
+            return
+        number, command = message.get("seq"), message.get("command")
+        if message.get("type") != "request" or not isinstance(command, str) or type(number) is not int:
+            self.output("a message must be a request with seq and command\n", "stderr")
+            return
+        try:
+            body = self._carry_out(command, message.get("arguments"))
+        except (ValueError, OSError) as error:
+            self._respond(number, command, error=str(error))
+        except Exception as error:  # a mistake of this code ends no session
+            traceback.print_exc()
+            self._respond(number, command, error=f"{command}: {type(error).__name__}: {error}")
+        else:
+            self._respond(number, command, body=body)
+        acts, self._later = self._later, []
+        for each in acts:
+            self._act(each)
+
+    def _act(self, act: Callable[[], object]) -> None:
+        """Move as a request has asked; a move that fails ends where it began, with the reason."""
+        before = self.cursor
+        try:
+            act()
+        except (ValueError, OSError) as error:
+            self.output(f"{error}\n", "stderr")
+            if before is not None:
+                self.leave()
+                self.cursor = before
+                before.go(before.spot)
+                self.stopped("step", str(error))
+
+    def _carry_out(self, command: str, arguments: object) -> Json | None:
+        request = self._requests.get(command)
+        if request is None:
+            raise DebugError(f"no request {command[:60]!r}")
+        if not isinstance(arguments, dict | None):
+            raise DebugError(f"{command}: arguments must be an object")
+        if request.needs == "nothing":
+            pass
+        elif self.subject is None:
+            raise DebugError(f"{command}: nothing is debugged yet: launch or attach first")
+        elif request.needs == "stop" and (self.running or self.cursor is None):
+            raise DebugError(f"{command}: scans run; pause first")
+        body: Json | None = request.handle(self, arguments or {})
+        return body
+
+    def _respond(self, number: int, command: str, *, body: Json | None = None, error: str = "") -> None:
+        message: Json = {"type": "response", "request_seq": number, "success": not error, "command": command}
+        if error:
+            message |= {"message": error, "body": {"error": {"id": 1, "format": error, "showUser": True}}}
+        elif body is not None:
+            message["body"] = body
+        self.wire.send(message)
+
+    def event(self, name: str, **body: Any) -> None:
+        """Send an event."""
+        self.wire.send({"type": "event", "event": name, "body": body})
+
+    def output(self, text: str, category: str = "console", *, more: Mapping[str, Any] = NOTHING) -> None:
+        """Print in the client's console; `more` = file and line."""
+        self.event("output", category=category, output=text, **more)
+
+    def after_response(self, act: Callable[[], object]) -> None:
+        """Do something once the response of the present request has been sent."""
+        self._later.append(act)
+
+    # --- where the client stands
+
+    def begin(self, subject: Subject, driver: Driver) -> None:
+        """Debug something; the client sets its breakpoints now."""
+        again = self.subject is not None
+        self.subject, self.driver = subject, driver
+        self.cursor, self.running = None, False
+        self._views.clear()
+        if not again:
+            self.configured = False
+            self.event("initialized")
+
+    def all_breakpoints(self) -> list[Breakpoint]:
+        """Return all breakpoints."""
+        return [each for kind in self.breakpoints.values() for each in kind]
+
+    def the_subject(self) -> Subject:
+        """Return what is debugged."""
+        assert self.subject is not None
+        return self.subject
+
+    def the_driver(self) -> Driver:
+        """Return what moves the scans on."""
+        assert self.driver is not None
+        return self.driver
+
+    def place(self) -> Cursor:
+        """Return where the client stands; a DebugError while scans run."""
+        if self.cursor is None:
+            raise DebugError("scans run; pause first")
+        return self.cursor
+
+    def in_past(self) -> bool:
+        """Whether the client stands before the latest scan of a rack that runs."""
+        subject = self.the_subject()
+        return subject.live and self.cursor is not None and self.cursor.scan < subject.extent[1]
+
+    def leave(self) -> None:
+        """Give the memory back to what runs scans again."""
+        if self.cursor is not None:
+            self.cursor.view.leave()
+        self.cursor, self.tree = None, None
+
+    def look_at(self, scan: int, spot: str = "start") -> Cursor:
+        """Stand in a scan: at its `start`, its `last` rung, or its `end`."""
+        self.leave()
+        replayer = self.the_subject().replayer(scan)
+        view = next(
+            (each for each in self._views if each.scan == scan and each.engine is replayer.engine), None
+        )
+        if view is None:
+            view = ExecutedScan(replayer, scan)
+            self._views.append(view)
+        self.cursor = Cursor(view)
+        self.cursor.go(getattr(self.cursor, spot))
+        return self.cursor
+
+    def go_to(self, spot: Spot) -> None:
+        """Stand elsewhere in the scan."""
+        self.place().go(spot)
+        self.tree = None
+
+    def stopped(self, reason: str, text: str = "", hits: tuple[Breakpoint, ...] = ()) -> None:
+        """Tell the client that it stands somewhere."""
+        self.running, self.tree = False, None
+        self.asked_past = False
+        self.reason = {"reason": reason, "text": text}
+        more: Json = {"hitBreakpointIds": [each.number for each in hits]} if hits else {}
+        if text:
+            more |= {"description": text, "text": text}
+        self.event("stopped", reason=reason, threadId=THREAD, allThreadsStopped=True, **more)
+
+    # --- breakpoints that scans have met
+
+    def hits_in(self, scan: int) -> list[tuple[Breakpoint, str]]:
+        """Return the breakpoints that a scan meets; log points do not stop."""
+        wanted = [each for each in self.all_breakpoints() if not each.log]
+        if not wanted:
+            return []
+        self.leave()
+        return Past(self.the_subject(), wanted).hits(scan, scan).get(scan, [])
+
+    def stop_at_hit(self, scan: int, hits: list[tuple[Breakpoint, str]], *, backwards: bool = False) -> None:
+        """Stand where a scan meets its first breakpoint, or its last one."""
+        cursor = self.look_at(scan)
+        spots = {each.number: cursor.spot_of(each) for each, _text in hits}
+        pick = max if backwards else min
+        spot = pick(spots.values(), key=cursor.position)
+        self._stop_at(spot, hits)
+
+    def _stop_at(self, spot: Spot, hits: list[tuple[Breakpoint, str]]) -> None:
+        cursor = self.place()
+        here = [(each, text) for each, text in hits if cursor.spot_of(each) == spot]
+        self.go_to(spot)
+        one = here[0][0]
+        reason = REASONS[one.kind]
+        self.stopped(reason, here[0][1], tuple(each for each, _text in here))
+
+    def stop_in_scan(self, *, backwards: bool) -> bool:
+        """Go to the next breakpoint in the same scan, or the one before; return whether there is one."""
+        cursor = self.place()
+        scan, spot = cursor.scan, cursor.spot
+        if scan < self.the_subject().extent[0]:
+            return False  # of the program before an edit
+        hits = self.hits_in(scan)
+        cursor = self.look_at(scan)
+        cursor.go(spot)
+        spots = [cursor.spot_of(each) for each, _text in hits]
+        found = (earlier if backwards else later)(cursor, spots)
+        if found is None:
+            return False
+        self._stop_at(found, hits)
+        return True
+
+
+class Console(StringIO):
+    """What the program prints, as output in the client's console."""
+
+    def __init__(self, adapter: Adapter, category: str) -> None:
+        super().__init__()
+        self._adapter, self._category = adapter, category
+
+    @override
+    def write(self, text: str) -> int:
+        if not isinstance(text, str):
+            raise TypeError("this is a stream of text")
+        if text:
+            self._adapter.output(text, self._category)
+        return len(text)
+
+
+REASONS = {
+    "line": "breakpoint",
+    "function": "function breakpoint",
+    "data": "data breakpoint",
+    "exception": "exception",
+}
+"""What the protocol calls a stop, by the kind of the breakpoint."""
+
+
+class Driver:
+    """What moves the scans of a subject on; each kind of subject has its own."""
+
+    def begin(self, *, stop: bool) -> None:
+        """Begin once all breakpoints are set; `stop` = stand before the first scan."""
+        raise NotImplementedError
+
+    def go(self) -> None:
+        """Let scans run from the latest one on, until a breakpoint or a pause."""
+        raise NotImplementedError
+
+    def pause(self) -> None:
+        """Stop soon; `Adapter.stopped` follows. A DebugError if that is refused."""
+        raise NotImplementedError
+
+    def step(self) -> None:
+        """Do one scan, and stand at its start; a DebugError if there is none."""
+        raise NotImplementedError
+
+    def set_breakpoints(self, wanted: list[Breakpoint]) -> None:
+        """Look for these breakpoints from now on; a DebugError if a condition can't be evaluated."""
+        raise NotImplementedError
+
+    def give(self, order: Any) -> None:
+        """Give an order to the rack; a DebugError if it takes none."""
+        raise DebugError("this is a recording: its values can't be changed; branch from one of its scans")
+
+    def branch(self, scan: int) -> None:
+        """Begin a session that repeats this one up to a scan, and goes on from there."""
+        raise DebugError("no branch can begin here")
+
+    def end(self) -> None:
+        """End the session."""
+        raise NotImplementedError

@@ -1,0 +1,290 @@
+"""Breakpoints: what an editor sets, and what looks for them after each scan, live and in scans run again.
+
+| kind | condition of a stop |
+|---|---|
+| line | the rung runs; with `becomes true` or `changes` its power does; else an expression holds |
+| function | `Main.3` as a line; `Feeding changes`; any other text is an expression that becomes true |
+| data | the value of a tag changes |
+| exception | an error bit comes on, a rule of the manual acts, the CPU faults, a scan begins |
+
+Expressions read the values at the end of the scan: a scan is always finished.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+from scanrack.io_images.visible_text import visible
+from scanrack.ladder.compiler.observed import LineKey
+from scanrack.ladder.debug.watched import shown
+from scanrack.ladder.debug.watching import WatchedEngine
+from scanrack.ladder.state.memory import same
+from scanrack.watch.monitors.troubles import ErrorBit, error_bits
+
+from .conditions import ExpressionError, Read, Surroundings, compiled
+from .protocol import DebugError, Json
+
+BECOMES_TRUE, CHANGES = "becomes true", "changes"
+"""Conditions of a line that look at the power behind its last instruction."""
+
+FILTERS: Mapping[str, tuple[str, str]] = {
+    "error": ("Error bits", "An error bit of a module comes on."),
+    "rule": ("Rules of the manual", "A rule of the manual acts, such as a refused command."),
+    "fault": ("Faults", "The controller faults."),
+    "scan": ("Each scan", "A scan begins; with a condition such as `time > 2 s`."),
+}
+"""Exception breakpoints: id, label and description."""
+
+_HITS = re.compile(r"(?P<sign>>=|>|<=|<|==|=|%)?\s*(?P<number>\d{1,9})")
+_SIGNS: Mapping[str, Callable[[int, int], bool]] = {
+    ">=": lambda count, number: count >= number,
+    ">": lambda count, number: count > number,
+    "<=": lambda count, number: count <= number,
+    "<": lambda count, number: count < number,
+    "==": lambda count, number: count == number,
+    "=": lambda count, number: count == number,
+    "%": lambda count, number: number > 0 and count % number == 0,
+}
+_FIELD = re.compile(r"\{([^{}]+)\}")
+
+
+@dataclass(slots=True)
+class Breakpoint:
+    """A breakpoint of an editor."""
+
+    number: int
+    kind: str  # line, function, data or exception
+    name: str  # the function, the tag or the filter; of a line its file and number
+    keys: tuple[LineKey, ...] = ()  # the rungs of a line
+    condition: str = ""
+    hits: str = ""  # such as `>= 5` or `% 3`; a number alone is that hit and all later ones
+    log: str = ""  # a message with expressions in braces, in place of a stop
+    line: int = 0
+    path: str = ""
+    count: int = 0
+
+    def counts(self) -> bool:
+        """Count a hit; return whether it is one that stops."""
+        self.count += 1
+        found = _HITS.fullmatch(self.hits.strip()) if self.hits else None
+        return found is None or _SIGNS[found["sign"] or ">="](self.count, int(found["number"]))
+
+    def check_hits(self) -> None:
+        """Refuse a hit count that can't be read."""
+        if self.hits and _HITS.fullmatch(self.hits.strip()) is None:
+            raise DebugError(f"hit count {self.hits!r}: must be a number, or one after >=, >, <=, <, = or %")
+
+
+class Hit(NamedTuple):
+    """A breakpoint that was met."""
+
+    breakpoint: Breakpoint
+    text: str
+
+
+Event = tuple[str, Mapping[str, Any]]
+"""Topic and fields, see `traces.format.topics`."""
+
+
+@dataclass(slots=True)
+class _Check:
+    """A breakpoint on an engine: returns a text where it is met, else None."""
+
+    breakpoint: Breakpoint
+    met: Callable[[int], str | None]
+    allowed: Read | None
+    log: list[str | Read] = field(default_factory=list)
+
+
+class Looker:
+    """Looks for breakpoints after each scan of an engine.
+
+    Args:
+        events: returns the events of a scan.
+
+    Attributes:
+        lines: the rungs whose power the engine has to note.
+
+    Raises:
+        ExpressionError: a condition can't be evaluated.
+    """
+
+    def __init__(
+        self,
+        wanted: Sequence[Breakpoint],
+        engine: WatchedEngine,
+        around: Surroundings,
+        events: Callable[[int], Sequence[Event]],
+    ) -> None:
+        self._engine, self._around, self._events = engine, around, events
+        self._checks = [self._check(each) for each in wanted]
+        self.lines = tuple(dict.fromkeys(key for each in wanted for key in each.keys))
+
+    def prime(self, scan: int) -> None:
+        """Take the present values as those of the scan before; the power of rungs is not known yet."""
+        for each in self._checks:
+            if not each.breakpoint.keys:
+                each.met(scan)
+
+    def look(self, scan: int) -> list[tuple[_Check, str]]:
+        """Return the breakpoints that the latest scan has met, whatever their hit counts."""
+        found = []
+        for each in self._checks:
+            text = each.met(scan)
+            if text is not None and (each.allowed is None or each.allowed()):
+                found.append((each, text))
+        return found
+
+    def stops(self, scan: int, say: Callable[[Breakpoint, str], object]) -> list[Hit]:
+        """Return the breakpoints at which the latest scan stops; count hits, and print log points."""
+        found = []
+        for check, text in self.look(scan):
+            if not check.breakpoint.counts():
+                continue
+            if check.log:
+                said = "".join(each if isinstance(each, str) else shown(each()) for each in check.log)
+                say(check.breakpoint, visible(said))
+            else:
+                found.append(Hit(check.breakpoint, text))
+        return found
+
+    # --- one check for each breakpoint
+
+    def _check(self, wanted: Breakpoint) -> _Check:
+        power = wanted.condition.strip().lower()
+        on_power = wanted.kind != "exception" and wanted.keys and power in (BECOMES_TRUE, CHANGES)
+        allowed = None if not wanted.condition or on_power else self._compiled(wanted.condition)
+        if on_power:
+            met = self._power(wanted.keys, changes=power == CHANGES)
+        elif wanted.keys:
+            met = self._ran(wanted.keys)
+        else:
+            met = _MAKERS.get(wanted.kind, Looker._expression)(self, wanted.name)
+        return _Check(wanted, met, allowed, self._log(wanted.log))
+
+    def _compiled(self, text: str) -> Read:
+        return compiled(text, self._engine, self._around)
+
+    def _log(self, text: str) -> list[str | Read]:
+        parts: list[str | Read] = []
+        for number, part in enumerate(_FIELD.split(text)):
+            parts.append(self._compiled(part) if number % 2 else part)
+        return parts if text else []
+
+    def _ran(self, keys: Sequence[LineKey]) -> Callable[[int], str | None]:
+        ran = self._engine.ran
+        return lambda _scan: "the rung runs" if any(map(ran, keys)) else None
+
+    def _power(self, keys: Sequence[LineKey], *, changes: bool) -> Callable[[int], str | None]:
+        engine, before = self._engine, dict.fromkeys(keys, None)
+        known: dict[LineKey, bool | None] = {**before}
+
+        def met(_scan: int) -> str | None:
+            text = None
+            for key in keys:
+                was, now = known[key], _true(engine, key)
+                known[key] = now
+                if was is not None and now != was and (now or changes):
+                    text = f"the rung becomes {'true' if now else 'false'}"
+            return text
+
+        return met
+
+    def _tag(self, name: str) -> Callable[[int], str | None]:
+        tags = self._engine.tags
+        if name not in tags:
+            raise ExpressionError(f"no tag {name}")
+        try:
+            read = self._compiled(name)
+        except ExpressionError:  # an array or a structure
+            read = lambda: tags[name]  # noqa: E731
+        known: list[Any] = []
+
+        def met(_scan: int) -> str | None:
+            value = read()
+            if not known:
+                known.append(value)
+                return None
+            before, known[0] = known[0], value
+            return None if _same(before, value) else f"{name} was {shown(before)} and is {shown(value)}"
+
+        return met
+
+    def _expression(self, text: str) -> Callable[[int], str | None]:
+        head, _, tail = text.rpartition(" ")
+        if tail.lower() == CHANGES and head.strip():
+            return self._tag(head.strip())
+        read, known = self._compiled(text), [True]
+
+        def met(_scan: int) -> str | None:
+            before, known[0] = known[0], bool(read())
+            return f"{text} holds" if known[0] and not before else None
+
+        return met
+
+    def _exception(self, name: str) -> Callable[[int], str | None]:
+        if name == "scan":
+            return lambda scan: f"scan {scan:,} begins"
+        if name == "error":
+            return self._errors()
+        topic, kind = ("/events", "rule") if name == "rule" else ("/faults", None)
+
+        def met(scan: int) -> str | None:
+            texts = [
+                str(fields.get("text", ""))
+                for where, fields in self._events(scan)
+                if where == topic and fields.get("kind") == kind
+            ]
+            return "; ".join(texts) if texts else None
+
+        return met
+
+    def _errors(self) -> Callable[[int], str | None]:
+        words: dict[tuple[int, int], list[ErrorBit]] = {}
+        for _row, bit in error_bits(self._around.words):
+            words.setdefault((bit.slot, bit.place.word), []).append(bit)
+        known = dict.fromkeys(words, -1)  # before the first scan none is news
+
+        def met(_scan: int) -> str | None:
+            names = []
+            for (slot, number), bits in words.items():
+                word = self._status(slot, number)
+                news, known[slot, number] = word & ~known[slot, number], word
+                names += [f"slot {slot}: {each.name}" for each in bits if news >> each.place.bit & 1]
+            return ", ".join(names) if names else None
+
+        return met
+
+    def _status(self, slot: int, number: int) -> int:
+        """Return a word of status, in configuration mode without the bits that have another meaning."""
+        image, names = self._around.image, self._around.words[slot]
+        word = image(slot, "I", number)
+        configured = names.modes is not None and image(slot, "I", names.modes.input) < 0
+        return word & names.live("I", number) if configured else word
+
+
+def _true(engine: WatchedEngine, key: LineKey) -> bool:
+    if engine.watching or engine.broken_off:
+        truth = engine.truths.get(key, ())
+        return bool(truth) and truth[-1]
+    return engine.true_at_end(key)
+
+
+def _same(one: Any, other: Any) -> bool:
+    return one == other if isinstance(one, (list, dict)) else same(one, other)
+
+
+_MAKERS: Mapping[str, Callable[[Looker, str], Callable[[int], str | None]]] = {
+    "function": Looker._expression,
+    "data": Looker._tag,
+    "exception": Looker._exception,
+}
+
+
+def described(one: Breakpoint) -> Json:
+    """Return a breakpoint as the protocol has it."""
+    place = {"line": one.line, "source": {"path": one.path}} if one.line else {}
+    return {"id": one.number, "verified": True, **place}

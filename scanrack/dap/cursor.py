@@ -1,0 +1,140 @@
+"""The place where an editor stands: a scan, and an instruction of it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from scanrack.ladder.debug.cells import cells_of
+from scanrack.ladder.debug.executed import Write
+
+from .breakpoints import CHANGES, Breakpoint
+from .executed_scan import ExecutedScan, Stop
+
+END = 1 << 30
+"""Index of the end of a scan, which is known before its instructions are."""
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """A place in a scan: before a stop, or after a write of it; the end of a scan has `END` as index."""
+
+    index: int
+    order: int | None  # see `ExecutedScan.show`
+
+
+class Cursor:
+    """A place in a scan that is run again."""
+
+    end = Spot(END, None)
+
+    def __init__(self, view: ExecutedScan) -> None:
+        self.view, self.spot = view, self.end
+
+    @property
+    def scan(self) -> int:
+        """The number of the scan."""
+        return self.view.scan
+
+    @property
+    def stop(self) -> Stop | None:
+        """The instruction that is next; None at the end of the scan."""
+        return None if self.spot.index == END else self.view.stops[self.spot.index]
+
+    @property
+    def start(self) -> Spot:
+        """The first instruction of the scan."""
+        return self._spot(0)
+
+    @property
+    def last(self) -> Spot:
+        """The last rung of the main routine; the end of a scan without one."""
+        stops = self.view.stops
+        found = [at for at, each in enumerate(stops) if each.step is None and each.depth == 0]
+        return self._spot(found[-1]) if found else self.end
+
+    def go(self, spot: Spot) -> None:
+        """Go to another place in the scan."""
+        self.spot = spot
+        self.view.show(spot.order)
+
+    def _spot(self, index: int) -> Spot:
+        stops = self.view.stops
+        return Spot(index, stops[index].order) if index < len(stops) else self.end
+
+    # --- steps
+
+    def onward(self, depth: int | None, *, each: bool) -> Spot | None:
+        """Return the next rung, or instruction, at most as deep in calls; None at the end of the scan.
+
+        Args:
+            depth: None = any.
+            each: stop at instructions, not only at rungs.
+        """
+        for index in range(self.spot.index + 1, len(self.view.stops)):
+            if self._fits(self.view.stops[index], depth, each=each):
+                return self._spot(index)
+        return None
+
+    def back(self, depth: int | None, *, each: bool) -> Spot | None:
+        """Return the rung or instruction before, see `onward`; None at the begin of the scan."""
+        stop = self.stop
+        after_write = stop is not None and self.spot.order != stop.order
+        last = min(self.spot.index - (not after_write), len(self.view.stops) - 1)
+        for index in range(last, -1, -1):
+            if self._fits(self.view.stops[index], depth, each=each):
+                return self._spot(index)
+        return None
+
+    @staticmethod
+    def _fits(stop: Stop, depth: int | None, *, each: bool) -> bool:
+        return (each or stop.step is None) and (depth is None or stop.depth <= depth)
+
+    @property
+    def depth(self) -> int:
+        """Calls around the place."""
+        return 0 if self.stop is None else self.stop.depth
+
+    # --- breakpoints
+
+    def spot_of(self, one: Breakpoint) -> Spot:
+        """Return where in the scan a breakpoint was met."""
+        if one.keys:
+            for index, stop in enumerate(self.view.stops):
+                if stop.step is None and (stop.run.routine, stop.run.line.number) in one.keys:
+                    return self._spot(index)
+            return self.end
+        if one.kind == "exception":
+            return self.end if one.name == "fault" else self.start
+        head, _, tail = one.name.rpartition(" ")
+        tag = one.name if one.kind == "data" else head.strip() if tail.lower() == CHANGES else ""
+        return self._after_write(tag) if tag else self.end
+
+    def _after_write(self, tag: str) -> Spot:
+        """Return the place after the last change of a tag; the begin of the scan for one from outside."""
+        tags = self.view.engine.tags
+        cells = cells_of(tags.where(tag), counts=True) if tag in tags else []
+        written = [each for each in self.view.execution.writes if any(map(each.changes, cells))]
+        return self._of_write(written[-1]) if written and written[-1].by is not None else self.start
+
+    def _of_write(self, write: Write) -> Spot:
+        assert write.by is not None
+        own = [index for index, stop in enumerate(self.view.stops) if stop.run is write.by.run]
+        before = [index for index in own if self.view.stops[index].order < write.order]
+        return Spot(before[-1], write.order) if before else self.start
+
+    def position(self, spot: Spot) -> tuple[int, int]:
+        """Return what orders places of the scan."""
+        return spot.index, -1 if spot.order is None else spot.order
+
+
+def later(cursor: Cursor, spots: Sequence[Spot]) -> Spot | None:
+    """Return the first of some places behind the present one."""
+    here = cursor.position(cursor.spot)
+    return min((each for each in spots if cursor.position(each) > here), key=cursor.position, default=None)
+
+
+def earlier(cursor: Cursor, spots: Sequence[Spot]) -> Spot | None:
+    """Return the last of some places ahead of the present one."""
+    here = cursor.position(cursor.spot)
+    return max((each for each in spots if cursor.position(each) < here), key=cursor.position, default=None)

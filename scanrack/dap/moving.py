@@ -1,0 +1,120 @@
+"""Requests that move: over instructions, rungs, routines and scans, forwards and backwards."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .protocol import DebugError, Json
+from .subject import Past
+
+if TYPE_CHECKING:
+    from .adapter import Adapter
+
+GRANULARITIES = ("statement", "line", "instruction")
+
+
+def go(adapter: Adapter, _said: Json) -> Json:
+    """Run to the next breakpoint."""
+    if adapter.in_past():
+        _ask(adapter)
+    adapter.running = True
+    adapter.after_response(
+        lambda: None if adapter.stop_in_scan(backwards=False) else adapter.the_driver().go()
+    )
+    return {"allThreadsContinued": True}
+
+
+def _ask(adapter: Adapter) -> None:
+    """Ask what to do from a past scan on; a second continue returns to the present."""
+    scan, last = adapter.place().scan, adapter.the_subject().extent[1]
+    if adapter.asked_past:
+        adapter.asked_past = False
+        adapter.look_at(last, "end")
+        return
+    adapter.asked_past = True
+    raise DebugError(
+        f"this is scan {scan:,}, and the rack stands at scan {last:,}: continue again to go on from there, "
+        "or evaluate `branch` to go on from here in a new session"
+    )
+
+
+def pause(adapter: Adapter, _said: Json) -> None:
+    """Stop after the present scan."""
+    if adapter.running:
+        adapter.the_driver().pause()
+
+
+def next_(adapter: Adapter, said: Json) -> None:
+    """Go to the next rung or instruction without going into routines."""
+    each = _by_instruction(said)
+    adapter.after_response(lambda: _onward(adapter, adapter.place().depth, each=each))
+
+
+def step_in(adapter: Adapter, said: Json) -> None:
+    """Go to the next rung or instruction, also of a routine that is called."""
+    each = _by_instruction(said)
+    adapter.after_response(lambda: _onward(adapter, None, each=each))
+
+
+def step_out(adapter: Adapter, _said: Json) -> None:
+    """Go on in the caller; from the main routine to the next scan."""
+    adapter.after_response(lambda: _onward(adapter, adapter.place().depth - 1, each=True))
+
+
+def _onward(adapter: Adapter, depth: int | None, *, each: bool) -> None:
+    cursor = adapter.place()
+    spot = cursor.onward(depth, each=each)
+    if spot is not None:
+        adapter.go_to(spot)
+        adapter.stopped("step")
+    elif cursor.scan < adapter.the_subject().extent[1]:
+        adapter.look_at(cursor.scan + 1)
+        adapter.stopped("step")
+    else:
+        adapter.the_driver().step()
+
+
+def step_back(adapter: Adapter, said: Json) -> None:
+    """Go to the rung or instruction before, without going into routines."""
+    each = _by_instruction(said)
+    cursor = adapter.place()
+    spot = cursor.back(cursor.depth, each=each)
+    first = adapter.the_subject().extent[0]
+    if spot is None and cursor.scan <= first:
+        raise DebugError(f"scan {cursor.scan:,} is the first one: there is nothing before")
+
+    def move() -> None:
+        if spot is None:
+            adapter.look_at(cursor.scan - 1, "last")
+        else:
+            adapter.go_to(spot)
+        adapter.stopped("step")
+
+    adapter.after_response(move)
+
+
+def reverse(adapter: Adapter, _said: Json) -> None:
+    """Run backwards to the last breakpoint; without one to the first scan."""
+
+    def move() -> None:
+        if adapter.stop_in_scan(backwards=True):
+            return
+        scan, subject = adapter.place().scan, adapter.the_subject()
+        wanted = [each for each in adapter.all_breakpoints() if not each.log]
+        adapter.leave()
+        found = Past(subject, wanted).last_before(scan) if wanted else None
+        if found is None:
+            adapter.look_at(subject.extent[0])
+            adapter.stopped("entry", "no breakpoint was met before; this is the first scan")
+        else:
+            adapter.stop_at_hit(found, adapter.hits_in(found), backwards=True)
+
+    adapter.running = True
+    adapter.after_response(move)
+
+
+def _by_instruction(said: Json) -> bool:
+    wanted = said.get("granularity", "line")
+    if wanted not in GRANULARITIES:
+        raise DebugError(f"granularity {wanted!r}: must be {', '.join(GRANULARITIES)}")
+    return bool(wanted == "instruction")

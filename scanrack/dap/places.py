@@ -1,0 +1,119 @@
+"""Files and lines of a program, as editors name them, and its routines and rungs.
+
+feeder.rung:38   <->   Main, rung 6
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+from importlib.resources import files
+from pathlib import Path
+
+from scanrack.ladder import LadderLogic
+from scanrack.ladder.compiler.observed import LineKey
+from scanrack.ladder.model.tree import Origin
+
+from .protocol import DebugError, Json
+
+
+class Places:
+    """The lines of a ladder program.
+
+    Args:
+        folders: where the files of a recording may be found on this machine.
+    """
+
+    def __init__(self, program: LadderLogic, folders: Iterable[Path] = ()) -> None:
+        self._lowered = program.build()
+        self._folders = tuple(folders)
+        self._paths: dict[str, Path | None] = {}
+
+    @cached_property
+    def lines(self) -> Mapping[Path, Mapping[int, list[LineKey]]]:
+        """The rungs and statements of each line with some, by file."""
+        found: dict[Path, dict[int, list[LineKey]]] = {}
+        for name, routine in self._lowered.routines.items():
+            for line in routine.lines:
+                path = self.path(line.origin)
+                if path is None or line.number < 0:
+                    continue
+                keys = found.setdefault(path, {}).setdefault(line.origin.line, [])
+                if (name, line.number) not in keys:
+                    keys.append((name, line.number))
+        return found
+
+    def path(self, origin: Origin) -> Path | None:
+        """Return the file of a rung on this machine; None if it is not there."""
+        name = origin.file
+        if name not in self._paths:
+            self._paths[name] = self._found(name) if name and origin.line else None
+        return self._paths[name]
+
+    def _found(self, name: str) -> Path | None:
+        own = Path(name)
+        shipped = Path(str(files("scanrack.ladder"))) / "blocks" / own.name  # of `USE axis3601`
+        for each in (*(folder / own.name for folder in self._folders), own, shipped):
+            if each.is_file() and _is_copy(each, own):
+                return each.resolve()
+        return None
+
+    def at(self, path: str, line: int) -> tuple[int, list[LineKey]]:
+        """Return the first line from one on with an instruction, and its rungs.
+
+        Raises:
+            DebugError: the file is no part of the program, or there is none.
+        """
+        asked = Path(path).resolve()
+        known = self.lines.get(asked) or self._adopted(asked)
+        if known is None:
+            names = ", ".join(sorted(each.name for each in self.lines))
+            raise DebugError(f"{Path(path).name} is no file of the program: those are {names}")
+        numbers = sorted(known)
+        place = bisect_left(numbers, line)
+        if place == len(numbers):
+            raise DebugError(f"{Path(path).name}, line {line}: no instruction from there to the end")
+        return numbers[place], known[numbers[place]]
+
+    def _adopted(self, path: Path) -> Mapping[int, list[LineKey]] | None:
+        """Take a file of a client in place of a copy with the same bytes, such as a recording's."""
+        for name, own in self._paths.items():
+            if own is not None and own.name == path.name and path.is_file() and _is_copy(path, own):
+                self._paths[name] = path
+                self.__dict__.pop("lines", None)
+                return self.lines.get(path)
+        return None
+
+    def named(self, text: str) -> list[LineKey] | None:
+        """Return the rung that `Main.3` names, or the first one of `Main`; None for neither."""
+        head, dot, number = text.rpartition(".")
+        name = (head if dot and number.isdigit() else text).upper()
+        found = [each for each in self._lowered.routines if name in (each, each.rpartition(".")[2])]
+        if len(found) != 1:
+            return None
+        numbers = [line.number for line in self._lowered.routines[found[0]].lines if line.number >= 0]
+        wanted = int(number) if dot and number.isdigit() else min(numbers, default=-1)
+        return [(found[0], wanted)] if wanted in numbers else None
+
+    def of(self, key: LineKey) -> tuple[str, int]:
+        """Return file and line of a rung; an empty name and 0 if the file is not on this machine."""
+        for path, lines in self.lines.items():
+            for line, keys in lines.items():
+                if key in keys:
+                    return str(path), line
+        return "", 0
+
+    def source(self, origin: Origin) -> Json:
+        """Return file and line of a rung as the protocol has them; empty if it is not on this machine."""
+        path = self.path(origin)
+        if path is None:
+            return {}
+        return {"source": {"name": path.name, "path": str(path)}, "line": origin.line, "column": 1}
+
+
+def _is_copy(path: Path, original: Path) -> bool:
+    """Whether a file is the original, or has the same bytes."""
+    if not original.is_file():
+        return True  # of an import, whose path is not kept
+    return path.samefile(original) or path.read_bytes() == original.read_bytes()

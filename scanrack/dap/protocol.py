@@ -1,0 +1,35 @@
+"""Arguments of requests, checked, and the error of a request."""
+
+from __future__ import annotations
+
+from typing import Any
+
+Json = dict[str, Any]
+
+
+class DebugError(ValueError):
+    """A request that can't be done: a sentence for people."""
+
+
+def whole(arguments: Json, name: str, default: int | None = None) -> int:
+    """Return a whole number of a request; a DebugError without it, or for anything else."""
+    value = arguments.get(name, default)
+    if type(value) is not int:
+        raise DebugError(f"{name} {value!r}: must be a whole number")
+    return value
+
+
+def text(arguments: Json, name: str, default: str | None = None) -> str:
+    """Return a text of a request; a DebugError without it, or for anything else."""
+    value = arguments.get(name, default)
+    if not isinstance(value, str):
+        raise DebugError(f"{name} {value!r}: must be a text")
+    return value
+
+
+def objects(arguments: Json, name: str) -> list[Json]:
+    """Return a list of objects of a request, empty without it; a DebugError for anything else."""
+    value = arguments.get(name) or []
+    if not isinstance(value, list) or not all(isinstance(each, dict) for each in value):
+        raise DebugError(f"{name} must be a list of objects")
+    return value

@@ -1,0 +1,120 @@
+"""The requests as a table: `initialize` and the page of the docs are made from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from . import looking, moving, setting, starting
+from .breakpoints import FILTERS
+from .protocol import Json
+
+if TYPE_CHECKING:
+    from .adapter import Adapter
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A request."""
+
+    handle: Callable[[Adapter, Json], Json | None]  # returns the body of the response
+    says: str  # what it does, for the docs
+    needs: str = "subject"  # "nothing"; "subject", after launch or attach; "stop", while it stands
+    capability: str = ""  # what announces it; "" for a request that every adapter answers
+
+
+REQUESTS: Mapping[str, Request] = {
+    "initialize": Request(lambda _adapter, _said: capabilities(), "says what the adapter can do", "nothing"),
+    "launch": Request(starting.launch, "runs a rack, or opens a trace", "nothing"),
+    "attach": Request(starting.attach, "opens a trace", "nothing"),
+    "configurationDone": Request(
+        starting.configured, "begins, after the breakpoints", capability="supportsConfigurationDoneRequest"
+    ),
+    "disconnect": Request(starting.disconnect, "ends the session", "nothing"),
+    "terminate": Request(starting.disconnect, "ends it, too", "nothing", "supportsTerminateRequest"),
+    "setBreakpoints": Request(setting.lines, "sets the breakpoints of a file"),
+    "setFunctionBreakpoints": Request(
+        setting.functions,
+        "sets breakpoints on rungs, routines, tags and conditions by name",
+        capability="supportsFunctionBreakpoints",
+    ),
+    "setExceptionBreakpoints": Request(setting.exceptions, "stops at error bits, rules, faults or scans"),
+    "dataBreakpointInfo": Request(
+        setting.data_info,
+        "says whether a value can have a breakpoint, and its last change",
+        "stop",
+        "supportsDataBreakpoints",
+    ),
+    "setDataBreakpoints": Request(
+        setting.data, "sets breakpoints on values", capability="supportsDataBreakpoints"
+    ),
+    "breakpointLocations": Request(
+        setting.locations, "lists the lines with a rung", capability="supportsBreakpointLocationsRequest"
+    ),
+    "continue": Request(moving.go, "runs to the next breakpoint", "stop"),
+    "pause": Request(moving.pause, "stops after the present scan"),
+    "next": Request(moving.next_, "goes to the next rung, instruction or scan", "stop"),
+    "stepIn": Request(moving.step_in, "goes into a routine or an add-on instruction", "stop"),
+    "stepOut": Request(
+        moving.step_out, "goes out of a routine; out of the main routine to the next scan", "stop"
+    ),
+    "stepBack": Request(
+        moving.step_back, "goes to the rung or instruction before", "stop", "supportsStepBack"
+    ),
+    "reverseContinue": Request(
+        moving.reverse, "runs backwards to the last breakpoint", "stop", "supportsStepBack"
+    ),
+    "threads": Request(looking.threads, "names the thread: the scan"),
+    "stackTrace": Request(
+        looking.stack, "lists rung, callers, task and scan", "stop", "supportsDelayedStackTraceLoading"
+    ),
+    "scopes": Request(looking.scopes, "lists inputs, outputs, tags, timers and locals", "stop"),
+    "variables": Request(looking.variables, "opens one level of values", "stop"),
+    "setVariable": Request(
+        looking.set_variable, "sets a tag, or forces a word or bit", "stop", "supportsSetVariable"
+    ),
+    "setExpression": Request(looking.set_expression, "sets a watched tag", "stop", "supportsSetExpression"),
+    "evaluate": Request(
+        looking.evaluate,
+        "evaluates a tag, an expression of the query language, or a command of the console",
+        "stop",
+        "supportsEvaluateForHovers",
+    ),
+    "exceptionInfo": Request(
+        looking.exception_info, "says what a stop at an exception was", "stop", "supportsExceptionInfoRequest"
+    ),
+    "loadedSources": Request(
+        looking.sources, "lists the files of the program", capability="supportsLoadedSourcesRequest"
+    ),
+    "completions": Request(
+        looking.completions, "completes names of tags", "stop", "supportsCompletionsRequest"
+    ),
+}
+
+ALSO: Mapping[str, Any] = {
+    "supportsConditionalBreakpoints": True,
+    "supportsHitConditionalBreakpoints": True,
+    "supportsLogPoints": True,
+    "supportsExceptionFilterOptions": True,
+    "supportsSteppingGranularity": True,
+    "supportsValueFormattingOptions": False,
+    "exceptionBreakpointFilters": [
+        {
+            "filter": name,
+            "label": label,
+            "description": says,
+            "default": name == "fault",
+            "supportsCondition": True,
+            "conditionDescription": "an expression such as Position > 4000",
+        }
+        for name, (label, says) in FILTERS.items()
+    ],
+}
+"""Capabilities of arguments."""
+
+
+def capabilities() -> Json:
+    """Return what `initialize` announces."""
+    announced: Json = {each.capability: True for each in REQUESTS.values() if each.capability}
+    return {**announced, **ALSO}

@@ -1,0 +1,52 @@
+"""Breakpoints of the editor and of the page are one list: those that both know appear in both.
+
+| breakpoint of an editor | on the page |
+|---|---|
+| on a line, `becomes true`, `changes` | `Main.3 executes`, `Main.3`, `Main.3 changes` |
+| on a change of a tag | the tag |
+| with another condition, a hit count, a log message | not there |
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from scanrack.ladder.state.lowered import LoweredProgram
+
+from .breakpoints import BECOMES_TRUE, CHANGES, Breakpoint
+from .places import Places
+
+_RUNG = re.compile(r"(?P<rung>.+\.\d+)(?: (?P<when>changes|executes))?")
+_WHEN = {"": " executes", BECOMES_TRUE: "", CHANGES: " changes"}
+
+
+def page_names(one: Breakpoint, lowered: LoweredProgram) -> list[str]:
+    """Return what the page calls a breakpoint; nothing for one that it does not know."""
+    when = _WHEN.get(one.condition.strip().lower())
+    if when is None or one.hits or one.log or one.kind == "exception":
+        return []
+    if one.keys:
+        return [f"{lowered.routines[routine].name}.{number}{when}" for routine, number in one.keys]
+    head, _, tail = one.name.rpartition(" ")
+    tag = one.name if one.kind == "data" else head.strip() if tail.lower() == CHANGES else ""
+    return [tag] if tag and not one.condition else []
+
+
+def of_page(name: str, number: int, places: Places) -> Breakpoint:
+    """Return the breakpoint that a page has set, with its line if it has one."""
+    rung = _RUNG.fullmatch(name)
+    keys = None if rung is None else places.named(rung["rung"])
+    if rung is None or keys is None:
+        return Breakpoint(number, "data", name)
+    condition = {None: BECOMES_TRUE, "changes": CHANGES, "executes": ""}[rung["when"]]
+    path, line = places.of(keys[0])
+    return Breakpoint(number, "line", name, tuple(keys), condition, line=line, path=path)
+
+
+def foreign(
+    there: Sequence[str], own: Sequence[Breakpoint], lowered: LoweredProgram
+) -> tuple[list[str], Mapping[str, Breakpoint]]:
+    """Return the breakpoints of pages that an editor lacks, and those of the editor by their name there."""
+    names = {name: each for each in own for name in page_names(each, lowered)}
+    return [each for each in there if each not in names], names

@@ -1,0 +1,280 @@
+"""Scopes and their values, opened one level at a time.
+
+    Rung         the tags that the rung names
+    Locals       parameters and local tags of an add-on instruction
+    Timers       timers and counters with EN, TT, DN, ACC, PRE
+    Tags         of the program, then of the controller
+    Inputs       modules, their words, the bits of a word by name
+    Outputs
+
+A value is what the memory has at the place of the frame.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
+from typing import Any, Protocol
+
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.ladder.debug.watched import shown
+from scanrack.ladder.debug.watching import WatchedEngine
+from scanrack.ladder.model.operands import Group, Place
+from scanrack.ladder.model.tags import Tag, program_of
+from scanrack.ladder.model.types import COUNTER, HIDDEN, TIMER, Structure
+
+from .protocol import DebugError, Json
+
+ReadWord = Callable[[int, str, int], int]
+"""Returns a word of an image, signed: slot, "I" or "O", word."""
+
+ITEMS_MOST = 1_000
+"""Most values of one level that are sent if the client does not say which."""
+
+
+class Node(Protocol):
+    """Something with values in it."""
+
+    def children(self) -> Iterator[Json]:
+        """Yield its values as the protocol has them, with a `node` of what opens in turn."""
+
+    def tag(self, name: str) -> str:
+        """Return the tag or address that a value of it is; a DebugError if it can't be set."""
+
+
+class Tree:
+    """The opened nodes by number, until the program moves on.
+
+    Args:
+        engine: its memory is at the place of the frame.
+        forced: the forced names, in capitals.
+    """
+
+    def __init__(self, engine: WatchedEngine, forced: Sequence[str]) -> None:
+        self.engine = engine
+        self._forced = {each.upper() for each in forced}
+        self._nodes: dict[int, Node] = {}
+
+    def add(self, node: Node) -> int:
+        """Return the number of a node."""
+        self._nodes[len(self._nodes) + 1] = node
+        return len(self._nodes)
+
+    def node(self, number: int) -> Node:
+        """Return a node; a DebugError for a number of an earlier stop."""
+        if number not in self._nodes:
+            raise DebugError(f"variables {number} are gone: the program has moved on")
+        return self._nodes[number]
+
+    def variables(self, number: int, start: int = 0, count: int = 0) -> list[Json]:
+        """Return the values of a node; `count` 0 = all, up to a limit."""
+        children = self.node(number).children()
+        return [self._sent(each) for each in islice(children, start, start + (count or ITEMS_MOST))]
+
+    def _sent(self, child: Json) -> Json:
+        node = child.pop("node", None)
+        return {**child, "variablesReference": 0 if node is None else self.add(node)}
+
+    def value(self, name: str, address: str) -> Json:
+        """Return a tag as the protocol has it, `name` as its short name."""
+        tags = self.engine.tags
+        where = tags.where(address)
+        common: Json = {"name": name, "evaluateName": address, "type": type_text(where)}
+        if isinstance(where, Place) or isinstance(tags[address], str):
+            return {**common, "value": self._text(address, tags[address])}
+        length = where.dims[0] if where.dims else 0
+        size = {"indexedVariables": length} if length else {"namedVariables": len(_members(where))}
+        return {**common, "value": type_text(where), "node": Parts(self, address, where), **size}
+
+    def _text(self, address: str, value: object) -> str:
+        text = repr(value) if isinstance(value, str) else shown(value)
+        return f"{text} (forced)" if address.upper() in self._forced else text
+
+
+def type_text(where: Place | Group) -> str:
+    """Return the type of a tag: `DINT`, `TIMER`, `INT[8]`."""
+    name = where.type.name
+    dims = where.dims if isinstance(where, Group) else ()
+    return f"{name}[{','.join(map(str, dims))}]" if dims else name
+
+
+class Parts:
+    """The members or elements of a tag."""
+
+    def __init__(self, tree: Tree, address: str, where: Group) -> None:
+        self._tree, self._address, self._where = tree, address, where
+
+    def _names(self) -> Iterator[tuple[str, str]]:
+        where = self._where
+        if not where.dims:
+            yield from ((each, f"{self._address}.{each}") for each in _members(where))
+        elif len(where.dims) == 1:
+            mark = (":{}" if ":" not in self._address else "[{}]") if self._files else "[{}]"
+            yield from (
+                (f"[{number}]", self._address + mark.format(number)) for number in range(where.dims[0])
+            )
+        else:
+            for number in range(math.prod(where.dims)):
+                at = ",".join(map(str, _unravel(number, where.dims)))
+                yield f"[{at}]", f"{self._address}[{at}]"
+
+    @property
+    def _files(self) -> bool:
+        return self._tree.engine.lowered.layout.files
+
+    def children(self) -> Iterator[Json]:
+        """Yield them."""
+        return (self._tree.value(name, address) for name, address in self._names())
+
+    def tag(self, name: str) -> str:
+        """Return the address of one."""
+        return _named(dict(self._names()), name)
+
+
+class Names:
+    """Some tags by their names."""
+
+    def __init__(self, tree: Tree, names: Callable[[], Sequence[tuple[str, str]]]) -> None:
+        self._tree, self._names = tree, names
+
+    def children(self) -> Iterator[Json]:
+        """Yield those that the memory has."""
+        tags = self._tree.engine.tags
+        return (self._tree.value(name, address) for name, address in self._names() if address in tags)
+
+    def tag(self, name: str) -> str:
+        """Return the full name of one."""
+        return _named(dict(self._names()), name)
+
+
+class Modules:
+    """The images of one direction, a node for each module."""
+
+    def __init__(self, words: dict[int, ModuleWords], image: str, read: ReadWord) -> None:
+        self._words, self._image, self._read = words, image, read
+
+    def children(self) -> Iterator[Json]:
+        """Yield the modules."""
+        for slot, words in self._words.items():
+            node = Words(slot, words, self._image, self._read)
+            yield {"name": f"slot {slot}", "value": words.message, "type": "module", "node": node}
+
+    def tag(self, name: str) -> str:
+        """Refuse: a module is no value."""
+        raise DebugError(f"{name} is a module: set one of its words or bits")
+
+
+class Words:
+    """The words of an image of a module."""
+
+    def __init__(self, slot: int, words: ModuleWords, image: str, read: ReadWord) -> None:
+        self._slot, self._words, self._image, self._read = slot, words, image, read
+
+    def children(self) -> Iterator[Json]:
+        """Yield them with their bits by name."""
+        names = self._words.inputs if self._image == "I" else self._words.outputs
+        for number, name in enumerate(names):
+            value = self._read(self._slot, self._image, number)
+            bits = {
+                bit.bit: each
+                for group in self._words.groups.values()
+                for each, bit in group.items()
+                if (bit.image, bit.word) == (self._image, number)
+            }
+            address = f"Local:{self._slot}:{self._image}.Data[{number}]"
+            yield {
+                "name": name,
+                "value": f"{value} (16#{value & 0xFFFF:04X})",
+                "type": "INT",
+                "evaluateName": address,
+                "node": Bits(address, value, bits),
+            }
+
+    def tag(self, name: str) -> str:
+        """Return the address of a word."""
+        names = self._words.inputs if self._image == "I" else self._words.outputs
+        addresses = {each: f"Local:{self._slot}:{self._image}.Data[{n}]" for n, each in enumerate(names)}
+        return _named(addresses, name)
+
+
+class Bits:
+    """The bits of a word."""
+
+    def __init__(self, address: str, value: int, names: dict[int, str]) -> None:
+        self._address, self._value, self._names = address, value, names
+
+    def children(self) -> Iterator[Json]:
+        """Yield those with a name; all of a word without names."""
+        for bit in sorted(self._names) or range(16):
+            name, value = self._names.get(bit, str(bit)), str(self._value >> bit & 1)
+            yield {"name": name, "value": value, "type": "BOOL", "evaluateName": f"{self._address}.{bit}"}
+
+    def tag(self, name: str) -> str:
+        """Return the address of a bit."""
+        numbers = {self._names.get(bit, str(bit)): f"{self._address}.{bit}" for bit in range(16)}
+        return _named(numbers, name)
+
+
+def tags_of(engine: WatchedEngine, program: str, *, counted: bool = False) -> list[tuple[str, str]]:
+    """Return the tags of a program by short and full name, "" for the controller; `counted` = only timers."""
+    found = []
+    for tag in engine.lowered.layout.tags().values():
+        if HIDDEN in tag.name or program_of(tag.name).upper() != program.upper():
+            continue
+        if counted and not _is_counted(tag):
+            continue
+        found.append((tag.name.rpartition(".")[2] if program else tag.name, tag.name))
+    return found
+
+
+def _is_counted(tag: Tag) -> bool:
+    return tag.type in (TIMER, COUNTER) and not tag.dims
+
+
+def _members(where: Group) -> list[str]:
+    kind = where.type
+    assert isinstance(kind, Structure)
+    return [each.name for each in kind.members if not each.hidden and "~" not in each.name]
+
+
+def _unravel(number: int, dims: Sequence[int]) -> list[int]:
+    found: list[int] = []
+    for length in reversed(dims):
+        number, index = divmod(number, length)
+        found.insert(0, index)
+    return found
+
+
+def _named(addresses: dict[str, str], name: str) -> str:
+    if name not in addresses:
+        raise DebugError(f"no value {name!r} here")
+    return addresses[name]
+
+
+def value_in(text: str, current: object) -> Any:
+    """Return the value that a text means for a tag with a present value.
+
+    >>> value_in("16#1F", 0), value_in("true", False), value_in("1", False), value_in("'run'", "")
+    (31, True, True, 'run')
+
+    Raises:
+        DebugError: it is not a value of that kind.
+    """
+    said = text.strip()
+    if isinstance(current, str):
+        return said[1:-1] if said[:1] in "'\"" and said[-1:] == said[:1] and len(said) > 1 else said
+    words = {"true": True, "false": False, "on": True, "off": False}
+    if said.lower() in words:
+        return words[said.lower()]
+    base, mark, digits = said.rpartition("#")
+    try:
+        number = int(digits, int(base)) if mark else int(said.replace("_", ""), 0)
+    except ValueError:
+        try:
+            return float(said)
+        except ValueError:
+            raise DebugError(f"{text!r} is not a value: give a number, true, false, or 16#1F") from None
+    if isinstance(current, bool) and number in (0, 1):
+        return bool(number)
+    return float(number) if isinstance(current, float) else number

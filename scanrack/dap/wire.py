@@ -1,0 +1,113 @@
+r"""Messages of the Debug Adapter Protocol on two streams: a header with the length, then JSON.
+
+    Content-Length: 119\r\n\r\n{"seq": 1, "type": "request", "command": "threads"}
+
+A thread reads, so that a scan never waits for a client.
+"""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Mapping
+from contextlib import suppress
+from queue import SimpleQueue
+from typing import IO, Any
+
+from .protocol import Json
+
+BODY_MOST = 1 << 22
+"""Longest message, bytes."""
+
+HEADER_MOST = 1 << 12
+"""Longest line of a header, bytes."""
+
+
+class NonsenseError(ValueError):
+    """Bytes that are no message: the reason."""
+
+
+class Wire:
+    """The connection to a client.
+
+    Args:
+        asked: the stream that the client writes.
+        told: the stream that it reads.
+    """
+
+    def __init__(self, asked: IO[bytes], told: IO[bytes]) -> None:
+        self._asked, self._told = asked, told
+        self._queue: SimpleQueue[Json | NonsenseError | None] = SimpleQueue()
+        self._sent = 0
+        self._sending = threading.Lock()
+        threading.Thread(target=self._read_all, name="debug client", daemon=True).start()
+
+    @property
+    def waiting(self) -> bool:
+        """Whether a message is there."""
+        return not self._queue.empty()
+
+    def next(self, seconds: float | None) -> Json | NonsenseError | None:
+        """Return the next message, None at the end of the stream.
+
+        Args:
+            seconds: longest wait; None = without limit.
+
+        Raises:
+            Empty: none has come in this time.
+        """
+        return self._queue.get(timeout=seconds)
+
+    def send(self, message: Mapping[str, Any]) -> None:
+        """Send a message with the next number; nothing if the client has gone."""
+        with self._sending, suppress(OSError, ValueError):  # the stream to read says that it has gone
+            self._sent += 1
+            data = json.dumps({"seq": self._sent, **message}).encode()
+            self._told.write(b"Content-Length: %d\r\n\r\n%s" % (len(data), data))
+            self._told.flush()
+
+    def _read_all(self) -> None:
+        with suppress(OSError, ValueError):
+            while True:
+                try:
+                    message = self._read()
+                except NonsenseError as nonsense:
+                    self._queue.put(nonsense)
+                    continue
+                if message is None:
+                    break
+                self._queue.put(message)
+        self._queue.put(None)
+
+    def _read(self) -> Json | None:
+        size: int | None = None
+        while line := self._asked.readline(HEADER_MOST):
+            if not line.strip():
+                if size is not None:
+                    return self._body(size)
+                continue  # an empty line between messages
+            name, _, value = line.partition(b":")
+            if name.strip().lower() == b"content-length":
+                size = _size(value)
+            elif size is None and b":" not in line:
+                raise NonsenseError(f"{line[:40]!r} is not a header: a message begins with Content-Length")
+        return None
+
+    def _body(self, size: int) -> Json | None:
+        data = self._asked.read(size)
+        if len(data) < size:
+            return None
+        try:
+            message = json.loads(data)
+        except (ValueError, RecursionError) as error:
+            raise NonsenseError(f"{data[:40]!r} is not JSON: {error}") from error
+        if not isinstance(message, dict):
+            raise NonsenseError(f"{data[:40]!r} is not a message: it must be an object")
+        return message
+
+
+def _size(text: bytes) -> int:
+    value = text.strip()
+    if not value.isdigit() or len(value) > 9 or int(value) > BODY_MOST:
+        raise NonsenseError(f"Content-Length {value[:20]!r}: must be 0 to {BODY_MOST:,}")
+    return int(value)

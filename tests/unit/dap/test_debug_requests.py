@@ -1,0 +1,149 @@
+"""The table of requests, and bad input: each mistake is answered with a sentence, and the session goes on."""
+
+from __future__ import annotations
+
+import json
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import debugger_page
+import pytest
+from debug_client import SCHEMA, DebugClient, RefusedError, connected, properties
+from scanrack.dap.requests import ALSO, REQUESTS, capabilities
+
+
+@pytest.fixture
+def client() -> Iterator[DebugClient]:
+    with connected() as found:
+        yield found
+
+
+def test_every_request_and_capability_is_one_of_the_protocol() -> None:
+    known = properties({"$ref": "#/definitions/Capabilities"})
+    assert set(capabilities()) <= set(known)
+    for name in REQUESTS:
+        assert f"{name[0].upper()}{name[1:]}Request" in SCHEMA["definitions"]
+
+
+def test_a_capability_is_announced_only_with_its_request() -> None:
+    """What no request stands for is an argument's, and named as such."""
+    of_requests = {each.capability for each in REQUESTS.values()} - {""}
+    for name, value in capabilities().items():
+        assert name in of_requests or name in ALSO
+        assert value is not None
+    assert "supportsRestartFrame" not in capabilities()
+
+
+def test_the_page_has_every_request() -> None:
+    text = debugger_page.PAGE.read_text(encoding="utf-8")
+    assert debugger_page.written(text) == text
+
+
+@pytest.mark.parametrize(
+    ("data", "says"),
+    [
+        (b"Content-Length: 3\r\n\r\nabc", "is not JSON"),
+        (b"Content-Length: 2\r\n\r\n[]", "must be an object"),
+        (b"Content-Length: -1\r\n\r\n", "must be 0 to"),
+        (b"Content-Length: 99999999\r\n\r\n", "must be 0 to"),
+        (b"hello\r\n", "is not a header"),
+        (b'Content-Length: 15\r\n\r\n{"type":"event"', "is not JSON"),
+        (b'Content-Length: 10\r\n\r\n{"seq": 0}', "must be a request"),
+    ],
+)
+def test_nonsense_is_answered_and_the_session_goes_on(client: DebugClient, data: bytes, says: str) -> None:
+    client.send(data)
+    message = client.receive()  # the protocol has no response to what is no request
+    assert (message["event"], says in message["body"]["output"]) == ("output", True)
+    assert client.ask("initialize", adapterID="x")["supportsStepBack"] is True
+
+
+@pytest.mark.parametrize(
+    ("command", "arguments", "says"),
+    [
+        ("fly", {}, "no request 'fly'"),
+        ("threads", {}, "launch or attach first"),
+        ("next", {"threadId": 1}, "launch or attach first"),
+        ("launch", {}, "program None: must be a text"),
+        ("launch", {"program": "missing.toml"}, "missing.toml"),
+        ("launch", {"program": "rack.toml", "speeed": 1}, "no argument 'speeed'"),
+        ("launch", {"program": "rack.toml", "page": 1}, "page 1: must be true or false"),
+        ("launch", {"program": "examples/sequences/labeller.toml"}, "labeller.py is Python without rungs"),
+        ("attach", {"program": "missing.mcap"}, "no such file"),
+    ],
+)
+def test_a_request_that_cannot_be_done_is_refused(
+    client: DebugClient, command: str, arguments: dict[str, Any], says: str
+) -> None:
+    with pytest.raises(RefusedError, match=says):
+        client.ask(command, **arguments)
+    assert client.ask("initialize", adapterID="x")
+
+
+def test_arguments_must_be_an_object(client: DebugClient) -> None:
+    data = json.dumps({"seq": 1, "type": "request", "command": "launch", "arguments": [1]}).encode()
+    client.send(b"Content-Length: %d\r\n\r\n%s" % (len(data), data))
+    assert client.receive()["message"] == "launch: arguments must be an object"
+
+
+@pytest.mark.slow
+def test_requests_in_a_stop_that_mean_nothing_there(client: DebugClient) -> None:
+    client.begin("examples/feeder/feeder.toml", speed="max")
+    client.ask("configurationDone")
+    client.stopped()
+    for command, arguments, says in (
+        ("scopes", {"frameId": 77}, "frame 77 is gone"),
+        ("variables", {"variablesReference": 99}, "variables 99 are gone"),
+        ("variables", {"variablesReference": "x"}, "must be a whole number"),
+        ("next", {"threadId": 1, "granularity": "mile"}, "must be statement, line, instruction"),
+        ("setBreakpoints", {"source": {}}, "path None: must be a text"),
+        ("setBreakpoints", {"source": {"path": "x"}, "breakpoints": 4}, "must be a list of objects"),
+        ("evaluate", {"expression": "Feeding +"}, "not an expression"),
+        ("evaluate", {"expression": "set Feeding", "context": "repl"}, "write TAG = VALUE"),
+        ("setExpression", {"expression": "Nope", "value": "1"}, "no tag Nope"),
+        ("setExpression", {"expression": "Feeding", "value": "red"}, "'red' is not a value"),
+        ("setExpression", {"expression": "Feeding", "value": "5"}, "Feeding"),
+        ("launch", {"program": "x"}, "disconnect first"),
+        ("dataBreakpointInfo", {"name": 4}, "name 4: must be a text"),
+    ):
+        with pytest.raises(RefusedError, match=says):
+            client.ask(command, **arguments)
+    answers = client.ask(
+        "setFunctionBreakpoints",
+        breakpoints=[{"name": "Nope > 1"}, {"name": "Feeding", "hitCondition": "often"}, {"name": "Feeding"}],
+    )["breakpoints"]
+    assert [each["verified"] for each in answers] == [False, False, True]
+    assert client.go("next")[0] == "step"
+
+
+@pytest.mark.slow
+def test_a_client_that_goes_ends_the_adapter() -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "scanrack", "debug"],
+        input=b"Content-Length: 50\r\n\r\n{",
+        capture_output=True,
+        timeout=60,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (0, b"", b"")
+
+
+@pytest.mark.slow
+def test_a_port_asks_for_its_key() -> None:
+    words = [sys.executable, "-m", "scanrack", "debug", "--port", "0"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        place, _, key = process.stdout.readline().strip().partition(" key ")
+        host, _, port = place.partition(":")
+        with socket.create_connection((host, int(port))) as wrong:
+            wrong.sendall(b"key 0\r\n")
+            assert wrong.recv(1) == b""
+        with socket.create_connection((host, int(port))) as right:
+            right.sendall(f"key {key}\n".encode())
+            with right.makefile("wb") as told, right.makefile("rb") as asked:
+                client = DebugClient(told, asked)
+                assert client.ask("initialize", adapterID="x")["supportsStepBack"] is True
+                client.ask("disconnect")
+        assert process.wait(20) == 0

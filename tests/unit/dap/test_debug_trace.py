@@ -1,0 +1,104 @@
+"""`scanrack debug` over a recording: breakpoints forwards and backwards, against queries of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from debug_client import DebugClient, RefusedError, connected
+from scanrack.jobs.load.loading import load_job, with_tags
+from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.traces.query import query
+from scanrack.traces.read.reader import open_trace
+
+pytestmark = pytest.mark.slow
+
+FEEDER = Path(__file__).parents[3] / "examples/feeder"
+SCANS = 5000
+
+
+@pytest.fixture(scope="module")
+def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    made = tmp_path_factory.mktemp("debugged") / "feeder.mcap"
+    job = with_tags(load_job(str(FEEDER / "feeder.toml")), ["Feeding", "BackGo", "Strokes"])
+    with ExitStack() as ports:
+        JobRun(job, ports, RunOptions(trace=made)).run(SCANS)
+    return made
+
+
+@pytest.fixture
+def client(trace: Path) -> Iterator[DebugClient]:
+    with connected() as found:
+        found.begin(trace)
+        found.ask("configurationDone")
+        assert found.stopped() == ("entry", 0)
+        yield found
+
+
+def scans_of(trace: Path, text: str) -> list[int]:
+    """Return the scans of a query: the oracle, which knows nothing of programs."""
+    with open_trace(trace) as opened:
+        return [each.first for each in query(opened, text).occurrences]
+
+
+def line_of(text: str) -> int:
+    source = (FEEDER / "feeder.rung").read_text(encoding="utf-8")
+    return source[: source.index(text)].count("\n") + 1
+
+
+@pytest.mark.parametrize(
+    ("name", "asked"),
+    [
+        ("Feeding changes", "changed(Feeding)"),
+        ("BackGo and Strokes.ACC >= 1", "BackGo and Strokes.ACC >= 1"),
+        ("rose(slot1.status.MOVING_CW)", "rose(slot1.in.MOVING_CW)"),
+    ],
+)
+def test_breakpoints_are_met_where_a_query_finds_them(
+    client: DebugClient, trace: Path, name: str, asked: str
+) -> None:
+    found = scans_of(trace, asked)
+    assert len(found) > 1
+    client.ask("setFunctionBreakpoints", breakpoints=[{"name": name}])
+    assert [client.go()[1] for _ in found] == found
+    assert client.go() == ("pause", SCANS - 1)
+    assert [client.go("reverseContinue")[1] for _ in found] == found[::-1]
+    assert client.go("reverseContinue") == ("entry", 0)
+
+
+def test_error_bits_and_rules_stop(client: DebugClient, trace: Path) -> None:
+    client.ask("setExceptionBreakpoints", filters=["error"])
+    found = scans_of(trace, "rose(slot1.in.INPUT_ERROR)")
+    assert client.go() == ("exception", found[0])
+    assert client.ask("exceptionInfo", threadId=1)["description"] == "slot 1: INPUT_ERROR"
+    client.ask(
+        "setExceptionBreakpoints", filters=[], filterOptions=[{"filterId": "scan", "condition": "scan == 9"}]
+    )
+    assert client.go("reverseContinue") == ("exception", 9)
+
+
+def test_files_of_this_machine_take_the_place_of_copies(client: DebugClient) -> None:
+    (answer,) = client.break_at(
+        FEEDER / "feeder.rung", (line := line_of("XIC(Back.Done)CTU")), condition="becomes true"
+    )
+    assert answer["verified"]
+    assert client.go()[0] == "breakpoint"
+    frame = client.frames()[0]
+    assert (frame["source"]["path"], frame["line"]) == (str(FEEDER / "feeder.rung"), line)
+
+
+def test_a_recording_takes_no_values(client: DebugClient) -> None:
+    with pytest.raises(RefusedError, match="this is a recording"):
+        client.value("force Feeding = 1")
+    with pytest.raises(RefusedError, match="no branch"):
+        client.ask("evaluate", expression="branch")
+
+
+def test_it_begins_with_a_scan(trace: Path) -> None:
+    with connected() as client:
+        client.begin(trace, scan=4321)
+        client.ask("configurationDone")
+        assert client.stopped() == ("entry", 4321)
+        assert client.go("stepBack") == ("step", 4320)
