@@ -1,6 +1,7 @@
 """What the page of `scanrack watch` reaches in a headless Chromium that draws in software.
 
     python benchmarks/watch_page.py [--seconds N] [--clicks N] [--scrubs N] [--scans N] [--smoke]
+    python benchmarks/watch_page.py --against COMMIT [--turns N]    ratios to another commit, both in turns
 
 The feeder in real time, scans of 2 ms, one page of 1600 by 1000:
 
@@ -12,7 +13,10 @@ The feeder in real time, scans of 2 ms, one page of 1600 by 1000:
     processor  share of a core: the monitor with the page and without, the scan process, Chromium; in turns,
                medians of three
     far        from the slider to the picture of any of 300,000 scans, in a session at full speed that pauses
-    recording  as `opens`, of the recording of that session; 1 s in all is wanted of 60 minutes: --trace FILE
+    recording  as `opens`, of the recording of that session, with marks; 1 s in all is wanted of 60 minutes:
+               --trace FILE
+    slow       on a line of 400 ms and 50 kB/s (by the browser): the first picture, the files before it, and
+               their bytes with heads; the socket is another request
     share      processor time of `scanrack share` for 20,000 scans, 2 s are wanted; its first picture, 0.5 s
     edit       from a changed rung of a program of 1,000 to its verdict and its picture; 50 ms are wanted
 
@@ -42,6 +46,7 @@ from watched_page import Look, Session, frames, open_browser, until, watching, w
 from websockets.asyncio.client import connect
 
 FEEDER = Path(__file__).parents[1] / "examples" / "feeder" / "feeder.toml"
+SLOW = {"offline": False, "latency": 400, "downloadThroughput": 50_000, "uploadThroughput": 50_000}
 READY = ("svg.rung [data-element]", "[data-name='1.MOVE_COMPLETE'][data-value]", "svg.rail .cart")
 
 CLICKS = """
@@ -99,6 +104,15 @@ for (let scrub = 0; scrub < count; scrub++) {
 done(took);
 """
 
+
+FILES = """
+const files = ["navigation", "resource"].flatMap(kind => performance.getEntriesByType(kind));
+const sent = files.filter(each => !each.name.endsWith("icon.svg"));
+return [sent.length, sent.reduce((sum, each) => sum + each.transferSize, 0)];
+"""
+"""Gives how many files were loaded, and their bytes; a browser loads the icon when the page is there."""
+
+MARKED = "return document.documentElement.dataset.marks ?? null"
 
 TURNS = 3
 SETTLE_S = 1.0
@@ -167,11 +181,19 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--scrubs", type=int, default=50)
     parser.add_argument("--scans", type=int, default=300_000, help="scans of the session at full speed")
     parser.add_argument("--trace", type=Path, help="recording to open instead of that of the session")
+    parser.add_argument("--against", metavar="COMMIT", help="print ratios to another commit")
+    parser.add_argument("--turns", type=int, default=3, help="of either side, for --against")
+    parser.add_argument("--turn", type=Path, help=argparse.SUPPRESS)
     parser.add_argument("--smoke", action="store_true", help="a quick run that checks, and measures little")
     given = parser.parse_args(arguments)
     missing = why_not()
     if missing is not None:
         print(f"not measured: {missing}")
+        return 0
+    if given.against:
+        return in_turns_with(given.against, given.turns, given.scans)
+    if given.turn:
+        given.turn.write_text(json.dumps(turn(given.trace, given.clicks, given.scrubs)), encoding="utf-8")
         return 0
     seconds, clicks, scrubs = (0.2, 3, 3) if given.smoke else (given.seconds, given.clicks, given.scrubs)
     with tempfile.TemporaryDirectory() as profile:
@@ -179,6 +201,7 @@ def main(arguments: list[str]) -> int:
         try:
             measure(Look(browser), seconds, clicks, scrubs)
             measure_edits(Look(browser), 1_000, 6 if given.smoke else 40)
+            print(f"slow       {'  '.join(f'{each:,.2f}' for each in slow(Look(browser)))}  s, files, bytes")
             measure_far(Look(browser), 2_000 if given.smoke else given.scans, scrubs, given.trace)
             measure_share(Look(browser), 500 if given.smoke else 20_000)
         finally:
@@ -186,8 +209,13 @@ def main(arguments: list[str]) -> int:
     return 0
 
 
-def measure_edits(look: Look, rungs: int, edits: int) -> None:
+def measure_edits(look: Look, rungs: int, count: int) -> None:
     """Edit rungs of a large program in the page, with a new tag or a mistake each."""
+    said(f"edit of {rungs:,} rungs", edits(look, rungs, count), "ms")
+
+
+def edits(look: Look, rungs: int, count: int) -> list[float]:
+    """Return the times from an edit to its verdict, ms."""
     with tempfile.TemporaryDirectory() as folder:
         rack = Path(folder) / "rack.toml"
         rack.write_text(
@@ -206,9 +234,9 @@ def measure_edits(look: Look, rungs: int, edits: int) -> None:
             look.open(session.link)
             look.until_drawn()
             look.browser.set_script_timeout(120)
-            took = look.browser.execute_async_script(EDITS, edits)
+            took = look.browser.execute_async_script(EDITS, count)
             assert isinstance(took, list), took
-            said(f"edit of {rungs:,} rungs", took, "ms")
+            return took
 
 
 def measure(look: Look, seconds: float, clicks: int, scrubs: int) -> None:
@@ -299,6 +327,90 @@ def measure_far(look: Look, scans: int, scrubs: int, trace: Path | None) -> None
         start = time.monotonic()
         with watching(trace or record) as session:
             first_picture("recording", look, session.link, start)
+            until(lambda: look.run(MARKED))
+            print(f"marks      {'':8} {time.monotonic() - start:8.2f}  s: link, page and marks")
+
+
+# --- beside another commit
+
+
+def slow(look: Look) -> tuple[float, int, int]:
+    """Return when the first picture is there on a slow line, s, the files before it, and their bytes."""
+    browser = look.browser
+    with watching(FEEDER) as session:
+        browser.get("about:blank")
+        browser.execute_cdp_cmd("Network.enable", {})
+        browser.execute_cdp_cmd("Network.setCacheDisabled", {"cacheDisabled": True})
+        browser.execute_cdp_cmd("Network.emulateNetworkConditions", SLOW)
+        start = time.monotonic()
+        browser.get(session.link)
+        for selector in READY:
+            look.until_there(selector)
+        took = time.monotonic() - start
+        files, sent = look.run(FILES)
+        fast = {"offline": False, "latency": 0, "downloadThroughput": -1, "uploadThroughput": -1}
+        browser.execute_cdp_cmd("Network.emulateNetworkConditions", fast)
+    return took, files, sent
+
+
+def turn(trace: Path, clicks: int, scrubs: int) -> dict[str, float]:
+    """Return the figures of one side."""
+    found: dict[str, float] = {}
+    with tempfile.TemporaryDirectory() as profile:
+        look = Look(open_browser(Path(profile)))
+        try:
+            found["slow, s"], found["files"], found["bytes"] = slow(look)
+            look.browser.set_script_timeout(240)
+            with watching(FEEDER) as session:
+                look.open(session.link)
+                for selector in READY:
+                    look.until_there(selector)
+                found["click, ms"] = statistics.median(look.browser.execute_async_script(CLICKS, clicks))
+                found["scrub, ms"] = statistics.median(look.browser.execute_async_script(SCRUBS, scrubs))
+            found["edit, ms"] = statistics.median(edits(look, 1_000, 20))
+            start = time.monotonic()
+            with watching(trace) as session:
+                look.open(session.link)
+                for selector in READY:
+                    look.until_there(selector)
+                if look.run("return Boolean(document.querySelector('canvas.mark-axis'))"):
+                    until(lambda: look.run(MARKED))
+                found["recording, s"] = time.monotonic() - start
+        finally:
+            look.browser.quit()
+    return found
+
+
+def in_turns_with(commit: str, turns: int, scans: int) -> int:
+    """Measure this commit and another one in turns; print medians and ratios."""
+    import against  # of this folder: it lays out another commit
+
+    own = Path(__file__)
+    with tempfile.TemporaryDirectory() as kept:
+        folder = Path(kept)
+        against.laid_out(against.archived(commit, folder / "source"), folder / "site")
+        sides: dict[str, list[dict[str, float]]] = {str(folder / "site"): [], "": []}
+        for turn_of, site in [(number, site) for number in range(turns) for site in sides]:
+            environment = os.environ | ({"PYTHONPATH": site} if site else {})
+            trace, result = (
+                folder / f"{bool(site)}.mcap",
+                folder / "turn.json",
+            )  # each reads its own recordings
+            if not turn_of:
+                words = ["run", FEEDER, "--scans", scans, "--record", trace, "-q"]
+                command = [sys.executable, "-m", "scanrack", *map(str, words)]
+                subprocess.run(command, env=environment, cwd=folder, check=True)
+            told = [sys.executable, str(own), "--turn", str(result), "--trace", str(trace)]
+            subprocess.run([*told, "--clicks", "20", "--scrubs", "20"], env=environment, check=True)
+            sides[site].append(json.loads(result.read_text(encoding="utf-8")))
+    other, this = sides.values()
+    print(f"{'':14} {'before':>10} {'now':>10} {'ratio':>6}   ratios of the turns")
+    for name in this[0]:
+        pairs = [(one[name], two[name]) for one, two in zip(other, this, strict=True)]
+        before, now = (statistics.median(each) for each in zip(*pairs, strict=True))
+        ratios = " ".join(f"{new / old:.2f}" for old, new in pairs)
+        print(f"{name:14} {before:10,.2f} {now:10,.2f} {now / before:6.2f}   {ratios}")
+    return 0
 
 
 if __name__ == "__main__":

@@ -32,14 +32,15 @@ _DECLARED = re.compile(
 )
 _NAME = re.compile(r"[A-Za-z_$][\w$]*")
 _OPAQUE = re.compile(
-    r"""//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|[`{}]"""
-    r"|(?<=[(,=:!&|?{};\[\n])\s*/(?![*/])(?:\\.|\[(?:\\.|[^\]\\\n])*\]|[^/\\\n\[])+/[a-z]*",
+    r"""//[^\n]*|/\*.*?\*/|"(?:\\.|[^"\\\n])*+"|'(?:\\.|[^'\\\n])*+'|[`{}]"""
+    r"|(?<=[(,=:!&|?{};\[\n])\s*/(?![*/])(?:\\.|\[(?:\\.|[^\]\\\n])*+\]|[^/\\\n\[])++/[a-z]*",
     re.DOTALL,
 )
-_TEXT = re.compile(r"(?:\\.|[^`\\$]|\$(?!\{))*(?:`|\$\{)", re.DOTALL)
+_MARGIN = re.compile(r"([,(\[])?\n\s*")
+_TEXT = re.compile(r"(?:\\.|[^`\\$]|\$(?!\{))*+(?:`|\$\{)", re.DOTALL)
 _BLOCK_BEFORE = re.compile(r"(?:[);{}>]|\b(?:else|try|catch|finally|do)|^)\s*$")
 _CLASS_BEFORE = re.compile(r"\bclass [\w$]+(?: extends [\w$.]+)?\s*$")
-_KEY_BEFORE = re.compile(r"[{,;}]\s*(?:(?:get|set|static|async) )*$")
+_KEY_BEFORE = re.compile(r"[{,;}]\s*(?:(?:get|set|static|async) )*+$")
 
 
 class Joined(NamedTuple):
@@ -80,7 +81,7 @@ def joined(modules: Mapping[str, str]) -> Joined:
         }
         finals = {file: _exports(read, numbers, file) for file in spaces.values()}
         code = _renamed(module.code, own | taken, {each: finals[file] for each, file in spaces.items()})
-        parts.append(_restored(re.sub(r"\n\s+", "\n", code), module.texts))
+        parts.append(_restored(_MARGIN.sub(_join_line, code), module.texts))
         exports = _exports(read, numbers, name)
         exported += [own[each] for each, shown in module.names.items() if shown]
         listed = ", ".join(f"{final} as {each}" for each, final in exports.items())
@@ -170,6 +171,11 @@ def _cut_out(text: str) -> tuple[str, list[str]]:
         else:
             parts.append("" if token.startswith(("//", "/*")) else keep(token))
     return "".join([*parts, text[place:]]), texts
+
+
+def _join_line(found: re.Match[str]) -> str:
+    """Return the end of a line without the margin of the next one; within brackets both are one line."""
+    return found[1] or "\n"
 
 
 def _restored(code: str, texts: list[str]) -> str:

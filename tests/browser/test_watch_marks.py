@@ -55,7 +55,7 @@ def test_the_failure_has_its_line_and_keys_lead_from_mark_to_mark(marked):
     until(
         lambda: "INPUT_ERROR came on" in marked.run("return document.querySelector('#bar .band').textContent")
     )
-    drawn = "const c = document.querySelector('canvas.marks');"
+    drawn = "const c = document.querySelector('canvas.mark-axis');"
     drawn += "return c.getContext('2d').getImageData(0, 0, c.width, c.height).data.some(each => each)"
     assert marked.run(drawn)
     key(marked, "E")

@@ -16,7 +16,8 @@ import { addToWatch, isWatched } from "./watchtable.js";
 const full = ({ tag }) =>
   tagNames().length >= MOST && !hasLane(tag) ? `the strip has room for ${MOST} tags` : "";
 
-const unitOf = rung => (run.hello.routines.find(each => rung.startsWith(`${each.name}.`))?.kind === "ladder" ? "rung" : "line");
+const unitOf = rung =>
+  run.hello.routines.find(each => rung.startsWith(`${each.name}.`))?.kind === "ladder" ? "rung" : "line";
 const onTag = (key, text, says, lacks, act, more) => ({ key, text: () => text, says, lacks, act, of: "tag", ...more });
 const onRung = (key, wait) => {
   const [end, , words] = wait;
@@ -29,22 +30,72 @@ const onRung = (key, wait) => {
 };
 
 export const ACTIONS = [
-  onTag("t", "Toggle", "toggle the tag", first(closed, past, notBool, unwritable), ({ tag }) => orders.write(tag, !valueOf(tag))),
+  onTag("t", "Toggle", "toggle the tag", first(closed, past, notBool, unwritable), ({ tag }) =>
+    orders.write(tag, !valueOf(tag))
+  ),
   onTag("1", "Force on", "force it on", first(notBool, lacksForce), ({ tag }) => orders.force(tag, true)),
   onTag("0", "Force off", "force it off", first(notBool, lacksForce), ({ tag }) => orders.force(tag, false)),
-  onTag("r", "Remove force", "remove its force", first(closed, ({ tag }) => (isForced(tag) ? "" : "it is not forced")), ({ tag }) => orders.unforce(tag)),
-  onTag("w", "Why", "why it is as it is", () => "", ({ tag, names }) => { select({ tag, names: [...new Set([tag, ...names])] }); why(); }),
-  onTag("g", "What would it take", "what it would take to have its other level", first(() => (run.hello.shared ? "a shared page runs nothing" : ""), notBool), ({ tag }) => { select({ tag }); want(); }),
-  onTag("u", "Uses", "where it is used", python, ({ tag }) => { select({ tag }); uses(); }),
-  onTag("l", "Lane in the strip", "a lane in the strip", first(notSingle, full), ({ tag }) => toggleTag(tag), { checked: ({ tag }) => hasLane(tag) }),
-  onTag("a", "Into the watch table", "into the watch table", ({ tag }) => (isWatched(tag) ? "it is there" : ""), ({ tag }) => { addToWatch(tag); showPanel("watch"); }),
-  onTag("k", "Break when it changes", "breakpoint: when it changes", lacksBreak, ({ tag }) => orders.breakpoint(tag), { checked: ({ tag }) => run.breakpoints.includes(tag) }),
+  onTag(
+    "r",
+    "Remove force",
+    "remove its force",
+    first(closed, ({ tag }) => (isForced(tag) ? "" : "it is not forced")),
+    ({ tag }) => orders.unforce(tag)
+  ),
+  onTag(
+    "w",
+    "Why",
+    "why it is as it is",
+    () => "",
+    ({ tag, names }) => {
+      select({ tag, names: [...new Set([tag, ...names])] });
+      why();
+    }
+  ),
+  onTag(
+    "g",
+    "What would it take",
+    "what it would take to have its other level",
+    first(() => (run.hello.shared ? "a shared page runs nothing" : ""), notBool),
+    ({ tag }) => {
+      select({ tag });
+      want();
+    }
+  ),
+  onTag("u", "Uses", "where it is used", python, ({ tag }) => {
+    select({ tag });
+    uses();
+  }),
+  onTag("l", "Lane in the strip", "a lane in the strip", first(notSingle, full), ({ tag }) => toggleTag(tag), {
+    checked: ({ tag }) => hasLane(tag),
+  }),
+  onTag(
+    "a",
+    "Into the watch table",
+    "into the watch table",
+    ({ tag }) => (isWatched(tag) ? "it is there" : ""),
+    ({ tag }) => {
+      addToWatch(tag);
+      showPanel("watch");
+    }
+  ),
+  onTag(
+    "k",
+    "Break when it changes",
+    "breakpoint: when it changes",
+    lacksBreak,
+    ({ tag }) => orders.breakpoint(tag),
+    { checked: ({ tag }) => run.breakpoints.includes(tag) }
+  ),
   ...WAITS.map((wait, place) => onRung("bBx"[place], wait)),
 ];
 
 // Does what a row says, or returns why it can't be done.
 export function perform(action, subject) {
-  if (!subject[action.of]) return action.of === "tag" ? "Select a tag first: click a contact." : "Select a rung first: click it, or use the arrows.";
+  if (!subject[action.of])
+    return action.of === "tag"
+      ? "Select a tag first: click a contact."
+      : "Select a rung first: click it, or use the arrows.";
   const lack = action.lacks(subject);
   if (!lack) action.act(subject);
   return lack && `${action.text(subject)}: ${lack}.`;

@@ -6,7 +6,11 @@ import { run } from "./state.js";
 
 // What one waits for: the end of its place, and words.
 /** @type {[string, string, string][]} */
-export const WAITS = [["", "true", "is true"], [" changes", "changes", "changes"], [" executes", "executes", "executes"]];
+export const WAITS = [
+  ["", "true", "is true"],
+  [" changes", "changes", "changes"],
+  [" executes", "executes", "executes"],
+];
 export const breakpointsAt = (ident, list = run.breakpoints) => WAITS.filter(([end]) => list.includes(ident + end));
 
 // What a breakpoint can wait for: of a line of Python that it executes.

@@ -1,4 +1,5 @@
-// One line in the state bar: what failed or was asked about, its first cause, and when. A click opens the numbered causes
+// One line in the state bar: what failed or was asked about, its first cause, and when. A click opens the numbered
+// causes
 // beneath the bar. Live stays live at an error bit of a module, unless the viewer wishes to stop there.
 
 import { causes, claim, onCauses, ordered, rungOf, setFailed, takeCauses } from "./causes.js";
@@ -17,24 +18,57 @@ import { askWhy } from "./tag.js";
 import { aliasOf, nameOf } from "./words.js";
 
 const CALM_MS = 300; // an error bit that another one follows sooner is not explained
-const SAID_ELSEWHERE = /^scan [\d,]+ \(.*?\): (the program raised LadderFault: (.*?, rung \d+, )?)?/; // of a fault: when and where
+// of a fault: when and where
+const SAID_ELSEWHERE = /^scan [\d,]+ \(.*?\): (the program raised LadderFault: (.*?, rung \d+, )?)?/;
 const WAY_ON = "To go on: look at an earlier scan (, or the slider), then Branch from here.";
 
-const sign = el("span", { "aria-hidden": "true" }), number = el("span", { class: "cause" }), what = el("strong", {}), first = el("span", { class: "first" });
-const line = el("button", { type: "button", class: "open", "aria-controls": "causes", click: toggle }, sign, number, what, first);
+const sign = el("span", { "aria-hidden": "true" }),
+  number = el("span", { class: "cause" }),
+  what = el("strong", {}),
+  first = el("span", { class: "first" });
+const line = el(
+  "button",
+  { type: "button", class: "open", "aria-controls": "causes", click: toggle },
+  sign,
+  number,
+  what,
+  first
+);
 const when = el("button", { type: "button", class: "plain when", click: look });
-const some = button("Causes only", () => showRungs(true), { text: "Causes" }), all = button("All rungs", () => showRungs(false));
+const some = button("Causes only", () => showRungs(true), { text: "Causes" }),
+  all = button("All rungs", () => showRungs(false));
 const choice = el("div", { class: "key", role: "group", "aria-label": "Rungs shown" }, some, all);
-const before = button("Branch one second before", () => orders.branch(oneSecondBefore()), { title: "Run again from one second before on" });
+const before = button("Branch one second before", () => orders.branch(oneSecondBefore()), {
+  title: "Run again from one second before on",
+});
 const close = button("Dismiss", dismiss, { text: "✕", class: "sign" });
 const rest = el("p", { class: "says" }), list = el("ol", { "aria-label": "Causes by time" });
-export const causeLine = el("div", { class: "band", hidden: true }, el("div", { class: "alert", role: "alert" }, line), when, close);
+export const causeLine = el(
+  "div",
+  { class: "band", hidden: true },
+  el("div", { class: "alert", role: "alert" }, line),
+  when,
+  close
+);
 at("causes").replaceChildren(el("div", { class: "row" }, choice, before), rest, list);
 
-const box = el("input", { type: "checkbox", "aria-label": "Stop at errors", change: () => { keep(key(), { on: box.checked }); arm(); } });
-export const stopBox = el("label", { class: "stops", title: "The page stays at the scan of an error bit; the rack goes on" }, box, "Stop at errors");
+const box = el("input", {
+  type: "checkbox",
+  "aria-label": "Stop at errors",
+  change: () => {
+    keep(key(), { on: box.checked });
+    arm();
+  },
+});
+export const stopBox = el(
+  "label",
+  { class: "stops", title: "The page stays at the scan of an error bit; the rack goes on" },
+  box,
+  "Stop at errors"
+);
 
-let failed = null; // { fault, scan, t, what, cause, tag, place, links }; seen: its scan was looked at; cause stands for links
+// { fault, scan, t, what, cause, tag, place, links }; seen: its scan was looked at; cause stands for links
+let failed = null;
 let known = null; // the fault that was explained: an earlier scan is looked at without it
 let quiet = false, told = null; // late scans are not to be told of; what was told of them
 let open = false, taking = false, own = false; // own: the causes are those of what failed
@@ -42,7 +76,9 @@ let open = false, taking = false, own = false; // own: the causes are those of w
 const fails = found => { failed = found; setFailed(found); };
 
 const key = () => `scanrack stops ${run.hello.path}`;
-const arm = () => { if (run.hello.kind === "rack") ask("stop", { at_errors: box.checked ? "stop" : "off" }).catch(() => {}); };
+const arm = () => {
+  if (run.hello.kind === "rack") ask("stop", { at_errors: box.checked ? "stop" : "off" }).catch(() => {});
+};
 
 onHello(hello => {
   box.checked = kept(key(), {}).on === true;
@@ -58,7 +94,14 @@ export function erred({ scan, t, slot, bit, tag, text, rule, stopped }) {
   if (stopped && !box.checked) return lookAt("live"); // turned off while it came
   if (failed?.fault) return;
   const where = run.hello.slots.length > 1 ? ` of slot ${slot}` : "";
-  fail({ scan, t, what: `${aliasOf(tag) ?? `${bit}${where}`} came on`, cause: text && `${text}${rule ? ` [${rule}]` : ""}`, tag: nameOf(tag), seen: stopped });
+  fail({
+    scan,
+    t,
+    what: `${aliasOf(tag) ?? `${bit}${where}`} came on`,
+    cause: text && `${text}${rule ? ` [${rule}]` : ""}`,
+    tag: nameOf(tag),
+    seen: stopped,
+  });
 }
 
 function fail(found) {
@@ -73,7 +116,10 @@ function fail(found) {
 async function explain(found) {
   if (found.asked || (found.fault && !found.tag)) return;
   found.asked = true;
-  const said = await askWhy(found.fault ? { fault: true } : { tag: found.tag, scan: found.scan }, () => found === failed);
+  const said = await askWhy(
+    found.fault ? { fault: true } : { tag: found.tag, scan: found.scan },
+    () => found === failed
+  );
   if (!said || found !== failed) return;
   found.links = said.chain ?? [];
   found.place ??= found.links.find(link => link.at)?.at;
@@ -91,7 +137,8 @@ function show() {
 // Shows the rung of a failure or of a Why when the band has its height, which takes it from the program.
 async function reveal(of, links) {
   const place = of.place ?? await rungOf(links);
-  if (place && (of === failed || of === claim)) requestAnimationFrame(() => requestAnimationFrame(() => showRung(place, false)));
+  if (place && (of === failed || of === claim))
+    requestAnimationFrame(() => requestAnimationFrame(() => showRung(place, false)));
 }
 
 function toggle() {
@@ -130,7 +177,10 @@ function showRungs(only) {
 
 // What the line is about: the tag of a Why, or else what failed, or late scans.
 function subject() {
-  const asked = causes.length > 1 && !own ? { ...claim, what: claim.text.replace(/ \(.*/s, ""), rest: claim.text, links: causes } : null;
+  const asked =
+    causes.length > 1 && !own
+      ? { ...claim, what: claim.text.replace(/ \(.*/s, ""), rest: claim.text, links: causes }
+      : null;
   return asked ?? failed ?? (quiet ? null : late);
 }
 
@@ -142,12 +192,21 @@ function paint() {
   setFlag(causeLine, "hidden", !shown);
   setFlag(at("causes"), "hidden", !shown || !open);
   if (!shown) return;
-  const failure = shown === failed, numbered = failure && !own ? [] : causes, [cause] = failure ? ordered(shown.links ?? []) : causes;
+  const failure = shown === failed,
+    numbered = failure && !own ? [] : causes,
+    [cause] = failure ? ordered(shown.links ?? []) : causes;
   setAttribute(causeLine, "data-kind", failure ? "failure" : "why");
   setText(sign, failure || shown === late ? "!" : "?");
   setText(number, String(numbered.length ? claim.number : ""));
   setText(what, shown.what);
-  setText(first, open && (numbered.length || shown === late) ? "" : cause && cause.link !== 0 ? short(cause.text) : shown.cause ?? "");
+  setText(
+    first,
+    open && (numbered.length || shown === late)
+      ? ""
+      : cause && cause.link !== 0
+        ? short(cause.text)
+        : (shown.cause ?? "")
+  );
   line.title = `${shown.what}\n${first.textContent}`.trim();
   setAttribute(line, "aria-expanded", String(open));
   setFlag(when, "hidden", shown === late);
@@ -156,7 +215,17 @@ function paint() {
   setFlag(choice, "hidden", !open || !numbered.some(each => each.at));
   setFlag(before, "hidden", !failure || !run.hello.branches);
   setFlag(close, "hidden", failure && Boolean(failed.fault));
-  setText(rest, [shown.rest, shown === late && late.cause, failure && failed.links?.length < 2 && failed.cause, failure && failed.fault && run.hello.branches && WAY_ON].filter(Boolean).join("\n"));
+  setText(
+    rest,
+    [
+      shown.rest,
+      shown === late && late.cause,
+      failure && failed.links?.length < 2 && failed.cause,
+      failure && failed.fault && run.hello.branches && WAY_ON,
+    ]
+      .filter(Boolean)
+      .join("\n")
+  );
   list.replaceChildren(...numbered.filter(each => each !== claim).map(item));
 }
 
@@ -186,7 +255,16 @@ function faulted() {
   if (!fault || same) return paint();
   const { scan, at: place, tags } = fault;
   const [what, ...others] = run.faults.map(each => each.text.replace(SAID_ELSEWHERE, ""));
-  known = { fault: true, scan, t: scan * run.hello.period_ns, what, rest: [what, ...others].join("\n"), tag: tags?.[0], place, seen: true };
+  known = {
+    fault: true,
+    scan,
+    t: scan * run.hello.period_ns,
+    what,
+    rest: [what, ...others].join("\n"),
+    tag: tags?.[0],
+    place,
+    seen: true,
+  };
   fail(known);
   show();
 }

@@ -14,8 +14,15 @@ export const onCauses = follow => { followers.push(follow); };
 
 // The links of a chain, the claim first, as causes: by time, each with its number and the place of its link.
 export function ordered(links) {
-  const order = links.map((_link, place) => place).sort((one, other) => links[one].scan - links[other].scan || other - one);
-  return order.map((place, before) => ({ ...links[place], link: place, number: before + 1, because: links[place].causes.flat().map(each => links[each].name) }));
+  const order = links
+    .map((_link, place) => place)
+    .sort((one, other) => links[one].scan - links[other].scan || other - one);
+  return order.map((place, before) => ({
+    ...links[place],
+    link: place,
+    number: before + 1,
+    because: links[place].causes.flat().map(each => links[each].name),
+  }));
 }
 
 let failed = null; // { place, scan }: of the failure that is told of
@@ -23,7 +30,10 @@ let failed = null; // { place, scan }: of the failure that is told of
 export const setFailed = found => { failed = found; };
 
 // The rungs and lines to be marked: of faults, and of the error in its scan.
-export const faultPlaces = () => [...run.faults.map(({ at }) => at), ...(failed?.place && run.scan === failed.scan ? [failed.place] : [])];
+export const faultPlaces = () => [
+  ...run.faults.map(({ at }) => at),
+  ...(failed?.place && run.scan === failed.scan ? [failed.place] : []),
+];
 
 // Takes the links of a chain; none take the causes away.
 export function takeCauses(links = []) {
@@ -51,11 +61,16 @@ export async function rungOf(links) {
 // Marks the rows of a routine with the numbers of their causes, and the elements that these are due to.
 export function markCauses(sheet) {
   for (const row of sheet.querySelectorAll("[data-at]")) {
-    const here = causes.filter(each => each.at === row.dataset.at), reads = reader?.rung === row.dataset.at, names = [...here.flatMap(each => each.because), ...(reads ? [reader.tag] : [])];
+    const here = causes.filter(each => each.at === row.dataset.at),
+      reads = reader?.rung === row.dataset.at,
+      names = [...here.flatMap(each => each.because), ...(reads ? [reader.tag] : [])];
     if (here.length) row.dataset.cause = here.map(each => each.number).join(" ");
     else delete row.dataset.cause;
     for (const group of row.querySelectorAll(".instruction")) {
-      group.toggleAttribute("data-because", (group.dataset.names ?? "").split("\n").some(name => names.some(each => isSame(each, name))));
+      group.toggleAttribute(
+        "data-because",
+        (group.dataset.names ?? "").split("\n").some(name => names.some(each => isSame(each, name)))
+      );
     }
   }
 }

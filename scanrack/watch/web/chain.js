@@ -11,7 +11,12 @@ import { select, selected } from "./selection.js";
 export function chainOf(links = []) {
   takeCauses(links);
   if (links.length < 2) return "";
-  return el("div", { class: "chain", role: "group", "aria-label": "Chain of causes" }, el("h3", {}, "Because"), el("ol", {}, ...behind(links, 0, new Set([0]))));
+  return el(
+    "div",
+    { class: "chain", role: "group", "aria-label": "Chain of causes" },
+    el("h3", {}, "Because"),
+    el("ol", {}, ...behind(links, 0, new Set([0])))
+  );
 }
 
 export const clearChain = () => takeCauses();
@@ -21,8 +26,13 @@ function behind(links, number, seen) {
   return links[number].causes.flatMap((group, place) => group.map((cause, option) => {
     const word = option ? "or" : place ? "and" : "", again = seen.has(cause);
     seen.add(cause);
-    const further = again ? [] : behind(links, cause, seen), alone = links[number].causes.length === 1 && group.length === 1;
-    const item = el("li", { "data-kind": links[cause].kind, "data-number": numberOf(cause) }, ...itemOf(links[cause], word));
+    const further = again ? [] : behind(links, cause, seen),
+      alone = links[number].causes.length === 1 && group.length === 1;
+    const item = el(
+      "li",
+      { "data-kind": links[cause].kind, "data-number": numberOf(cause) },
+      ...itemOf(links[cause], word)
+    );
     if (alone) return [item, ...further];
     if (further.length) item.append(el("ol", {}, ...further));
     return [item];
@@ -41,6 +51,22 @@ export function visit({ scan, at }) {
 function itemOf({ scan, t, text, at }, word) {
   const said = text.replace(/ \(([\d.e+-]+) s(?:, )?/, " (");
   return [
-    el("button", { type: "button", class: "plain", title: `Look at scan ${scan}`, click: () => lookAt(scan) }, el("time", { class: "figure" }, clock(t))),
-    el("span", {}, word ? el("b", {}, `${word} `) : "", at ? el("button", { type: "button", class: "plain", title: `Show ${at}`, click: () => visit({ scan, at }) }, said) : said)];
+    el(
+      "button",
+      { type: "button", class: "plain", title: `Look at scan ${scan}`, click: () => lookAt(scan) },
+      el("time", { class: "figure" }, clock(t))
+    ),
+    el(
+      "span",
+      {},
+      word ? el("b", {}, `${word} `) : "",
+      at
+        ? el(
+            "button",
+            { type: "button", class: "plain", title: `Show ${at}`, click: () => visit({ scan, at }) },
+            said
+          )
+        : said
+    ),
+  ];
 }

@@ -59,7 +59,9 @@ async function changeIn(tag, from, to) {
     if (before !== null && value !== null && value !== before && !many) return scan;
     if (many && to - from > 1) { // several changes in one point: its scans one by one
       const end = place + 1 < points.length ? scanOf(points[place + 1]) : to, within = Math.max(scan - 1, from);
-      return within === from && end >= to ? changeIn(tag, from, from + Math.floor((to - from) / 2)) : changeIn(tag, within, end);
+      return within === from && end >= to
+        ? changeIn(tag, from, from + Math.floor((to - from) / 2))
+        : changeIn(tag, within, end);
     }
     before = value;
   }

@@ -14,11 +14,13 @@ export const highOf = points => (points.some(each => each.length === 4) ? NUMBER
 // Lines of time behind the lanes, and their times on its own pen, which stays in view.
 export function grid(to, times, x, left, from, end, high) {
   const wide = end - from, most = Math.max((x(end) - x(from)) / 90, 2);
-  const power = 10 ** Math.floor(Math.log10(wide / most)), step = [1, 2, 5, 10].map(each => each * power).find(each => wide / each <= most);
+  const power = 10 ** Math.floor(Math.log10(wide / most)),
+    step = [1, 2, 5, 10].map(each => each * power).find(each => wide / each <= most);
   for (let time = Math.max(Math.ceil(from / step) * step, 0); time <= end; time += step) {
     const at = x(time), half = clock(time).length * LETTER / 2;
     to.line(at, 0, at, high, colors.grid);
-    if (at + half <= to.wide && at - half >= left - 60) times.text(clock(time), at, AXIS - 6, colors.soft, "center"); // none cut off
+    // none cut off
+    if (at + half <= to.wide && at - half >= left - 60) times.text(clock(time), at, AXIS - 6, colors.soft, "center");
   }
 }
 
@@ -34,7 +36,8 @@ export function curve(to, points, range, period, name, x, top, left, tall, color
       if (least === null || place + 1 === points.length) { before = null; return; } // the point after those in view
       const end = points[place + 1][0] - period;
       if (before === null) to.from(x(time), y(end > time ? least : last));
-      if (least < Math.min(before ?? last, last) || most > Math.max(before ?? last, last)) { // there and back in a stretch
+      // there and back in a stretch
+      if (least < Math.min(before ?? last, last) || most > Math.max(before ?? last, last)) {
         if (before !== null) to.to(x(time), y(before));
         to.to(x((time + end) / 2), y(least));
         to.to(x((time + end) / 2), y(most));
@@ -50,7 +53,8 @@ export function curve(to, points, range, period, name, x, top, left, tall, color
 export function numbered(to, causes, x, high) {
   const wide = 2 * ROUND + 1, places = [];
   for (const { t } of causes) places.push(Math.max(x(t), (places.at(-1) ?? -wide) + wide));
-  places.reduceRight((most, place, at) => (places[at] = Math.min(place, most)) - wide, to.wide - ROUND); // within the strip
+  // within the strip
+  places.reduceRight((most, place, at) => (places[at] = Math.min(place, most)) - wide, to.wide - ROUND);
   for (const { t } of causes) to.line(x(t), TOP, x(t), high, colors.mark, 0.75);
   causes.forEach(({ number }, at) => {
     to.disc(places[at], ROUND, ROUND, colors.mark);
@@ -73,7 +77,8 @@ export function lane(to, stretches, name, x, top, left, right) {
 // The same bit of another recording, as a thin bar below.
 export function below(to, stretches, x, top, left) {
   to.inside(left, top, () => {
-    for (const [from, end, on] of stretches) if (on) to.rect(x(from), top + LANE - 3, Math.max(x(end) - x(from), 1.5), 3, colors.mark);
+    for (const [from, end, on] of stretches)
+      if (on) to.rect(x(from), top + LANE - 3, Math.max(x(end) - x(from), 1.5), 3, colors.mark);
   });
 }
 
@@ -122,7 +127,8 @@ function box(to, text, from, end, top, left) {
   const wide = Math.max(end - from, 1), begins = Math.max(from, left);
   to.frame(from, top + 2, wide, LANE - 4, colors.bit);
   const most = Math.floor((end - begins - 8) / LETTER);
-  if (most >= 2) to.text(text.length > most ? `${text.slice(0, most - 1)}…` : text, begins + 4, top + LANE - 5, colors.ink);
+  if (most >= 2)
+    to.text(text.length > most ? `${text.slice(0, most - 1)}…` : text, begins + 4, top + LANE - 5, colors.ink);
 }
 
 // A value as the list of changes has it.

@@ -21,7 +21,12 @@ let name = null;
 let first; // the scan of the first difference, null without one, undefined while it is looked for
 let differs = ""; // what differs in it
 
-export const compareButton = () => button("Compare with a recording", choose, { text: "Compare", title: "Compare with a branch or another recording in the folder", hidden: Boolean(run.hello.shared) });
+export const compareButton = () =>
+  button("Compare with a recording", choose, {
+    text: "Compare",
+    title: "Compare with a branch or another recording in the folder",
+    hidden: Boolean(run.hello.shared),
+  });
 
 async function choose() {
   try {
@@ -99,12 +104,30 @@ function build() {
   name = null;
   endBeside();
   at("compared").replaceChildren(
-    el("div", { class: "row" }, title, sinceLine, summary,
-      el("span", { class: "tools" },
-        button("Previous difference", () => toDifference(-1), { text: "◀", title: "The previous difference of the words (D)", class: "sign" }),
-        button("Next difference", () => toDifference(1), { text: "▶", title: "The next difference of the words (d)", class: "sign" }),
-        button("Compare no longer", () => compare(null), { text: "✕", class: "sign" }))),
-    list);
+    el(
+      "div",
+      { class: "row" },
+      title,
+      sinceLine,
+      summary,
+      el(
+        "span",
+        { class: "tools" },
+        button("Previous difference", () => toDifference(-1), {
+          text: "◀",
+          title: "The previous difference of the words (D)",
+          class: "sign",
+        }),
+        button("Next difference", () => toDifference(1), {
+          text: "▶",
+          title: "The next difference of the words (d)",
+          class: "sign",
+        }),
+        button("Compare no longer", () => compare(null), { text: "✕", class: "sign" })
+      )
+    ),
+    list
+  );
   paint();
 }
 
@@ -115,17 +138,34 @@ function paint(other) {
   const power = name ? other?.power ?? {} : {};
   for (const row of at("program").querySelectorAll("[data-at]")) setFlag(row, "data-differs", row.dataset.at in power);
   if (!name || !other) return;
-  const tags = Object.entries(other.tags), words = Object.values(other.words).reduce((sum, each) => sum + Object.keys(each).length, 0);
+  const tags = Object.entries(other.tags),
+    words = Object.values(other.words).reduce((sum, each) => sum + Object.keys(each).length, 0);
   setText(title, name);
   if (run.scan === first) differs = namesOf(other).join(", ");
   setText(sinceLine, sinceText());
   sinceLine.disabled = typeof first !== "number";
   setAttribute(at("compared"), "data-words", String(words));
-  const differing = [[words, "word"], [tags.length, "tag"], [Object.keys(power).length, "rung"]].filter(([number]) => number);
-  setText(summary, !other.there ? "does not have this scan" : other.known === false ? "is not known so far yet" :
-    differing.length ? `differs here in ${differing.map(([number, thing]) => some(number, thing)).join(", ")}` : "does not differ in this scan");
-  list.replaceChildren(...tags.slice(0, MOST).map(([tag, value]) => el("li", { "data-tag": tag }, `${tag} ${shown(run.tags[tag])}, there ${shown(value)}`)),
-    ...(tags.length > MOST ? [el("li", {}, `and ${tags.length - MOST} more`)] : []));
+  const differing = [
+    [words, "word"],
+    [tags.length, "tag"],
+    [Object.keys(power).length, "rung"],
+  ].filter(([number]) => number);
+  setText(
+    summary,
+    !other.there
+      ? "does not have this scan"
+      : other.known === false
+        ? "is not known so far yet"
+        : differing.length
+          ? `differs here in ${differing.map(([number, thing]) => some(number, thing)).join(", ")}`
+          : "does not differ in this scan"
+  );
+  list.replaceChildren(
+    ...tags
+      .slice(0, MOST)
+      .map(([tag, value]) => el("li", { "data-tag": tag }, `${tag} ${shown(run.tags[tag])}, there ${shown(value)}`)),
+    ...(tags.length > MOST ? [el("li", {}, `and ${tags.length - MOST} more`)] : [])
+  );
 }
 
 function sinceText() {
@@ -139,7 +179,8 @@ function sinceText() {
 function namesOf({ tags, words }) {
   const bits = run.hello.slots.flatMap(slot => Object.entries(words[slot.number] ?? {}).flatMap(([place, there]) => {
     const here = run.words[slot.number]?.[place], inputs = slot.words.in, output = Number(place) >= inputs;
-    const word = Number(place) - (output ? inputs : 0), own = slot.bits.filter(bit => bit.word === word && bit.output === output);
+    const word = Number(place) - (output ? inputs : 0),
+      own = slot.bits.filter(bit => bit.word === word && bit.output === output);
     const named = own.filter(({ bit }) => (here ^ there) >> bit & 1).map(bit => bitName(slot, bit));
     return named.length ? named : [`Local:${slot.number}:${output ? "O" : "I"}.Data[${word}]`];
   }));
@@ -147,4 +188,6 @@ function namesOf({ tags, words }) {
 }
 
 onHello(build);
-onPaint(changes => { if (name && (changes.other || changes.scan !== undefined || changes.tags || changes.power)) paint(run.other); });
+onPaint(changes => {
+  if (name && (changes.other || changes.scan !== undefined || changes.tags || changes.power)) paint(run.other);
+});

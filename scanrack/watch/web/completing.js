@@ -7,15 +7,45 @@ let count = 0;
 
 // offer(text before the caret) gives { from, found: [{ text, says }] }; `put` is called after a choice.
 export function completing(field, offer, put = () => {}) {
-  const list = el("ul", { class: "offers", role: "listbox", id: `offers-${++count}`, "aria-label": "Completion", hidden: true });
+  const list = el("ul", {
+    class: "offers",
+    role: "listbox",
+    id: `offers-${++count}`,
+    "aria-label": "Completion",
+    hidden: true,
+  });
   let from = 0, chosen = -1;
-  for (const [name, value] of Object.entries({ role: "combobox", "aria-autocomplete": "list", "aria-controls": list.id, "aria-expanded": "false" })) field.setAttribute(name, value);
+  for (const [name, value] of Object.entries({
+    role: "combobox",
+    "aria-autocomplete": "list",
+    "aria-controls": list.id,
+    "aria-expanded": "false",
+  }))
+    field.setAttribute(name, value);
 
   function show() {
     const now = offer(field.value.slice(0, field.selectionStart)) ?? { found: [] };
     from = now.from;
-    list.replaceChildren(...now.found.slice(0, MOST).map(({ text, says }, number) =>
-      el("li", { role: "option", id: `${list.id}-${number}`, "data-text": text, "aria-selected": "false", pointerdown: event => { event.preventDefault(); choose(number); take(); } }, el("b", {}, text), says ? el("span", { class: "soft" }, says) : null)));
+    list.replaceChildren(
+      ...now.found.slice(0, MOST).map(({ text, says }, number) =>
+        el(
+          "li",
+          {
+            role: "option",
+            id: `${list.id}-${number}`,
+            "data-text": text,
+            "aria-selected": "false",
+            pointerdown: event => {
+              event.preventDefault();
+              choose(number);
+              take();
+            },
+          },
+          el("b", {}, text),
+          says ? el("span", { class: "soft" }, says) : null
+        )
+      )
+    );
     choose(-1);
     const open = list.children.length > 0;
     setFlag(list, "hidden", !open);

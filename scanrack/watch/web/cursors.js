@@ -9,15 +9,39 @@ const SNAP = 7; // CSS pixels: so near a dragged cursor snaps to an edge
 const KEYS = { ArrowLeft: -1, ArrowRight: 1, PageDown: -100, PageUp: 100 };
 
 const lines = ["A", "B"].map((name, place) => {
-  const line = el("div", { class: "cursor", role: "slider", tabindex: "0", "aria-label": `Cursor ${name}`, hidden: true, keydown: event => keyed(event, place), pointermove: event => dragged(event, place) }, el("span", { "aria-hidden": "true" }, name));
-  line.addEventListener("pointerdown", event => { event.preventDefault(); line.focus(); line.setPointerCapture(event.pointerId); });
+  const line = el(
+    "div",
+    {
+      class: "cursor",
+      role: "slider",
+      tabindex: "0",
+      "aria-label": `Cursor ${name}`,
+      hidden: true,
+      keydown: event => keyed(event, place),
+      pointermove: event => dragged(event, place),
+    },
+    el("span", { "aria-hidden": "true" }, name)
+  );
+  line.addEventListener("pointerdown", event => {
+    event.preventDefault();
+    line.focus();
+    line.setPointerCapture(event.pointerId);
+  });
   return line;
 });
 export const between = el("output", { class: "between figure", "aria-label": "Between the cursors", hidden: true });
 export const cursorLayer = el("div", { class: "layer" }, ...lines);
-export const cursorButton = button("Cursors A B", both, { text: "A B", title: "Two cursors with the time between them, or none (c sets one at the scan shown)", "aria-pressed": "false" });
+export const cursorButton = button("Cursors A B", both, {
+  text: "A B",
+  title: "Two cursors with the time between them, or none (c sets one at the scan shown)",
+  "aria-pressed": "false",
+});
 
-export const copyButton = button("Copy readings", copy, { text: "Copy", title: "The lanes between the cursors to the clipboard, as a table", hidden: true });
+export const copyButton = button("Copy readings", copy, {
+  text: "Copy",
+  title: "The lanes between the cursors to the clipboard, as a table",
+  hidden: true,
+});
 
 /** @type {(scans: number[]) => Promise<string>} */
 let table = async () => "";
@@ -69,7 +93,8 @@ function set(place, scan) {
 
 function dragged(event, place) {
   if (!lines[place].hasPointerCapture(event.pointerId)) return;
-  const time = axis.time(event.clientX - cursorLayer.getBoundingClientRect().left), within = axis.time(SNAP) - axis.time(0);
+  const time = axis.time(event.clientX - cursorLayer.getBoundingClientRect().left),
+    within = axis.time(SNAP) - axis.time(0);
   set(place, scanOf(edge(time, within) ?? time));
 }
 

@@ -12,7 +12,8 @@ const short = value => (Math.abs(value) >= 1e10 ? value.toExponential(4) : shown
 export function buildDiagram({ diagram }) {
   const picture = drawing(diagram);
   for (const group of picture.querySelectorAll(".element")) prepare(group);
-  for (const lit of picture.querySelectorAll("[data-lit]")) place(lit, lit.dataset.lit, () => null); // lit by data-value
+  // lit by data-value
+  for (const lit of picture.querySelectorAll("[data-lit]")) place(lit, lit.dataset.lit, () => null);
   for (const value of picture.querySelectorAll("[data-value-of]")) place(value, value.dataset.valueOf, short);
   return el("div", { class: "steps", tabindex: "0", role: "region", "aria-label": "Function block diagram" }, picture);
 }

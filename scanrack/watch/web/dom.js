@@ -69,7 +69,11 @@ export function dialogOf(name, closes) {
   const node = el("dialog", { "aria-label": name });
   document.body.append(node);
   return { node, open(...parts) {
-    node.replaceChildren(el("h2", {}, name), ...parts, el("form", { method: "dialog" }, el("button", { "aria-label": closes }, "Close")));
+    node.replaceChildren(
+      el("h2", {}, name),
+      ...parts,
+      el("form", { method: "dialog" }, el("button", { "aria-label": closes }, "Close"))
+    );
     node.showModal();
   } };
 }

@@ -14,8 +14,20 @@ const NOTHING = { stage: "", base: "", unsaved: false, edit: "", of: "", by: "",
 
 // `base` is the program that is edited; `own` says that the draft is this page's, not the accepted one of another;
 // `moved` that its rungs have other numbers now.
-export const draft = { rungs: new Map(), tags: [], base: "", own: false, moved: false, right: false, words: null, checked: new Map(), missing: [], mistakes: [] };
-// What the session has told last: the stage, the program that runs, and the edit that is accepted, of which program and by whom.
+export const draft = {
+  rungs: new Map(),
+  tags: [],
+  base: "",
+  own: false,
+  moved: false,
+  right: false,
+  words: null,
+  checked: new Map(),
+  missing: [],
+  mistakes: [],
+};
+// What the session has told last: the stage, the program that runs, and the edit that is accepted, of which program
+// and by whom.
 export const session = { ...NOTHING };
 export const verdict = el("p", { class: "verdict", role: "status" });
 export const would = el("div", { class: "would", "aria-live": "polite" });
@@ -30,17 +42,24 @@ function changed() {
 }
 
 export const keyOf = (routine, rung) => `${routine}\n${rung}`;
-const rungsOf = map => [...map].map(([key, texts]) => { const [routine, rung] = key.split("\n"); return [routine, Number(rung), texts]; });
+const rungsOf = map =>
+  [...map].map(([key, texts]) => {
+    const [routine, rung] = key.split("\n");
+    return [routine, Number(rung), texts];
+  });
 const mapOf = rungs => new Map(rungs.map(([routine, rung, texts]) => [keyOf(routine, rung), [...texts]]));
 const fields = () => ({ base: draft.base, rungs: rungsOf(draft.rungs), tags: draft.tags });
 export const isLocked = () => session.stage === "testing";
-export const isAccepted = () => session.edit !== "" && JSON.stringify([rungsOf(draft.rungs), draft.tags]) === JSON.stringify([session.rungs, session.tags]);
+export const isAccepted = () =>
+  session.edit !== "" &&
+  JSON.stringify([rungsOf(draft.rungs), draft.tags]) === JSON.stringify([session.rungs, session.tags]);
 export const canUndo = () => done.length > 0;
 export const canRedo = () => undone.length > 0;
 
 // A draft outlives a reload of its tab.
 const tab = () => sessionStorage, storeKey = () => `scanrack draft ${run.hello.path}`;
-const save = () => run.hello && keep(storeKey(), draft.own && draft.rungs.size ? { ...fields(), ours: [...ours] } : {}, tab);
+const save = () =>
+  run.hello && keep(storeKey(), draft.own && draft.rungs.size ? { ...fields(), ours: [...ours] } : {}, tab);
 
 // Takes the draft that this tab had before it was loaded again; returns whether there was one.
 function restored() {
@@ -63,7 +82,9 @@ const kept = () => structuredClone({ rungs: draft.rungs, tags: draft.tags, base:
 
 // Shows what is accepted, if anything is, in place of a draft.
 function follow() {
-  const { rungs, tags, of } = ["accepted", "testing"].includes(session.stage) ? session : { ...NOTHING, of: session.base };
+  const { rungs, tags, of } = ["accepted", "testing"].includes(session.stage)
+    ? session
+    : { ...NOTHING, of: session.base };
   Object.assign(draft, { rungs: mapOf(rungs), tags: [...tags], base: of, own: false });
 }
 
@@ -73,7 +94,11 @@ export function change(make, { tags = draft.tags } = {}) {
   const before = kept(), rungs = structuredClone(draft.rungs);
   make(rungs);
   const text = [...rungs.values()].flat().join(" ");
-  Object.assign(draft, { rungs, own: true, tags: tags.filter(([name]) => new RegExp(`(?<!\\w)${name}(?!\\w)`, "i").test(text)) });
+  Object.assign(draft, {
+    rungs,
+    own: true,
+    tags: tags.filter(([name]) => new RegExp(`(?<!\\w)${name}(?!\\w)`, "i").test(text)),
+  });
   const after = kept();
   remember({ undo: () => restore(before), redo: () => restore(after) });
   check();
@@ -108,7 +133,8 @@ export function look(key, text) {
 
 export const setColumns = now => { columns = now; };
 
-// Says at once that the old verdict is none of the changed draft. One of an earlier program is moved to the one that runs.
+// Says at once that the old verdict is none of the changed draft. One of an earlier program is moved to the one that
+// runs.
 async function check() {
   const mine = ++asked;
   clearTimeout(timer);
@@ -127,7 +153,11 @@ async function check() {
     return;
   }
   if (mine !== asked) return;
-  const one = answer.missing.filter(each => each.types.length === 1 && !draft.tags.some(([name, , program]) => name === each.name && program === each.program));
+  const one = answer.missing.filter(
+    each =>
+      each.types.length === 1 &&
+      !draft.tags.some(([name, , program]) => name === each.name && program === each.program)
+  );
   take(answer);
   if (one.length) { // of one type by its use: declared where it is typed
     draft.tags = [...draft.tags, ...one.map(each => [each.name, each.types[0], each.program])];
@@ -143,9 +173,14 @@ async function rebase(mine) {
   try {
     if (draft.rungs.size) moved = await ask("rebase", fields());
     told += moved.rungs.length ? ": your edit is kept." : " that has your edit already.";
-    if (moved.conflicts) told += ` ${moved.conflicts === 1 ? "One of its rungs was" : `${moved.conflicts} of its rungs were`} changed there, too.`;
+    const changed = moved.conflicts === 1 ? "One of its rungs was" : `${moved.conflicts} of its rungs were`;
+    if (moved.conflicts) told += ` ${changed} changed there, too.`;
   } catch (refused) {
-    if (mine === asked && !refused.lost) say("mistake", `Another program runs now, and your edit can't be moved to it: ${refused.message}. Cancel drops it.`);
+    if (mine === asked && !refused.lost)
+      say(
+        "mistake",
+        `Another program runs now, and your edit can't be moved to it: ${refused.message}. Cancel drops it.`
+      );
     return false; // what was lost is asked again with the next hello
   }
   if (mine !== asked) return false;
@@ -183,13 +218,24 @@ export function declare(name, type, program) {
 function said({ mistakes, missing, right }) {
   Object.assign(draft, { right, mistakes, missing });
   const counted = [...draft.checked.values()].reduce((sum, each) => sum + each.mistakes.length, mistakes.length);
-  const count = draft.rungs.size, edited = `${count} ${count === 1 ? "place" : "places"} edited`, { stage, by } = session;
+  const count = draft.rungs.size,
+    edited = `${count} ${count === 1 ? "place" : "places"} edited`,
+    { stage, by } = session;
   const isShown = isLocked() || !count || isAccepted();
-  const whose = !by || accepting || ours.has(session.edit) ? "" : draft.own && count ? ` The edit of ${by} is ${STAGES[stage][0]}, not this one.` : ` It is the edit of ${by}.`;
+  const whose =
+    !by || accepting || ours.has(session.edit)
+      ? ""
+      : draft.own && count
+        ? ` The edit of ${by} is ${STAGES[stage][0]}, not this one.`
+        : ` It is the edit of ${by}.`;
   if (stage && isShown) return say("good", STAGES[stage][1] + whose);
   if (!count) return say("", "Nothing is edited: click into a rung, or type where the caret is.");
-  if (missing.length && missing.every(each => each.types.length > 1)) return say("mistake", `${edited}: choose the type of ${missing.map(each => each.name).join(", ")}.${whose}`);
-  say(right ? "good" : "mistake", `${edited}, ${right ? "no mistake" : counted === 1 ? "a mistake" : `${counted} mistakes`}.${whose}`);
+  if (missing.length && missing.every(each => each.types.length > 1))
+    return say("mistake", `${edited}: choose the type of ${missing.map(each => each.name).join(", ")}.${whose}`);
+  say(
+    right ? "good" : "mistake",
+    `${edited}, ${right ? "no mistake" : counted === 1 ? "a mistake" : `${counted} mistakes`}.${whose}`
+  );
 }
 
 const STAGES = {
@@ -213,11 +259,33 @@ async function tryOn() {
     answer = { refused: refused.message };
   }
   if (mine !== asked) return;
-  if (answer.refused) return would.replaceChildren(el("p", { class: "soft" }, `Not tried on the last scans: ${answer.refused}.`));
+  if (answer.refused)
+    return would.replaceChildren(el("p", { class: "soft" }, `Not tried on the last scans: ${answer.refused}.`));
   const { groups, more, scans } = answer, count = scans.toLocaleString("en-US");
-  would.replaceChildren(el("p", { class: "soft" }, groups.length ? `In the last ${count} scans it would have made another:` : `In the last ${count} scans it would have changed no value.`),
-    el("dl", { class: "resets" }, ...groups.flatMap(({ name, members, scan, output }) => [el("dt", {}, name), el("dd", {}, [members.join(", "), output ? "an output" : "", `from scan ${scan.toLocaleString("en-US")} on`].filter(Boolean).join("; "))])),
-    more ? el("p", { class: "soft" }, `and ${more} further tags`) : "");
+  would.replaceChildren(
+    el(
+      "p",
+      { class: "soft" },
+      groups.length
+        ? `In the last ${count} scans it would have made another:`
+        : `In the last ${count} scans it would have changed no value.`
+    ),
+    el(
+      "dl",
+      { class: "resets" },
+      ...groups.flatMap(({ name, members, scan, output }) => [
+        el("dt", {}, name),
+        el(
+          "dd",
+          {},
+          [members.join(", "), output ? "an output" : "", `from scan ${scan.toLocaleString("en-US")} on`]
+            .filter(Boolean)
+            .join("; ")
+        ),
+      ])
+    ),
+    more ? el("p", { class: "soft" }, `and ${more} further tags`) : ""
+  );
 }
 
 const OPPOSITE = { accept: "cancel", test: "untest", untest: "test", assemble: "reopen" };
@@ -226,7 +294,10 @@ const OPPOSITE = { accept: "cancel", test: "untest", untest: "test", assemble: "
 async function order(step, edit = session.edit) {
   ordering += 1;
   accepting = step === "accept";
-  const state = await orders.order("online", { step, ...(accepting ? fields() : { base: step === "save" ? session.base : edit }) });
+  const state = await orders.order("online", {
+    step,
+    ...(accepting ? fields() : { base: step === "save" ? session.base : edit }),
+  });
   if (accepting && state) ours.add(state.edit);
   accepting = false;
   ordering -= 1;
@@ -249,7 +320,12 @@ export async function step(name) {
   } else {
     const { own } = draft;
     if (!await order(name)) return changed();
-    const { edit } = session, back = async () => { const taken = await order(OPPOSITE[name], edit); draft.own ||= taken && own; return taken; };
+    const { edit } = session,
+      back = async () => {
+        const taken = await order(OPPOSITE[name], edit);
+        draft.own ||= taken && own;
+        return taken;
+      };
     if (OPPOSITE[name]) remember({ undo: back, redo: () => order(name) });
     else { done = []; undone = []; } // saved: its changes are the program, and can't be taken back
   }
@@ -261,11 +337,14 @@ export function heard(now) {
   const was = { ...session }, before = JSON.stringify(fields()), wasMine = draft.own && isAccepted();
   const isGone = was.edit && !now.edit && ![was.of, was.edit].includes(now.base); // another program runs in its place
   Object.assign(session, NOTHING, now);
-  if (wasMine && !ordering && now.edit && now.edit !== was.edit) tell(`The edit of ${now.by} is accepted in place of yours, which is kept here.`, "told");
-  if (wasMine && !ordering && !now.edit && !isGone) tell("Another page has cancelled the accepted edit, which is kept here.", "told");
+  if (wasMine && !ordering && now.edit && now.edit !== was.edit)
+    tell(`The edit of ${now.by} is accepted in place of yours, which is kept here.`, "told");
+  if (wasMine && !ordering && !now.edit && !isGone)
+    tell("Another page has cancelled the accepted edit, which is kept here.", "told");
   if (isGone && !draft.own) Object.assign(draft, { rungs: mapOf(was.rungs), tags: was.tags, base: was.of, own: true });
   else if (!draft.own || !draft.rungs.size || (now.stage === "assembled" && isAccepted())) follow();
-  if (draft.words && (before !== JSON.stringify(fields()) || draft.base !== now.base || was.stage === "testing")) return check();
+  if (draft.words && (before !== JSON.stringify(fields()) || draft.base !== now.base || was.stage === "testing"))
+    return check();
   said(draft);
   changed();
 }

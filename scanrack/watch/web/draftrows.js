@@ -7,7 +7,8 @@ import { shown } from "./format.js";
 import { place, unplace } from "./values.js";
 
 let sheet = null, routine = "", running = new Map(); // text of each running rung by key
-let rows = new Map(), drafts = new Map(); // of running rungs by key, and of edited ones by key and index: a large program has many
+// of running rungs by key, and of edited ones by key and index: a large program has many
+let rows = new Map(), drafts = new Map();
 let deleted = [];
 
 // Called when a routine has been drawn.
@@ -26,13 +27,19 @@ export function lay(node, name, rungs = []) {
 export const runs = key => running.get(key);
 export const lastKey = () => [...running.keys()].at(-1);
 export const textsAt = key => [...(draft.rungs.get(key) ?? (running.has(key) ? [running.get(key)] : []))];
-export const textOf = where => where && (draft.rungs.get(where.key)?.[where.index] ?? (where.index === 0 ? running.get(where.key) : undefined));
+export const textOf = where =>
+  where && (draft.rungs.get(where.key)?.[where.index] ?? (where.index === 0 ? running.get(where.key) : undefined));
 export const checkedOf = where => draft.checked.get(`${where.key}\n${where.index}`);
-export const rowAt = where => drafts.get(`${where.key}\n${where.index}`) ?? (where.index === 0 && !deleted.includes(where.key) ? rows.get(where.key) : undefined);
+export const rowAt = where =>
+  drafts.get(`${where.key}\n${where.index}`) ??
+  (where.index === 0 && !deleted.includes(where.key) ? rows.get(where.key) : undefined);
 
 // The place that is so many rows from another one.
 export function neighborOf(where, by) {
-  const all = [...sheet.querySelectorAll(".row[data-key]")].filter(row => row.classList.contains("draft") || !row.dataset.edited), row = all[all.indexOf(rowAt(where)) + by];
+  const all = [...sheet.querySelectorAll(".row[data-key]")].filter(
+      row => row.classList.contains("draft") || !row.dataset.edited
+    ),
+    row = all[all.indexOf(rowAt(where)) + by];
   return row ? { key: row.dataset.key, index: Number(row.dataset.index) } : null;
 }
 
@@ -47,7 +54,8 @@ export function drawDrafts(isOpen) {
   drafts = new Map();
   deleted = [];
   const list = sheet.querySelector(".rungs");
-  if (list && isOpen) for (const [key, texts] of draft.rungs) if (key.startsWith(`${routine}\n`)) rowsOf(list, key, texts);
+  if (list && isOpen)
+    for (const [key, texts] of draft.rungs) if (key.startsWith(`${routine}\n`)) rowsOf(list, key, texts);
 }
 
 function rowsOf(list, key, texts) {
@@ -69,20 +77,46 @@ function rowOf(key, index, said, letter) {
   const picture = found?.svg ? drawing(found.svg) : el("code", { class: "unread" }, said);
   if (found?.svg) {
     picture.querySelectorAll("[data-name]").forEach(node => place(node, node.dataset.name, shown));
-    picture.querySelectorAll("[data-element]").forEach((group, number) => setFlag(group, "data-mistake", found.mistakes.some(each => each.element === number)));
+    picture.querySelectorAll("[data-element]").forEach((group, number) =>
+      setFlag(
+        group,
+        "data-mistake",
+        found.mistakes.some(each => each.element === number)
+      )
+    );
   }
-  const notes = [...(found?.mistakes ?? []).filter(each => !isMissing(each)).map(each => noteOf(each.text, "mistake")), ...(found?.warnings ?? []).map(each => noteOf(each.text, "finding")), ...asked(said)];
-  return el("li", { class: "row draft", "data-key": key, "data-index": index, "aria-label": `${says} rung` }, el("span", { class: "letter", title: says }, letter), el("div", { class: "body" }, picture, ...notes));
+  const notes = [
+    ...(found?.mistakes ?? []).filter(each => !isMissing(each)).map(each => noteOf(each.text, "mistake")),
+    ...(found?.warnings ?? []).map(each => noteOf(each.text, "finding")),
+    ...asked(said),
+  ];
+  return el(
+    "li",
+    { class: "row draft", "data-key": key, "data-index": index, "aria-label": `${says} rung` },
+    el("span", { class: "letter", title: says }, letter),
+    el("div", { class: "body" }, picture, ...notes)
+  );
 }
 
-const isMissing = ({ text: said }) => draft.missing.some(({ name }) => said.includes(`: no tag ${name} (`) || said.includes(`: no tag ${name};`));
+const isMissing = ({ text: said }) =>
+  draft.missing.some(({ name }) => said.includes(`: no tag ${name} (`) || said.includes(`: no tag ${name};`));
 const noteOf = (said, kind) => el("p", { class: "note", "data-kind": kind }, said);
 
 // Asks for the types of new tags, in the line of the rung that uses them; says what has been declared.
 function asked(said) {
   const uses = name => new RegExp(`(?<!\\w)${name}(?!\\w)`, "i").test(said);
-  const open = draft.missing.filter(({ name, types }) => types.length > 1 && uses(name)).map(({ name, types, program }) =>
-    el("p", { class: "note asks", role: "group", "aria-label": `Type of ${name}` }, `New tag ${name}: `, ...types.map(type => button(`${name} is a ${type}`, () => declare(name, type, program), { text: type }))));
-  const told = draft.tags.filter(([name]) => uses(name)).map(([name, type]) => el("p", { class: "note new" }, `New tag ${name} : ${type}`));
+  const open = draft.missing
+    .filter(({ name, types }) => types.length > 1 && uses(name))
+    .map(({ name, types, program }) =>
+      el(
+        "p",
+        { class: "note asks", role: "group", "aria-label": `Type of ${name}` },
+        `New tag ${name}: `,
+        ...types.map(type => button(`${name} is a ${type}`, () => declare(name, type, program), { text: type }))
+      )
+    );
+  const told = draft.tags
+    .filter(([name]) => uses(name))
+    .map(([name, type]) => el("p", { class: "note new" }, `New tag ${name} : ${type}`));
   return [...open, ...told];
 }

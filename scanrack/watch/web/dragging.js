@@ -4,10 +4,16 @@ import { el } from "./dom.js";
 
 const LEAST = 6; // CSS pixels: less is a click
 
-// Returns what lies over an axis. timeAt(x) is the time at a place; zoomed(from, to) gets the times that were dragged over.
+// Returns what lies over an axis. timeAt(x) is the time at a place; zoomed(from, to) gets the times that were dragged
+// over.
 export function dragZoom(canvas, timeAt, zoomed) {
   const shade = el("div", { class: "dragged", hidden: true });
-  const over = el("div", { class: "over dragging", title: "Drag to zoom; a double click shows more again" }, canvas, shade);
+  const over = el(
+    "div",
+    { class: "over dragging", title: "Drag to zoom; a double click shows more again" },
+    canvas,
+    shade
+  );
   let begin = null;
   const place = event => event.clientX - over.getBoundingClientRect().left;
   const end = () => { begin = null; shade.hidden = true; };

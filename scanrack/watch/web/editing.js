@@ -18,25 +18,66 @@ export const editButton = button("Edit", open, { title: "Edit the program", hidd
 
 // --- rungs in their picture
 
-const STEPS = { // of an edit: what it does, and when it can be taken
-  accept: ["Check the edit and load it beside the running program", ({ right, rungs }, { stage }) => right && rungs.size > 0 && !draft.isAccepted() && stage !== "testing"],
+const STEPS = {
+  // of an edit: what it does, and when it can be taken
+  accept: [
+    "Check the edit and load it beside the running program",
+    ({ right, rungs }, { stage }) => right && rungs.size > 0 && !draft.isAccepted() && stage !== "testing",
+  ],
   test: ["Run the edited rungs", (_, { stage }) => stage === "accepted" && draft.isAccepted()],
   untest: ["Run the old rungs again", (_, { stage }) => stage === "testing"],
-  assemble: ["Make the edit the program", (_, { stage }) => stage === "testing" || (stage === "accepted" && draft.isAccepted())],
+  assemble: [
+    "Make the edit the program",
+    (_, { stage }) => stage === "testing" || (stage === "accepted" && draft.isAccepted()),
+  ],
   cancel: ["Drop the edit", ({ rungs }, { stage }) => rungs.size > 0 || stage === "accepted" || stage === "testing"],
-  save: ["Write the program's file; the old one is kept", (_, { stage, unsaved }) => unsaved && (stage === "" || stage === "assembled")],
+  save: [
+    "Write the program's file; the old one is kept",
+    (_, { stage, unsaved }) => unsaved && (stage === "" || stage === "assembled"),
+  ],
 };
 const named = name => name[0].toUpperCase() + name.slice(1);
-const stepButtons = new Map(Object.entries(STEPS).map(([name, [title]]) => [name, button(`${named(name)} edits`, () => draft.step(name), { text: named(name), title })]));
+const stepButtons = new Map(
+  Object.entries(STEPS).map(([name, [title]]) => [
+    name,
+    button(`${named(name)} edits`, () => draft.step(name), { text: named(name), title }),
+  ])
+);
 const undoButton = button("Undo", draft.undo, { text: "↶", title: "Undo (Ctrl+Z)", class: "sign" });
 const redoButton = button("Redo", draft.redo, { text: "↷", title: "Redo (Ctrl+Y)", class: "sign" });
 const others = el("div", { class: "soft" });
-const hint = el("p", { class: "soft hint" }, "Type XIC Start and Enter: it stands behind what is chosen; F2 types the chosen one anew. Arrows move, [ makes a branch and , a leg, Shift selects, Enter is a new rung.");
-const bar = el("div", { class: "editing rungbar", role: "group", "aria-label": "Edit rungs", hidden: true, keydown: barKeyed },
-  el("div", { class: "line" }, ...stepButtons.values(), undoButton, redoButton,
-    button("New rung", newRung, { text: "+ Rung", title: "New rung (Enter)" }), button("Delete rung", deleteRung, { text: "− Rung", title: "Delete the rung (Ctrl+Delete)" }),
-    button("Text", () => { close(); openText(); }, { title: "Edit the text of the file" }), button("Close edit", close, { text: "Close", title: "Leave the edit: it stays here" })),
-  draft.verdict, others, draft.would, hint);
+const hint = el(
+  "p",
+  { class: "soft hint" },
+  "Type XIC Start and Enter: it stands behind what is chosen; F2 types the chosen one anew. " +
+    "Arrows move, [ makes a branch and , a leg, Shift selects, Enter is a new rung."
+);
+const bar = el(
+  "div",
+  { class: "editing rungbar", role: "group", "aria-label": "Edit rungs", hidden: true, keydown: barKeyed },
+  el(
+    "div",
+    { class: "line" },
+    ...stepButtons.values(),
+    undoButton,
+    redoButton,
+    button("New rung", newRung, { text: "+ Rung", title: "New rung (Enter)" }),
+    button("Delete rung", deleteRung, { text: "− Rung", title: "Delete the rung (Ctrl+Delete)" }),
+    button(
+      "Text",
+      () => {
+        close();
+        openText();
+      },
+      { title: "Edit the text of the file" }
+    ),
+    button("Close edit", close, { text: "Close", title: "Leave the edit: it stays here" })
+  ),
+  draft.verdict,
+  others,
+  draft.would,
+  hint
+);
 
 draft.onDraft(() => {
   for (const [name, node] of stepButtons) node.disabled = !STEPS[name][1](draft.draft, draft.session);
@@ -73,7 +114,8 @@ function close() {
 
 // Rungs are edited in their picture, any other routine as text.
 async function open() {
-  const { routines } = run.hello, name = document.querySelector("#program [data-routine][aria-selected='true']")?.dataset.routine;
+  const { routines } = run.hello,
+    name = document.querySelector("#program [data-routine][aria-selected='true']")?.dataset.routine;
   if ((routines.find(each => each.name === name) ?? routines[0]).kind !== "ladder") return openText();
   const refused = await draft.begin().then(() => null, error => error.message);
   if (refused) return openText(sentence(refused));
@@ -87,14 +129,36 @@ const sentence = said => `${said[0].toUpperCase()}${said.slice(1)}.`;
 
 const title = el("h3");
 const marks = el("div", { class: "marks", "aria-hidden": "true" });
-const field = el("textarea", { "aria-label": "Text of the program", rows: ROWS, spellcheck: "false", autocomplete: "off", wrap: "off", input: () => { words.show(); typed(); }, keydown: keyed, scroll: paintMarks });
+const field = el("textarea", {
+  "aria-label": "Text of the program",
+  rows: ROWS,
+  spellcheck: "false",
+  autocomplete: "off",
+  wrap: "off",
+  input: () => {
+    words.show();
+    typed();
+  },
+  keydown: keyed,
+  scroll: paintMarks,
+});
 const shown = el("div", { class: "shown", "aria-live": "polite" });
 const takeButton = button("Take over", () => take(), { title: "Continue with it from the next scan on" });
-const anewButton = button("Take over anew", () => take(restarts.join(",")), { title: "Continue with it; these sequences begin anew", hidden: true });
+const anewButton = button("Take over anew", () => take(restarts.join(",")), {
+  title: "Continue with it; these sequences begin anew",
+  hidden: true,
+});
 const backButton = button("Back", back, { title: "Leave the running program as it is" });
 const words = completing(field, offered);
-const panel = el("div", { class: "editing", role: "group", "aria-label": "Edit", hidden: true },
-  title, el("div", { class: "page" }, marks, field), words.list, el("div", { class: "line" }, takeButton, anewButton, backButton), shown);
+const panel = el(
+  "div",
+  { class: "editing", role: "group", "aria-label": "Edit", hidden: true },
+  title,
+  el("div", { class: "page" }, marks, field),
+  words.list,
+  el("div", { class: "line" }, takeButton, anewButton, backButton),
+  shown
+);
 
 export const editor = el("div", {}, bar, panel);
 
@@ -174,7 +238,13 @@ function paintMarks() {
 function offered(before) {
   const [, rest, word] = /^(.*?)([\w.:\\]*)$/s.exec(before);
   if (word.length < 2) return null;
-  return { from: rest.length, found: matching(word, (run.hello.tags ?? []).map(each => ({ text: each.name.replace(/^\\[^.]+\./, ""), says: each.type }))) };
+  return {
+    from: rest.length,
+    found: matching(
+      word,
+      (run.hello.tags ?? []).map(each => ({ text: each.name.replace(/^\\[^.]+\./, ""), says: each.type }))
+    ),
+  };
 }
 
 // Tab continues to the next control; Escape leaves the field, not the edit.
@@ -220,24 +290,42 @@ function permit(on, { mistakes = [], restart = [], rows = [] } = {}) {
 function show(preview) {
   permit(true, preview);
   const { mistakes, findings, rows, groups, keeps, more } = preview;
-  const notes = [...mistakes.map(each => ({ ...each, kind: "mistake" })), ...findings.map(each => ({ ...each, kind: "finding" }))];
+  const notes = [
+    ...mistakes.map(each => ({ ...each, kind: "mistake" })),
+    ...findings.map(each => ({ ...each, kind: "finding" })),
+  ];
   noted = base === null ? [] : notes;
   paintMarks();
-  const isAt = (note, row) => row.text !== null && (note.old ? row.old === note.old && (row.sign === "-" || row.sign === " ") : note.line && row.new === note.line);
+  const isAt = (note, row) =>
+    row.text !== null &&
+    (note.old ? row.old === note.old && (row.sign === "-" || row.sign === " ") : note.line && row.new === note.line);
   shown.replaceChildren(
     verdict(preview),
     ...notes.filter(note => !rows.some(row => isAt(note, row))).map(noteOf),
-    rows.length ? el("ol", { class: "diff", tabindex: "0", "aria-label": "Differences" }, ...rows.flatMap(row => [rowOf(row), ...notes.filter(note => isAt(note, row)).map(noteOf)])) : "",
+    rows.length
+      ? el(
+          "ol",
+          { class: "diff", tabindex: "0", "aria-label": "Differences" },
+          ...rows.flatMap(row => [rowOf(row), ...notes.filter(note => isAt(note, row)).map(noteOf)])
+        )
+      : "",
     more ? el("p", { class: "soft" }, `${more} further lines differ`) : "",
     keeps ? el("p", { class: "keeps" }, sentence(keeps)) : "",
-    groupsOf(groups));
+    groupsOf(groups)
+  );
 }
 
 const groupsOf = groups => groups.length ? el("dl", { class: "resets" }, ...groups.flatMap(groupOf)) : "";
 
 function verdict({ mistakes, rows, restart }) {
   const count = mistakes.length;
-  const said = restart.length ? `It can't continue as it is, but with ${restart.join(", ")} begun anew.` : count ? `${count === 1 ? "A mistake" : `${count} mistakes`}: it can't be taken over.` : rows.length ? "It can be taken over." : "It is the program that runs.";
+  const said = restart.length
+    ? `It can't continue as it is, but with ${restart.join(", ")} begun anew.`
+    : count
+      ? `${count === 1 ? "A mistake" : `${count} mistakes`}: it can't be taken over.`
+      : rows.length
+        ? "It can be taken over."
+        : "It is the program that runs.";
   return el("p", { class: "verdict", "data-kind": count ? "mistake" : "good" }, said);
 }
 
@@ -258,17 +346,38 @@ function byTag(names) {
     if (!tags.has(tag)) tags.set(tag, []);
     if (member) tags.get(tag).push(member);
   }
-  return [...tags].map(([tag, members]) => members.length > 1 ? `${tag} (${members.join(", ")})` : members.length ? `${tag}.${members[0]}` : tag);
+  return [...tags].map(([tag, members]) =>
+    members.length > 1 ? `${tag} (${members.join(", ")})` : members.length ? `${tag}.${members[0]}` : tag
+  );
 }
 
 function rowOf({ sign, old, new: number, text }) {
   if (text === null) return el("li", { class: "gap" }, "⋯");
-  return el("li", { "data-sign": sign, "data-old": old, "data-new": number }, el("span", { class: "number" }, String(number ?? old)), el("span", { class: "sign" }, sign), el("code", {}, text || " "));
+  return el(
+    "li",
+    { "data-sign": sign, "data-old": old, "data-new": number },
+    el("span", { class: "number" }, String(number ?? old)),
+    el("span", { class: "sign" }, sign),
+    el("code", {}, text || " ")
+  );
 }
 
 function noteOf({ kind, line, old, text, rule }) {
-  const where = line ? el("button", { type: "button", class: "plain", title: `To line ${line}`, click: () => toLine(line) }, `Line ${line}`) : old ? el("b", {}, `Line ${old} now`) : "";
-  return el("li", { class: "note", "data-kind": kind, "data-line": line ?? old ?? "" }, where, ` ${rule ? `${rule}: ` : ""}${text}`);
+  const where = line
+    ? el(
+        "button",
+        { type: "button", class: "plain", title: `To line ${line}`, click: () => toLine(line) },
+        `Line ${line}`
+      )
+    : old
+      ? el("b", {}, `Line ${old} now`)
+      : "";
+  return el(
+    "li",
+    { class: "note", "data-kind": kind, "data-line": line ?? old ?? "" },
+    where,
+    ` ${rule ? `${rule}: ` : ""}${text}`
+  );
 }
 
 // Puts the caret into a line of the field.

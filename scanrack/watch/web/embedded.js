@@ -17,7 +17,8 @@ export async function connect(_key, listener) {
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
   data = read(await new Response(stream).text());
   sizes = Object.fromEntries(data.hello.slots.map(slot => [slot.number, slot.words]));
-  for (const [key, { steps, ...packed }] of Object.entries(data.lists)) lists.set(key, { scans: Int32Array.from(added(steps, data.lead)), values: unpacked(packed) });
+  for (const [key, { steps, ...packed }] of Object.entries(data.lists))
+    lists.set(key, { scans: Int32Array.from(added(steps, data.lead)), values: unpacked(packed) });
   number = programAt(data.scan);
   heard({ hello: { ...data.hello, ...data.programs[number].described } });
   for (const note of data.notes) heard({ note });
@@ -40,7 +41,11 @@ function unpacked({ values, differences, columns }) {
 
 function placeAt(scans, scan) { // the last change up to a scan, or -1
   let low = 0, high = scans.length;
-  while (low < high) { const middle = (low + high) >> 1; if (scans[middle] <= scan) low = middle + 1; else high = middle; }
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (scans[middle] <= scan) low = middle + 1;
+    else high = middle;
+  }
   return low - 1;
 }
 
@@ -50,7 +55,11 @@ function valueAt(key, scan) {
 }
 
 const timeOf = scan => scan * data.hello.period_ns + (valueAt("offset", scan) ?? 0);
-const wordsAt = (slot, scan) => Array.from({ length: sizes[slot].in + sizes[slot].out }, (_, place) => valueAt(`words\n${slot}\n${place}`, scan) ?? 0);
+const wordsAt = (slot, scan) =>
+  Array.from(
+    { length: sizes[slot].in + sizes[slot].out },
+    (_, place) => valueAt(`words\n${slot}\n${place}`, scan) ?? 0
+  );
 const programAt = scan => data.programs.findLastIndex(each => each.first <= scan);
 const binary = (high, low) => high * 65536 + (low & 0xFFFF);
 const JOINED = {
@@ -64,7 +73,10 @@ const JOINED = {
 function formatOf(slot, value, scan) {
   if (value.format) return value.format;
   const image = value.words[0] < sizes[slot.number].in ? "I" : "O";
-  return data.formats.findLast(([number, of, since]) => number === slot.number && of === image && since <= scan)?.[3] ?? "thousands";
+  return (
+    data.formats.findLast(([number, of, since]) => number === slot.number && of === image && since <= scan)?.[3] ??
+    "thousands"
+  );
 }
 
 function valueOf(slot, value, words, scan) {
@@ -72,29 +84,58 @@ function valueOf(slot, value, words, scan) {
   return rest.length ? JOINED[formatOf(slot, value, scan)](words[first], words[rest[0]]) : words[first];
 }
 
-const valuesOf = (slot, words, scan) => Object.fromEntries(slot.values.map(value => [value.name, valueOf(slot, value, words, scan)]));
+const valuesOf = (slot, words, scan) =>
+  Object.fromEntries(slot.values.map(value => [value.name, valueOf(slot, value, words, scan)]));
 
 const slotAt = number => data.hello.slots.find(each => each.number === number);
 
 // Whether the words of a slot's image, "in" or "out", are those of configuration mode.
-const configures = (slot, words, image) => slot in data.modes && words[data.modes[slot][image] + (image === "out" ? sizes[slot].in : 0)] < 0;
+const configures = (slot, words, image) =>
+  slot in data.modes && words[data.modes[slot][image] + (image === "out" ? sizes[slot].in : 0)] < 0;
 
 function machineOf(slot, words, values, scan) {
-  const says = !configures(slot, words, "in"), then = Math.max(data.lead, scan - BACK), before = wordsAt(slot, then), wide = timeOf(scan) - timeOf(then);
+  const says = !configures(slot, words, "in"),
+    then = Math.max(data.lead, scan - BACK),
+    before = wordsAt(slot, then),
+    wide = timeOf(scan) - timeOf(then);
   const position = slotAt(slot).values.find(each => each.name === "position");
   const spoken = says && !configures(slot, before, "in") && wide > 0 && position;
   return {
-    position: says ? values?.position ?? null : null, shaft: null, encoder: null,
-    target: says && !configures(slot, words, "out") ? values?.target ?? null : null,
-    speed: spoken ? Math.round((values.position - valueOf(slotAt(slot), position, before, then)) * 1e9 / wide) : null,
-    inputs: Object.fromEntries(Object.entries(data.inputs).map(([name, bit]) => [name, says && data.steppers.includes(slot) ? Boolean(words[1] & bit) : null])),
+    position: says ? (values?.position ?? null) : null,
+    shaft: null,
+    encoder: null,
+    target: says && !configures(slot, words, "out") ? (values?.target ?? null) : null,
+    speed: spoken
+      ? Math.round(((values.position - valueOf(slotAt(slot), position, before, then)) * 1e9) / wide)
+      : null,
+    inputs: Object.fromEntries(
+      Object.entries(data.inputs).map(([name, bit]) => [
+        name,
+        says && data.steppers.includes(slot) ? Boolean(words[1] & bit) : null,
+      ])
+    ),
   };
 }
 
 // The whole picture of a scan, as the server has it.
 export function picture(scan) {
   const known = scan < data.programs[programAt(scan)].known;
-  const frame = { scan, t: timeOf(scan), range: data.range, record: data.hello.record, state: "past", speed: { wanted: 0, reached: 0 }, late: 0, missed: 0, known, words: {}, values: {}, machine: {}, power: {}, tags: {} };
+  const frame = {
+    scan,
+    t: timeOf(scan),
+    range: data.range,
+    record: data.hello.record,
+    state: "past",
+    speed: { wanted: 0, reached: 0 },
+    late: 0,
+    missed: 0,
+    known,
+    words: {},
+    values: {},
+    machine: {},
+    power: {},
+    tags: {},
+  };
   for (const key of STATES) frame[key] = valueAt(key, scan);
   for (const [key, list] of lists) {
     const [part, program, name] = key.split("\n");
@@ -117,7 +158,11 @@ function show(scan) {
   const whole = picture(scan), frame = { ...whole };
   for (const part of ["words", "values", "machine", ...PARTS]) {
     const before = sent[part] ?? {};
-    frame[part] = Object.fromEntries(Object.entries(whole[part]).filter(([name, value]) => JSON.stringify(value, wide) !== JSON.stringify(before[name], wide)));
+    frame[part] = Object.fromEntries(
+      Object.entries(whole[part]).filter(
+        ([name, value]) => JSON.stringify(value, wide) !== JSON.stringify(before[name], wide)
+      )
+    );
   }
   sent = whole;
   heard({ frame });
@@ -130,7 +175,11 @@ const wide = (_key, value) => typeof value === "bigint" ? `${value}n` : value;
 function between(key, from, to) {
   const list = lists.get(key), found = [];
   if (!list) return found;
-  for (let place = Math.max(placeAt(list.scans, from), 0); place < list.scans.length && list.scans[place] <= to; place += 1) {
+  for (
+    let place = Math.max(placeAt(list.scans, from), 0);
+    place < list.scans.length && list.scans[place] <= to;
+    place += 1
+  ) {
     found.push([Math.max(list.scans[place], from), list.values[place]]);
   }
   return found;
@@ -140,7 +189,9 @@ const clamped = (from, to) => [Math.max(from, data.range[0]), Math.min(to, data.
 
 function pointOf([scan, value]) {
   if (typeof value === "boolean") return [timeOf(scan), Number(value)];
-  return typeof value === "number" || typeof value === "bigint" ? [timeOf(scan), Number(value), Number(value), Number(value)] : [timeOf(scan), value];
+  return typeof value === "number" || typeof value === "bigint"
+    ? [timeOf(scan), Number(value), Number(value), Number(value)]
+    : [timeOf(scan), value];
 }
 
 // The edges of a bit; words that configure a stepper have no bits but the one that says so.
@@ -151,14 +202,19 @@ function edgesOf(slot, { word, bit, output }, from, to) {
   const scans = new Set(keys.flatMap(key => between(key, from, to).map(([scan]) => scan))), edges = [];
   for (const scan of [...scans].sort((one, other) => one - other)) {
     const configured = modes && (valueAt(`words\n${slot}\n${mode}`, scan) ?? 0) < 0;
-    const kept = !configured || (place === mode && bit === 15), level = kept ? ((valueAt(keys[0], scan) ?? 0) >> bit) & 1 : 0;
+    const kept = !configured || (place === mode && bit === 15),
+      level = kept ? ((valueAt(keys[0], scan) ?? 0) >> bit) & 1 : 0;
     if (edges.at(-1)?.[1] !== level) edges.push([timeOf(scan), level]);
   }
   return edges;
 }
 
 function positionOf(slot, position, from, to) {
-  const scans = new Set([data.modes[slot.number].in, ...position.words].flatMap(place => between(`words\n${slot.number}\n${place}`, from, to).map(([scan]) => scan)));
+  const scans = new Set(
+    [data.modes[slot.number].in, ...position.words].flatMap(place =>
+      between(`words\n${slot.number}\n${place}`, from, to).map(([scan]) => scan)
+    )
+  );
   const ordered = [...scans].sort((one, other) => one - other), stretch = Math.ceil(ordered.length / 500);
   return ordered.filter((_, place) => place % stretch === 0 || place === ordered.length - 1).map(scan => {
     const words = wordsAt(slot.number, scan), value = valueOf(slot, position, words, scan);
@@ -203,7 +259,10 @@ const unknown = tags => tags.filter(tag => !isTag(tag) && !isAddress(tag));
 function listOf(tag) {
   const [, slot, image, word, bit] = ADDRESS.exec(addressOf(tag)) ?? [];
   if (!slot) return [`tags\n${number}\n${tag}`, value => value];
-  return [`words\n${slot}\n${Number(word) + (image === "O" ? sizes[slot]?.in : 0)}`, value => bit === undefined ? value : Boolean((value >> Number(bit)) & 1)];
+  return [
+    `words\n${slot}\n${Number(word) + (image === "O" ? sizes[slot]?.in : 0)}`,
+    value => (bit === undefined ? value : Boolean((value >> Number(bit)) & 1)),
+  ];
 }
 
 // Its points: of a bit those of its word at which it changes.
@@ -222,7 +281,12 @@ export function changesOf(tag) {
   return found;
 }
 
-const hitOf = ({ name, type, description }) => ({ text: `${name} : ${type}  ${description}`.trim(), says: `${type}  ${description}`.trim(), rung: null, tag: name });
+const hitOf = ({ name, type, description }) => ({
+  text: `${name} : ${type}  ${description}`.trim(),
+  says: `${type}  ${description}`.trim(),
+  rung: null,
+  tag: name,
+});
 
 // The best hits are first, as the server has them.
 function rankOf(name, wanted) {
@@ -242,7 +306,10 @@ const QUESTIONS = {
   watch({ tags }) {
     sent = { ...sent, tags: {} };
     queueMicrotask(() => { if (at !== null) show(at); });
-    return { unknown: unknown(tags), addresses: Object.fromEntries(tags.filter(isAddress).map(tag => [tag, addressOf(tag)])) };
+    return {
+      unknown: unknown(tags),
+      addresses: Object.fromEntries(tags.filter(isAddress).map(tag => [tag, addressOf(tag)])),
+    };
   },
   panel: () => program().panel,
   lanes: ({ tags }) => ({ unknown: unknown(tags) }),
@@ -256,7 +323,8 @@ const QUESTIONS = {
   look({ scan }) {
     if (scan === "live") throw new Refused("this is a trace; nothing is running");
     const [first, last] = data.range;
-    if (scan < first || scan > last || data.holes.some(([from, to]) => from <= scan && scan <= to)) throw new Refused(`Scan ${scan} is not in this page: it has ${first} to ${last}.`);
+    if (scan < first || scan > last || data.holes.some(([from, to]) => from <= scan && scan <= to))
+      throw new Refused(`Scan ${scan} is not in this page: it has ${first} to ${last}.`);
     show(scan);
     return { scan };
   },
@@ -271,7 +339,12 @@ const QUESTIONS = {
   },
   marks() {
     const failure = data.hello.failure ? null : data.marks.findLast(({ scan, tag }) => tag && scan <= at) ?? null;
-    return { marks: data.marks.map(({ scan, kind }) => [scan, kind, 1]), total: data.marks.length, whole: true, failure };
+    return {
+      marks: data.marks.map(({ scan, kind }) => [scan, kind, 1]),
+      total: data.marks.length,
+      whole: true,
+      failure,
+    };
   },
   mark({ from, way }) {
     const next = data.marks.find(({ scan }) => scan > from), before = data.marks.findLast(({ scan }) => scan < from);
@@ -284,14 +357,27 @@ const QUESTIONS = {
   why({ tag, fault }) {
     const answer = fault ? data.whys[""] : data.whys[tag];
     if (at === data.scan && answer) return answer;
-    throw new Refused(`This page has no answer for that. Ask: scanrack why ${data.hello.record} ${tag ?? "TAG"} --at ${at}`);
+    throw new Refused(
+      `This page has no answer for that. Ask: scanrack why ${data.hello.record} ${tag ?? "TAG"} --at ${at}`
+    );
   },
   xref({ tag }) { throw new Refused(`This page has no list of uses. Ask: scanrack xref ${data.hello.record} ${tag}`); },
   find({ text }) {
     const wanted = text.toLowerCase(), has = said => said.toLowerCase().includes(wanted);
-    const bits = data.hello.slots.flatMap(slot => slot.bits.map(({ address, meaning }) => ({ name: address, type: "BOOL", description: meaning })));
-    const tags = [program().described.tags, bits].map(each => each.filter(({ name, description, address = "" }) => has(`${name} ${description} ${address}`)).sort((one, other) => rankOf(one.name, wanted) - rankOf(other.name, wanted)).map(hitOf));
-    const rungs = Object.entries(program().shows).flatMap(([routine, widths]) => (Object.values(widths)[0].rungs ?? []).filter(rung => has(`${rung.text} ${rung.comment}`)).map(rung => ({ text: rung.text, rung: `${routine}.${rung.number}`, tag: null })));
+    const bits = data.hello.slots.flatMap(slot =>
+      slot.bits.map(({ address, meaning }) => ({ name: address, type: "BOOL", description: meaning }))
+    );
+    const tags = [program().described.tags, bits].map(each =>
+      each
+        .filter(({ name, description, address = "" }) => has(`${name} ${description} ${address}`))
+        .sort((one, other) => rankOf(one.name, wanted) - rankOf(other.name, wanted))
+        .map(hitOf)
+    );
+    const rungs = Object.entries(program().shows).flatMap(([routine, widths]) =>
+      (Object.values(widths)[0].rungs ?? [])
+        .filter(rung => has(`${rung.text} ${rung.comment}`))
+        .map(rung => ({ text: rung.text, rung: `${routine}.${rung.number}`, tag: null }))
+    );
     const hits = [...tags[0], ...rungs, ...tags[1]], isNamed = hit => hit.tag?.toLowerCase() === wanted;
     return { hits: [...hits.filter(isNamed), ...hits.filter(hit => !isNamed(hit))].slice(0, HITS) };
   },

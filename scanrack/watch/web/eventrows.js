@@ -14,7 +14,8 @@ const isStep = event => event?.name === "step";
 // Events in the order of their times, one row for many steps.
 export function rowsOf(events) {
   const pressed = new Set(events.map(pressOf));
-  const isSaid = ({ kind, scan, slot, name }) => kind === "stimulus" && pressed.has(`${scan} ${slot} ${name}`.toLowerCase());
+  const isSaid = ({ kind, scan, slot, name }) =>
+    kind === "stimulus" && pressed.has(`${scan} ${slot} ${name}`.toLowerCase());
   const told = events.filter(event => !isSaid(event)).sort((one, other) => one.t - other.t);
   const rows = told.filter((event, place) => !isStep(event) || !isStep(told[place + 1]));
   return rows.map(event => ({ ...event, text: grouped(event.text) }));

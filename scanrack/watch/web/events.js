@@ -1,4 +1,5 @@
-// What has happened up to the scan that is shown, the latest at the top; a click looks at that scan. The list has all of it:
+// What has happened up to the scan that is shown, the latest at the top; a click looks at that scan. The list has all
+// of it:
 // further events come as it is scrolled. Kinds of events can be hidden.
 
 import { at, button, el, heading, setAttribute, setText } from "./dom.js";
@@ -63,7 +64,8 @@ function showLatest() {
   if (listed.length < PIECE) further();
 }
 
-// Asks for the events up to the scan of the past that is shown; while an answer is awaited only the latest wish is kept.
+// Asks for the events up to the scan of the past that is shown; while an answer is awaited only the latest wish is
+// kept.
 async function lookBack(again = false) {
   if (asking) return;
   asking = true;
@@ -132,9 +134,21 @@ const keyOf = ({ scan, t, slot, text }) => `${scan} ${t} ${slot} ${text}`;
 function rowOf(event) {
   const { scan, t, slot, text, kind, name } = event;
   const said = slot && run.hello.slots.length > 1 ? `${slot}: ${text}` : text;
-  const row = el("li", { "data-kind": kind, "data-event": name, "data-scan": scan, "data-error": kindsOf(event, run.hello.slots).includes("error") },
-    el("button", { type: "button", title: `Look at scan ${scan}`, click: () => lookAt(scan) },
-      el("time", { class: "figure" }, clock(t)), el("span", { class: "what" }, said)));
+  const row = el(
+    "li",
+    {
+      "data-kind": kind,
+      "data-event": name,
+      "data-scan": scan,
+      "data-error": kindsOf(event, run.hello.slots).includes("error"),
+    },
+    el(
+      "button",
+      { type: "button", title: `Look at scan ${scan}`, click: () => lookAt(scan) },
+      el("time", { class: "figure" }, clock(t)),
+      el("span", { class: "what" }, said)
+    )
+  );
   row.key = keyOf(event);
   return row;
 }

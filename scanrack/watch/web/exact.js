@@ -3,9 +3,12 @@
 const LONG = /\d{16}/; // digits that an unsafe integer has at least
 
 const whole = (key, value, context) =>
-  typeof value === "number" && !Number.isSafeInteger(value) && /^-?\d+$/.test(context?.source ?? "") ? BigInt(context.source) : value;
+  typeof value === "number" && !Number.isSafeInteger(value) && /^-?\d+$/.test(context?.source ?? "")
+    ? BigInt(context.source)
+    : value;
 
-const raw = (key, value) => typeof value !== "bigint" ? value : JSON.rawJSON ? JSON.rawJSON(String(value)) : Number(value);
+const raw = (key, value) =>
+  typeof value !== "bigint" ? value : JSON.rawJSON ? JSON.rawJSON(String(value)) : Number(value);
 
 export const read = text => LONG.test(text) ? JSON.parse(text, whole) : JSON.parse(text);
 

@@ -12,7 +12,8 @@ const MOST_LINES = 2; // of a message: pytest's own report has all
 const why = el("p", {});
 
 const plain = (text, click, title) => el("button", { type: "button", class: "plain", title, click }, text);
-const atScan = scan => plain(`scan ${count(scan)}, ${clock(scan * run.hello.period_ns)}`, () => lookAt(scan), "Look at this scan");
+const atScan = scan =>
+  plain(`scan ${count(scan)}, ${clock(scan * run.hello.period_ns)}`, () => lookAt(scan), "Look at this scan");
 
 // Buttons with commas between them.
 const listed = (names, button) => names.flatMap((name, place) => [place ? ", " : " ", button(name)]);
@@ -21,8 +22,15 @@ function against({ scan, before, equal_to, tags = [], rungs = [], others = [] })
   if (equal_to !== undefined) return ["Like the last run that passed, as far as that goes: ", atScan(equal_to)];
   const look = name => plain(name, () => { lookAt(scan); select({ tag: name }); }, "Look at this tag");
   const open = name => plain(name, () => { lookAt(scan); showRung(name); }, "Show this rung");
-  return [`Differs from the last run that passed ${before ? "at or before" : "since"} `, atScan(scan), ":",
-    ...listed(tags, look), ...(rungs.length ? [tags.length ? "; rungs" : " rungs"] : []), ...listed(rungs, open), others.length ? `; ${others.join(", ")}` : ""];
+  return [
+    `Differs from the last run that passed ${before ? "at or before" : "since"} `,
+    atScan(scan),
+    ":",
+    ...listed(tags, look),
+    ...(rungs.length ? [tags.length ? "; rungs" : " rungs"] : []),
+    ...listed(rungs, open),
+    others.length ? `; ${others.join(", ")}` : "",
+  ];
 }
 
 onHello(() => {

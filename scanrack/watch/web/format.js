@@ -14,10 +14,12 @@ export function clock(ns) {
 }
 
 // A text in which numbers of four digits and more are grouped as elsewhere; not parts of names and addresses.
-export const grouped = text => text.replace(/(?<![\w.:,#])-?\d{4,}(?![\w.]|:\d)/g, number => Number(number).toLocaleString("en"));
+export const grouped = text =>
+  text.replace(/(?<![\w.:,#])-?\d{4,}(?![\w.]|:\d)/g, number => Number(number).toLocaleString("en"));
 
 // A text in which the time since when something is so is a clock's, as elsewhere.
-export const clocked = text => text.replace(/\bsince ([\d.e+-]+) s\b/g, (_, s) => `since ${clock(Math.round(Number(s) * 1e9))}`);
+export const clocked = text =>
+  text.replace(/\bsince ([\d.e+-]+) s\b/g, (_, s) => `since ${clock(Math.round(Number(s) * 1e9))}`);
 
 /** @type {[number, string][]} */
 const UNITS = [[1e9, "s"], [1e6, "ms"], [1e3, "µs"], [1, "ns"]];
@@ -84,7 +86,9 @@ export function shown(value) {
   if (value === null || value === undefined) return "–"; // it can't be read now
   if (isWhole(value)) return value.toLocaleString("en");
   if (typeof value !== "number") return plain(value);
-  return Math.abs(value) >= 1e7 || Math.abs(value) < 1e-4 ? value.toExponential(4) : String(Number(value.toPrecision(7)));
+  return Math.abs(value) >= 1e7 || Math.abs(value) < 1e-4
+    ? value.toExponential(4)
+    : String(Number(value.toPrecision(7)));
 }
 
 // What was typed, as a value; undefined if it is none.

@@ -8,7 +8,12 @@ const dialog = dialogOf("Incidents", "Close incidents");
 
 export function incidentsButton() {
   const there = run.hello.incidents ?? [];
-  return button("Incidents", () => dialog.open(...run.hello.incidents.map(card)), { text: "⚡", title: "Incidents: what may go wrong", class: "sign", disabled: !there.length || !allowed() });
+  return button("Incidents", () => dialog.open(...run.hello.incidents.map(card)), {
+    text: "⚡",
+    title: "Incidents: what may go wrong",
+    class: "sign",
+    disabled: !there.length || !allowed(),
+  });
 }
 
 function card(kind) {
@@ -39,13 +44,26 @@ function input(field) {
 // Text, typed or chosen from what is offered.
 function text({ name, title, choices }) {
   const offers = el("datalist", { id: `${name}-offers` }, ...choices.map(choice => el("option", { value: choice })));
-  const control = el("input", { type: "text", list: offers.id, placeholder: choices[0], required: true, autocomplete: "off" });
+  const control = el("input", {
+    type: "text",
+    list: offers.id,
+    placeholder: choices[0],
+    required: true,
+    autocomplete: "off",
+  });
   return { name, read: () => control.value.trim(), node: el("label", {}, el("span", {}, title), control, offers) };
 }
 
 // A choice of several words, by number.
 function words(field) {
-  const boxes = field.choices.map(word => el("input", { type: "checkbox", value: word, checked: (field.default ?? []).includes(word) }));
-  const node = el("fieldset", {}, el("legend", {}, field.title ?? field.name), ...boxes.map(box => el("label", {}, box, box.value)));
+  const boxes = field.choices.map(word =>
+    el("input", { type: "checkbox", value: word, checked: (field.default ?? []).includes(word) })
+  );
+  const node = el(
+    "fieldset",
+    {},
+    el("legend", {}, field.title ?? field.name),
+    ...boxes.map(box => el("label", {}, box, box.value))
+  );
   return { name: field.name, node, read: () => boxes.filter(box => box.checked).map(box => Number(box.value)) };
 }

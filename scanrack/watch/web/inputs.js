@@ -1,4 +1,5 @@
-// The inputs of a slot, a button each. A hand presses what is a button; what the machine operates it can hold against it.
+// The inputs of a slot, a button each. A hand presses what is a button; what the machine operates it can hold against
+// it.
 
 import { el, setAttribute } from "./dom.js";
 import * as orders from "./orders.js";
@@ -10,7 +11,11 @@ const HELD_MS = 350; // pressed longer than that, a button springs back when it 
 export function inputsOf(slot) {
   if (!slot.inputs?.length) return null;
   const inputs = slot.inputs.map(input => new Input(slot, input));
-  const node = el("div", { class: "inputs", role: "group", "aria-label": `Inputs of slot ${slot.number}` }, ...inputs.map(each => each.node));
+  const node = el(
+    "div",
+    { class: "inputs", role: "group", "aria-label": `Inputs of slot ${slot.number}` },
+    ...inputs.map(each => each.node)
+  );
   return { node, paint: changes => paintInputs(inputs, changes.machine?.[slot.number]?.inputs ?? {}) };
 }
 
@@ -24,12 +29,36 @@ class Input {
   slot; name; rest; byHand; on; held; timer; springs; // what the constructor assigns
 
   constructor(slot, { name, title, kind, rest = false, word, bit }) {
-    Object.assign(this, { slot: slot.number, name, rest, byHand: kind === "button", on: false, held: false, timer: 0, springs: false });
-    this.node = el("button", {
-      type: "button", class: "input", "aria-label": `Press ${title || name}`, "aria-pressed": "false", "data-kind": kind,
-      title: this.byHand ? "Click: press, or let go. Hold: pressed as long as you hold it." : `Operated by a ${kind}. Click: hold it against the machine, or give it back.`,
-      disabled: !orders.allowed(), click: () => this.clicked(), pointerdown: () => this.down(), pointerup: () => this.up(), pointerleave: () => this.up(),
-    }, el("span", {}, title || name), el("span", { class: "level" }));
+    Object.assign(this, {
+      slot: slot.number,
+      name,
+      rest,
+      byHand: kind === "button",
+      on: false,
+      held: false,
+      timer: 0,
+      springs: false,
+    });
+    this.node = el(
+      "button",
+      {
+        type: "button",
+        class: "input",
+        "aria-label": `Press ${title || name}`,
+        "aria-pressed": "false",
+        "data-kind": kind,
+        title: this.byHand
+          ? "Click: press, or let go. Hold: pressed as long as you hold it."
+          : `Operated by a ${kind}. Click: hold it against the machine, or give it back.`,
+        disabled: !orders.allowed(),
+        click: () => this.clicked(),
+        pointerdown: () => this.down(),
+        pointerup: () => this.up(),
+        pointerleave: () => this.up(),
+      },
+      el("span", {}, title || name),
+      el("span", { class: "level" })
+    );
     if (word === undefined) Object.assign(this.node.dataset, { name: `${slot.number}.input.${name}`, value: "0" });
     else place(this.node, bitName(slot, { name, word, bit }), value => { this.show(value); return null; });
   }

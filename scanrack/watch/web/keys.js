@@ -54,14 +54,22 @@ function act(action) {
 }
 
 const dialog = dialogOf("Keys", "Close help");
-const help = () => dialog.open(el("dl", { class: "keys" }, ...ROWS.flatMap(([key, , says, called = key]) => [el("dt", {}, el("kbd", {}, called)), el("dd", {}, says)])));
+const help = () =>
+  dialog.open(
+    el(
+      "dl",
+      { class: "keys" },
+      ...ROWS.flatMap(([key, , says, called = key]) => [el("dt", {}, el("kbd", {}, called)), el("dd", {}, says)])
+    )
+  );
 
 export const helpButton = () => button("Keys", help, { text: "?", title: "Keys (?)", class: "sign" });
 
 function isBusy(event) {
   const on = event.target;
   if (document.querySelector("dialog[open]") || event.ctrlKey || event.metaKey || event.altKey) return true;
-  if (on.matches("input, select, textarea")) return !(on.type === "range" && KEYS[event.key] && !event.key.startsWith("Arrow"));
+  if (on.matches("input, select, textarea"))
+    return !(on.type === "range" && KEYS[event.key] && !event.key.startsWith("Arrow"));
   if (on.closest(".chart")) return event.key.startsWith("Arrow");
   return event.key === " " && !isClicked(on) && on.matches("button, [role=button], summary, a");
 }

@@ -20,17 +20,31 @@ let rungs = new Map(); // Main.3 -> { row, elements, power, stop }
 export function buildRungs(routine, list, open) {
   rungs = new Map();
   openRoutine = open;
-  const sheet = el("ol", { class: list.length > MANY ? "rungs many" : "rungs", "aria-label": "Rungs", focusin: describe }, ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung)));
+  const sheet = el(
+    "ol",
+    { class: list.length > MANY ? "rungs many" : "rungs", "aria-label": "Rungs", focusin: describe },
+    ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung))
+  );
   beginNow(sheet);
   return sheet;
 }
 
 function rowOf(ident, { number, svg, comment, file, line }) {
   const picture = drawing(svg);
-  const stop = el("button", {
-    type: "button", class: "stop", "aria-label": `Breakpoint on rung ${number}`, "aria-pressed": "false", disabled: !orders.timed(),
-    "data-file": file ? `${file}:${line}` : null, click: () => toggleBreakpoint(ident),
-  }, String(number), el("small", { "aria-hidden": "true" }));
+  const stop = el(
+    "button",
+    {
+      type: "button",
+      class: "stop",
+      "aria-label": `Breakpoint on rung ${number}`,
+      "aria-pressed": "false",
+      disabled: !orders.timed(),
+      "data-file": file ? `${file}:${line}` : null,
+      click: () => toggleBreakpoint(ident),
+    },
+    String(number),
+    el("small", { "aria-hidden": "true" })
+  );
   const row = el("li", { class: "row", "data-at": ident, click: event => clicked(event, ident), keydown: keyed }, stop,
     el("div", { class: "body" }, comment ? el("p", { class: "comment" }, comment) : null, picture));
   const elements = [...picture.querySelectorAll("[data-element]")];
@@ -50,7 +64,12 @@ function prepare(group, number) {
 function describe({ target }) {
   const group = target.closest(".instruction");
   const values = [...group?.querySelectorAll(".value, .now") ?? []].map(each => each.textContent).filter(Boolean);
-  if (group) setAttribute(group, "aria-description", [...values, group.dataset.power === "1" ? "power" : "no power"].join(", "));
+  if (group)
+    setAttribute(
+      group,
+      "aria-description",
+      [...values, group.dataset.power === "1" ? "power" : "no power"].join(", ")
+    );
 }
 
 const isCall = group => group.dataset.instruction === "JSR";
@@ -107,7 +126,14 @@ function paintStop(ident, row, stop, set) {
   setAttribute(stop, "aria-pressed", String(set.length > 0));
   setAttribute(stop, "aria-description", words ? `Waits for: ${words}` : null);
   stop.lastChild.textContent = words;
-  stop.title = [`Rung ${number}: ${set.length ? `waits until it ${set.map(each => each[2]).join(", or ")}` : "breakpoint (b); right-click for other ones"}`, stop.dataset.file].filter(Boolean).join("\n");
+  stop.title = [
+    set.length
+      ? `Rung ${number}: waits until it ${set.map(each => each[2]).join(", or ")}`
+      : `Rung ${number}: breakpoint (b); right-click for other ones`,
+    stop.dataset.file,
+  ]
+    .filter(Boolean)
+    .join("\n");
 }
 
 function light(rung, now) {

@@ -8,9 +8,17 @@ export function lampsOf(slot) {
   if (!slot.lamps?.length) return null;
   const lamps = slot.lamps.map(lamp => {
     const level = el("span", { class: "level" }, "0");
-    const node = el("span", { class: "lamp", title: lamp.address ?? "" }, el("span", {}, lamp.title || lamp.name), level);
+    const node = el(
+      "span",
+      { class: "lamp", title: lamp.address ?? "" },
+      el("span", {}, lamp.title || lamp.name),
+      level
+    );
     place(node, bitName(slot, lamp), value => { level.textContent = value ? "1" : "0"; return null; });
     return node;
   });
-  return { node: el("div", { class: "lamps", role: "group", "aria-label": `Lamps of slot ${slot.number}` }, ...lamps), paint: () => {} };
+  return {
+    node: el("div", { class: "lamps", role: "group", "aria-label": `Lamps of slot ${slot.number}` }, ...lamps),
+    paint: () => {},
+  };
 }

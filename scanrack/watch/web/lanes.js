@@ -8,7 +8,8 @@ const KEPT_NS = 120e9; // how long a lane that grows is kept
 const SETTLED_NS = 50e6; // edges before that are of the power-up and of no interest to begin with
 
 // Puts a piece in the place of what a lane had of its time, [from, to). A piece whose first point is later than its
-// start continues from what was known before it. What follows the piece stays as it was; if that is nothing, it is unknown.
+// start continues from what was known before it. What follows the piece stays as it was; if that is nothing, it is
+// unknown.
 export function put(list, from, to, items) {
   const next = after(list, to - 1), old = list[after(list, to) - 1];
   const later = list.slice(next);
@@ -23,9 +24,11 @@ function extend(list, item) {
   if (item.length !== 2 || last?.length !== 2 || last[1] !== item[1]) list.push(item); // else it is no edge
 }
 
-// Forgets what is far from the piece that ends at a time: what is older than two minutes, or more than there is room for.
+// Forgets what is far from the piece that ends at a time: what is older than two minutes, or more than there is room
+// for.
 export function forgetFar(list, to) {
-  const grows = list.at(-1)[0] === to, old = grows && list[0][0] < to - 1.25 * KEPT_NS ? after(list, to - KEPT_NS) - 1 : 0;
+  const grows = list.at(-1)[0] === to,
+    old = grows && list[0][0] < to - 1.25 * KEPT_NS ? after(list, to - KEPT_NS) - 1 : 0;
   list.splice(0, Math.max(old, after(list, to) - MOST, 0));
   if (list.length > MOST) list.splice(MOST, Infinity, [list[MOST][0], null]);
 }
@@ -47,7 +50,9 @@ export function missing(have, from, to) {
 export function stretches(list, from, to) {
   const found = [];
   for (let at = Math.max(after(list, from) - 1, 0); at < list.length && list[at][0] <= to; at++) {
-    const [time, ...rest] = list[at], value = valueOf(list[at]), within = [Math.max(time, from), Math.min(list[at + 1]?.[0] ?? to, to)];
+    const [time, ...rest] = list[at],
+      value = valueOf(list[at]),
+      within = [Math.max(time, from), Math.min(list[at + 1]?.[0] ?? to, to)];
     found.push([...within, value, ...(rest.length === 3 ? rest.slice(0, 2) : rest.slice(1))]);
   }
   return found;
@@ -92,7 +97,8 @@ export class Lanes {
   take(piece, asked = piece?.from) {
     if (!piece?.bits) return;
     const { from, to, bits, positions } = piece;
-    for (const name of new Set([...this.bits.keys(), ...Object.keys(bits)])) this.putBit(name, from, to, bits[name] ?? []);
+    for (const name of new Set([...this.bits.keys(), ...Object.keys(bits)]))
+      this.putBit(name, from, to, bits[name] ?? []);
     for (const [name, items] of Object.entries(positions)) putInto(this.curves, name, from, to, items);
     join(this.have, { from: asked, to });
   }
@@ -100,7 +106,8 @@ export class Lanes {
   putBit(name, from, to, items) {
     putInto(this.bits, name, from, to, items);
     for (const [time, level, edges] of items) {
-      if (time > SETTLED_NS && level !== null && (edges || (this.levels.get(name) ?? level) !== level)) this.changed.add(name);
+      if (time > SETTLED_NS && level !== null && (edges || (this.levels.get(name) ?? level) !== level))
+        this.changed.add(name);
       if (level !== null) this.levels.set(name, level);
     }
   }

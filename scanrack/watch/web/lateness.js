@@ -7,8 +7,15 @@ const WINDOW_NS = 5e9, LEAST = 200; // of machine time, and scans
 const SLOW = 0.97; // of the speed wanted: lags behind
 
 const WHAT = "More than 5 % of scans begin late";
-const BUSY = { what: WHAT, cause: "Start with --spin, take a slower scan (scan_ms), or end other programs: this computer wakes the rack too late." };
-const LONG = { what: WHAT, cause: "Take a lower speed, or a slower scan (scan_ms): the scans need more time than this speed gives." };
+const BUSY = {
+  what: WHAT,
+  cause:
+    "Start with --spin, take a slower scan (scan_ms), or end other programs: this computer wakes the rack too late.",
+};
+const LONG = {
+  what: WHAT,
+  cause: "Take a lower speed, or a slower scan (scan_ms): the scans need more time than this speed gives.",
+};
 
 let samples = []; // [scan, late scans up to it]
 export let late = null; // { what, cause } while scans are late

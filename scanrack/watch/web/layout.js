@@ -4,17 +4,43 @@ import { at, el, goTo, setAttribute, setFlag } from "./dom.js";
 import { keep, kept } from "./kept.js";
 import { onHello, run } from "./state.js";
 
-const PANELS = { events: ["Events"], watch: ["Watch", "Watch table"], words: ["Words", "Words and bits"], panel: ["Panel", "Operator panel"] };
+const PANELS = {
+  events: ["Events"],
+  watch: ["Watch", "Watch table"],
+  words: ["Words", "Words and bits"],
+  panel: ["Panel", "Operator panel"],
+};
 const LEAST = 20, MOST = 80, STEP = 2; // percent of the page
 
 // What a gutter sets: the percentage at first, keys that add to it, and the percentage at a place of the pointer.
 const GUTTERS = {
-  program: { first: 62, keys: { ArrowLeft: -STEP, ArrowRight: STEP }, at: ({ clientX }, { left, width }) => (clientX - left) / width },
-  strip: { first: 22, keys: { ArrowUp: STEP, ArrowDown: -STEP }, at: ({ clientY }) => (innerHeight - clientY) / innerHeight },
+  program: {
+    first: 62,
+    keys: { ArrowLeft: -STEP, ArrowRight: STEP },
+    at: ({ clientX }, { left, width }) => (clientX - left) / width,
+  },
+  strip: {
+    first: 22,
+    keys: { ArrowUp: STEP, ArrowDown: -STEP },
+    at: ({ clientY }) => (innerHeight - clientY) / innerHeight,
+  },
 };
 
 const tabs = Object.entries(PANELS).map(([id, [title, whole = title]]) =>
-  el("button", { type: "button", role: "tab", id: `${id}-tab`, "aria-controls": id, "aria-label": whole, click: () => showPanel(id), keydown: event => goTo(event, tabs, { ArrowLeft: -1, ArrowRight: 1 }) }, title));
+  el(
+    "button",
+    {
+      type: "button",
+      role: "tab",
+      id: `${id}-tab`,
+      "aria-controls": id,
+      "aria-label": whole,
+      click: () => showPanel(id),
+      keydown: event => goTo(event, tabs, { ArrowLeft: -1, ArrowRight: 1 }),
+    },
+    title
+  )
+);
 let layout = {};
 
 const key = () => `scanrack layout ${run.hello.path}`;
@@ -22,7 +48,10 @@ const key = () => `scanrack layout ${run.hello.path}`;
 at("tabs").replaceChildren(...tabs);
 for (const [name, { first, keys, at: shareAt }] of Object.entries(GUTTERS)) {
   const gutter = at(`${name}-gutter`), page = gutter.parentElement;
-  gutter.addEventListener("pointerdown", event => { event.preventDefault(); gutter.setPointerCapture(event.pointerId); });
+  gutter.addEventListener("pointerdown", event => {
+    event.preventDefault();
+    gutter.setPointerCapture(event.pointerId);
+  });
   gutter.addEventListener("pointermove", event => {
     if (gutter.hasPointerCapture(event.pointerId)) set(name, 100 * shareAt(event, page.getBoundingClientRect()));
   });
@@ -58,7 +87,12 @@ function apply() {
     document.documentElement.style.setProperty(`--${name}`, percent);
     setAttribute(at(`${name}-gutter`), "aria-valuenow", Math.round(percent));
   }
-  setFlag(document.documentElement, "data-fits", !Number.isFinite(layout.strip) && (run.hello.routines ?? []).length < 2); // of several ones the sizes differ
+  // of several ones the sizes differ
+  setFlag(
+    document.documentElement,
+    "data-fits",
+    !Number.isFinite(layout.strip) && (run.hello.routines ?? []).length < 2
+  );
   const chosen = layout.panel in PANELS ? layout.panel : "events";
   for (const id of Object.keys(PANELS)) {
     const tab = at(`${id}-tab`);

@@ -7,7 +7,11 @@ export const keyOf = () => read().get("key") ?? "";
 // What the link asks for: a scan (a number, or null), a rung such as Main.6 (or null), the panel only.
 export function wanted() {
   const fields = read(), scan = fields.get("scan");
-  return { scan: scan && /^\d+$/.test(scan) ? Number(scan) : null, rung: fields.get("rung"), panel: fields.has("panel") };
+  return {
+    scan: scan && /^\d+$/.test(scan) ? Number(scan) : null,
+    rung: fields.get("rung"),
+    panel: fields.has("panel"),
+  };
 }
 
 // Changes what the link says; null takes a part away. The page does not move, and Back does not fill up.

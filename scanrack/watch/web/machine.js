@@ -15,7 +15,15 @@ function build(hello) {
 
 function slotOf(slot) {
   const title = heading(`Slot ${slot.number}`, el("span", { class: "soft" }, slot.title || slot.catalog));
-  const box = el("article", { class: slot.machine ? "slot axis" : "slot card", "aria-label": `Slot ${slot.number}`, "data-slot": slot.number }, title);
+  const box = el(
+    "article",
+    {
+      class: slot.machine ? "slot axis" : "slot card",
+      "aria-label": `Slot ${slot.number}`,
+      "data-slot": slot.number,
+    },
+    title
+  );
   for (const make of [railOf, inputsOf, lampsOf]) {
     const part = make(slot);
     if (!part) continue;

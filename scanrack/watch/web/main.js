@@ -64,7 +64,10 @@ function hear(message) {
 // What an edit has done to the tags, one line each.
 function edited({ text, ...tags }) {
   const groups = ["new", "changed", "dropped"].filter(name => tags[name]?.length);
-  return [text || "The edited program has been taken over.", ...groups.map(name => `${name}: ${tags[name].join(", ")}`)].join("\n");
+  return [
+    text || "The edited program has been taken over.",
+    ...groups.map(name => `${name}: ${tags[name].join(", ")}`),
+  ].join("\n");
 }
 
 function mistaken({ text, file, line }) {

@@ -15,8 +15,12 @@ const THUMB = 16, HIGH = 10; // CSS pixels: of the slider's thumb, of the axis o
 const COLORS = { fault: "fault", error: "fault", rule: "mark", mode: "curve", restart: "curve" };
 const FAILURES = ["fault", "error"];
 
-const canvas = el("canvas", { class: "marks", "aria-hidden": "true" });
-const earlier = button("Previous mark", () => toMark(-1), { text: "◂!", title: "The previous mark (E)", class: "sign" });
+const canvas = el("canvas", { class: "mark-axis", "aria-hidden": "true" });
+const earlier = button("Previous mark", () => toMark(-1), {
+  text: "◂!",
+  title: "The previous mark (E)",
+  class: "sign",
+});
 const later = button("Next mark", () => toMark(1), { text: "!▸", title: "The next mark (e)", class: "sign" });
 
 // What stands above the slider, and the buttons behind it.
@@ -76,7 +80,8 @@ export async function toMark(way) {
 function draw() {
   const wide = canvas.clientWidth, [first, last] = run.range ?? [0, 0];
   if (!wide) return;
-  const to = pen(canvas, wide, HIGH), x = scan => THUMB / 2 + (scan - first) / Math.max(last - first, 1) * (wide - THUMB);
+  const to = pen(canvas, wide, HIGH),
+    x = scan => THUMB / 2 + ((scan - first) / Math.max(last - first, 1)) * (wide - THUMB);
   const grave = ([, one], [, other]) => Number(FAILURES.includes(one)) - Number(FAILURES.includes(other)); // on top
   for (const [scan, kind] of [...marks].sort(grave)) {
     const failure = FAILURES.includes(kind), place = Math.round(x(scan));

@@ -33,35 +33,78 @@ export function menuAt(node) {
 function fill() {
   const { tag, names, rung } = subject, operands = names.length > 1 && tag ? names : [];
   setAttribute(menu, "aria-label", tag ?? `Rung ${rung}`);
-  menu.replaceChildren(el("div", { class: "of", "aria-hidden": "true" }, tag ?? rung),
+  menu.replaceChildren(
+    el("div", { class: "of", "aria-hidden": "true" }, tag ?? rung),
     operands.length ? el("div", { role: "group", "aria-label": "Operand" }, ...operands.map(operand)) : "",
-    ...["tag", "rung"].filter(each => subject[each]).map(each => el("div", { role: "group", "aria-label": each === "tag" ? "Tag" : "Rung" }, ...ACTIONS.filter(({ of }) => of === each).map(itemOf))));
+    ...["tag", "rung"]
+      .filter(each => subject[each])
+      .map(each =>
+        el(
+          "div",
+          { role: "group", "aria-label": each === "tag" ? "Tag" : "Rung" },
+          ...ACTIONS.filter(({ of }) => of === each).map(itemOf)
+        )
+      )
+  );
 }
 
 // An operand of a block: the menu is that of the tag chosen.
-const operand = name => el("button", { type: "button", role: "menuitemradio", tabindex: -1, "aria-checked": String(name === subject.tag), click: () => {
-  subject = { ...subject, tag: name };
-  fill();
-  items().find(each => each.textContent === name).focus();
-} }, name);
+const operand = name =>
+  el(
+    "button",
+    {
+      type: "button",
+      role: "menuitemradio",
+      tabindex: -1,
+      "aria-checked": String(name === subject.tag),
+      click: () => {
+        subject = { ...subject, tag: name };
+        fill();
+        items()
+          .find(each => each.textContent === name)
+          .focus();
+      },
+    },
+    name
+  );
 
 function itemOf(action) {
   const lack = action.lacks(subject), checked = action.checked?.(subject);
-  return el("button", {
-    type: "button", role: checked === undefined ? "menuitem" : "menuitemcheckbox", tabindex: -1, "aria-checked": checked === undefined ? null : String(checked),
-    "aria-disabled": lack ? "true" : null, "aria-keyshortcuts": action.key, "data-key": action.key, click: () => { if (!lack) { close(); perform(action, subject); } },
-  }, el("span", {}, action.text(subject)), lack ? el("small", {}, lack) : el("kbd", { "aria-hidden": "true" }, action.key));
+  return el(
+    "button",
+    {
+      type: "button",
+      role: checked === undefined ? "menuitem" : "menuitemcheckbox",
+      tabindex: -1,
+      "aria-checked": checked === undefined ? null : String(checked),
+      "aria-disabled": lack ? "true" : null,
+      "aria-keyshortcuts": action.key,
+      "data-key": action.key,
+      click: () => {
+        if (!lack) {
+          close();
+          perform(action, subject);
+        }
+      },
+    },
+    el("span", {}, action.text(subject)),
+    lack ? el("small", {}, lack) : el("kbd", { "aria-hidden": "true" }, action.key)
+  );
 }
 
 function close(returns = true) {
   if (menu.hidden) return;
   menu.hidden = true;
-  const node = back?.isConnected ? back : back?.dataset?.element && at("program").querySelector(`[data-element="${CSS.escape(back.dataset.element)}"]`);
+  const node = back?.isConnected
+    ? back
+    : back?.dataset?.element && at("program").querySelector(`[data-element="${CSS.escape(back.dataset.element)}"]`);
   if (returns) node?.focus({ preventScroll: true });
 }
 
 function keyed(event) {
-  const all = items(), here = all.indexOf(document.activeElement), to = { ArrowDown: here + 1, ArrowUp: here - 1, Home: 0, End: -1 }[event.key];
+  const all = items(),
+    here = all.indexOf(document.activeElement),
+    to = { ArrowDown: here + 1, ArrowUp: here - 1, Home: 0, End: -1 }[event.key];
   event.stopPropagation();
   if (event.key === "Enter" || event.key === " ") return; // the button's own
   event.preventDefault();
@@ -74,7 +117,8 @@ document.addEventListener("contextmenu", event => {
   const found = subjectOf(event.target);
   if (!found || event.shiftKey && event.button === 2) return; // with Shift the browser's own
   event.preventDefault();
-  if (menu.hidden) event.clientX || event.clientY ? openMenu(found, event.clientX, event.clientY) : menuAt(event.target);
+  if (menu.hidden)
+    event.clientX || event.clientY ? openMenu(found, event.clientX, event.clientY) : menuAt(event.target);
 });
 
 document.addEventListener("pointerdown", event => {
@@ -87,7 +131,13 @@ document.addEventListener("pointerdown", event => {
   held = { x, y };
   hold = setTimeout(() => { held.opened = true; openMenu(found, x, y); }, HOLD_MS);
 }, true);
-document.addEventListener("pointermove", event => { if (held && Math.hypot(event.clientX - held.x, event.clientY - held.y) > STILL) clearTimeout(hold); }, true);
+document.addEventListener(
+  "pointermove",
+  event => {
+    if (held && Math.hypot(event.clientX - held.x, event.clientY - held.y) > STILL) clearTimeout(hold);
+  },
+  true
+);
 for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, () => clearTimeout(hold), true);
 document.addEventListener("click", event => { // of the finger that is lifted from a long press
   if (!held?.opened || menu.contains(event.target)) return;

@@ -15,7 +15,12 @@ let places = []; // { node, states, names, group }
 export function beginNow(root) {
   places = [...root.querySelectorAll("[data-now]")].map(node => {
     const states = JSON.parse(node.dataset.now);
-    return { node, states, group: node.closest("[data-element]"), names: new Set(states.flatMap(([when, text]) => [when, ...[...text.matchAll(REFERENCE)].map(each => each[1])])) };
+    return {
+      node,
+      states,
+      group: node.closest("[data-element]"),
+      names: new Set(states.flatMap(([when, text]) => [when, ...[...text.matchAll(REFERENCE)].map(each => each[1])])),
+    };
   });
   for (const each of places) say(each);
 }
@@ -23,7 +28,10 @@ export function beginNow(root) {
 // Called when the power of these rungs, and these tags, have changed and are painted.
 export function paintNow(tags, power) {
   const changed = Object.keys(tags ?? {}), lit = new Set(Object.keys(power ?? {}));
-  if (changed.length || lit.size) for (const each of places) if (changed.some(name => each.names.has(name)) || (each.names.has(POWER) && lit.has(rungOf(each.group)))) say(each);
+  if (changed.length || lit.size)
+    for (const each of places)
+      if (changed.some(name => each.names.has(name)) || (each.names.has(POWER) && lit.has(rungOf(each.group))))
+        say(each);
 }
 
 const rungOf = group => group.dataset.element.slice(0, group.dataset.element.lastIndexOf("."));

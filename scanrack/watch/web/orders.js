@@ -17,7 +17,8 @@ export async function order(what, fields = {}) {
 // What acts in the next scan; in a pause that one may be far away, so the page says so.
 async function act(what, fields) {
   const answer = await order(what, fields);
-  if (answer && run.state === "paused") tell(`Ordered: it acts before scan ${count(answer.scan)}, the next one.`, "told");
+  if (answer && run.state === "paused")
+    tell(`Ordered: it acts before scan ${count(answer.scan)}, the next one.`, "told");
   return answer;
 }
 

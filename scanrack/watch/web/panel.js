@@ -1,4 +1,5 @@
-// The operator panel: the items of a file beside the rack, on a grid. Presses are orders, recorded and repeated like all others.
+// The operator panel: the items of a file beside the rack, on a grid. Presses are orders, recorded and repeated like
+// all others.
 
 import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { link, wanted } from "./link.js";
@@ -16,12 +17,25 @@ const CONFIRM_MS = 500; // the rack lets go what is not confirmed for four times
 const grid = el("div", { class: "grid" });
 const reason = el("p", { id: "panel-reason", class: "soft" });
 const empty = el("p", {}), tools = el("div");
-const onlyButton = button("Panel only", () => { link({ panel: wanted().panel ? null : "" }); only(wanted().panel); }, { title: "The panel as the whole page, as on a tablet" });
+const onlyButton = button(
+  "Panel only",
+  () => {
+    link({ panel: wanted().panel ? null : "" });
+    only(wanted().panel);
+  },
+  { title: "The panel as the whole page, as on a tablet" }
+);
 const editButton = button("Edit panel", () => edit(true), { text: "Edit" });
 const held = new Map(); // binding -> { scan, over }: what this page presses
 let told = null, parts = [], confirming = 0, said = null;
 
-at("panel").append(heading("Operator panel", el("span", { class: "tools" }, editButton, onlyButton)), reason, empty, tools, grid);
+at("panel").append(
+  heading("Operator panel", el("span", { class: "tools" }, editButton, onlyButton)),
+  reason,
+  empty,
+  tools,
+  grid
+);
 
 // The server has let go what was pressed when the connection was lost, or another branch began.
 onHello(() => { if (held.size) held.clear(), confirm(); });
@@ -38,7 +52,10 @@ export async function load() {
 // Shows a panel: what the server tells of it, or of another page's changes. Its word of a file that this page has just
 // written may come when it is edited again.
 export function take(panel) {
-  if (editing()) return panel.base !== told.base && tell(`${panel.file} was changed meanwhile: discard your changes, then edit again`);
+  if (editing())
+    return (
+      panel.base !== told.base && tell(`${panel.file} was changed meanwhile: discard your changes, then edit again`)
+    );
   told = panel;
   show(panel.items, panel.bound);
 }
@@ -54,18 +71,30 @@ export function show(items, bound) {
   unplace(grid);
   release();
   parts = bound.map((each, place) => partOf(items[place], each));
-  const inOrder = [...parts].sort((one, other) => one.item.at[1] - other.item.at[1] || one.item.at[0] - other.item.at[0]);
+  const inOrder = [...parts].sort(
+    (one, other) => one.item.at[1] - other.item.at[1] || one.item.at[0] - other.item.at[0]
+  );
   grid.replaceChildren(...inOrder.map(part => part.cell));
-  setText(empty, told.mistake || (items.length || editing() ? "" : told.lacks ? `There is no ${told.file} beside the rack.` : `No items yet. Edit builds a panel, kept as ${told.file} beside the rack.`));
+  setText(
+    empty,
+    told.mistake ||
+      (items.length || editing()
+        ? ""
+        : told.lacks
+          ? `There is no ${told.file} beside the rack.`
+          : `No items yet. Edit builds a panel, kept as ${told.file} beside the rack.`)
+  );
   setAttribute(empty, "class", told.mistake ? "wrong" : "soft");
   editButton.disabled = Boolean(told.lacks);
   editButton.title = told.lacks || "Build the panel";
   for (const each of [editButton, onlyButton]) setFlag(each, "hidden", Boolean(editing()));
-  if (tools.firstChild !== editing()) tools.replaceChildren(...(editing() ? [editing()] : [])); // else what has the focus keeps it
+  // else what has the focus keeps it
+  if (tools.firstChild !== editing()) tools.replaceChildren(...(editing() ? [editing()] : []));
   alsoWatched.splice(0, Infinity, ...new Set(bound.filter(each => each.read && !isLevel(each)).map(each => each.read)));
   sendWatched();
   said = null;
-  for (const part of parts) if (isLevel(part.bound)) part.show(run.machine[part.bound.press[0]]?.inputs?.[part.bound.press[1]] ?? null);
+  for (const part of parts)
+    if (isLevel(part.bound)) part.show(run.machine[part.bound.press[0]]?.inputs?.[part.bound.press[1]] ?? null);
   paint({});
 }
 
@@ -77,7 +106,17 @@ function partOf(item, bound) {
   const made = itemOf(item, bound, { press: () => press(bound), release: () => release(bound), set, refuse: tell });
   const cell = el("div", { class: "item", "data-item": item.name, "data-kind": item.kind }, made.node);
   lay(cell, item);
-  const part = { item, bound, cell, value: null, node: made.node, show(value) { part.value = value; made.show(levelOf(part)); } };
+  const part = {
+    item,
+    bound,
+    cell,
+    value: null,
+    node: made.node,
+    show(value) {
+      part.value = value;
+      made.show(levelOf(part));
+    },
+  };
   made.show(null);
   if (bound.read && !isLevel(bound)) place(cell, bound.read, value => { part.show(value); return null; });
   else if (!bound.broken) cell.dataset.name = bound.read;
@@ -98,7 +137,10 @@ export function whyNot() {
   if (editing()) return "The panel is being edited: it presses nothing.";
   if (run.state === "lost") return "The connection is lost: nothing can be pressed.";
   if (orders.recorded()) return "This is a recording: it shows what was pressed.";
-  if (run.hello.read_only) return `This page is read-only: it shows what is pressed, and can't press${run.hello.live_ports ? " without --allow-writes" : ""}.`;
+  if (run.hello.read_only)
+    return `This page is read-only: it shows what is pressed, and can't press${
+      run.hello.live_ports ? " without --allow-writes" : ""
+    }.`;
   return run.state === "past" ? "This is a past scan: press Live to operate the panel." : "";
 }
 
@@ -166,7 +208,8 @@ function paint(changes) {
   setFlag(reason, "hidden", !why);
   for (const part of parts) {
     const [slot, name] = part.bound.press ?? [], level = changes.machine?.[slot]?.inputs?.[name];
-    if (level !== undefined && isLevel(part.bound)) setAttribute(part.cell, "data-value", level === null ? "" : level ? "1" : "0"), part.show(level);
+    if (level !== undefined && isLevel(part.bound))
+      (setAttribute(part.cell, "data-value", level === null ? "" : level ? "1" : "0"), part.show(level));
     else if (changes.pressed) part.show(part.value);
     if ((why === said && !changes.pressed) || (!part.bound.press && !part.bound.write)) continue;
     const [, by] = run.pressed?.[slot ? `${slot}.input.${name}` : part.bound.write] ?? [];

@@ -1,4 +1,5 @@
-// Builds an operator panel: items are dragged onto the grid, moved and sized there, by keys, too. Save alone writes the file.
+// Builds an operator panel: items are dragged onto the grid, moved and sized there, by keys, too. Save alone writes
+// the file.
 
 import { at, button, el, setFlag, setText } from "./dom.js";
 import { tell } from "./notice.js";
@@ -8,13 +9,23 @@ import { ask } from "./source.js";
 
 const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
 const ROOM = 4; // free rows below the last item
-const isList = key => ["positions", "values"].includes(key), isNumber = key => ["least", "most", "decimals"].includes(key);
+const isList = key => ["positions", "values"].includes(key),
+  isNumber = key => ["least", "most", "decimals"].includes(key);
 const FIRST = { least: 0, most: 100, positions: ["Off", "On"] };
 
-let told = null, shown = null, draft = null, bound = [], chosen = null, filled, node = null, changed = false, checks = 0;
+let told = null,
+  shown = null,
+  draft = null,
+  bound = [],
+  chosen = null,
+  filled,
+  node = null,
+  changed = false,
+  checks = 0;
 const form = el("div", { class: "row form", role: "group" });
 const wrong = el("p", { class: "wrong", role: "status" });
-const saveButton = button("Save panel", save, { text: "Save" }), leaveButton = button("Discard changes", () => shown.edit(false));
+const saveButton = button("Save panel", save, { text: "Save" }),
+  leaveButton = button("Discard changes", () => shown.edit(false));
 
 // The tools of the panel that is being edited, or null.
 export const editing = () => node;
@@ -22,10 +33,34 @@ export const editing = () => node;
 // Begins to edit a panel; null ends it. `by` shows it: its functions show, edit and take.
 export function editor(panel, by) {
   [told, shown, chosen, filled, changed] = [panel, by, null, undefined, false];
-  node = panel && el("div", { class: "building" },
-    el("div", { class: "line", role: "group", "aria-label": "Add an item" }, ...Object.entries(panel.kinds).map(([kind, { title }]) =>
-      el("button", { type: "button", class: "kind", title: `Drag onto the grid: ${title}`, pointerdown: event => dragNew(event, kind), click: event => { if (!event.detail) add(kind); } }, `+ ${kind}`)),
-      el("span", { class: "ways" }, saveButton, leaveButton)), form, wrong);
+  node =
+    panel &&
+    el(
+      "div",
+      { class: "building" },
+      el(
+        "div",
+        { class: "line", role: "group", "aria-label": "Add an item" },
+        ...Object.entries(panel.kinds).map(([kind, { title }]) =>
+          el(
+            "button",
+            {
+              type: "button",
+              class: "kind",
+              title: `Drag onto the grid: ${title}`,
+              pointerdown: event => dragNew(event, kind),
+              click: event => {
+                if (!event.detail) add(kind);
+              },
+            },
+            `+ ${kind}`
+          )
+        ),
+        el("span", { class: "ways" }, saveButton, leaveButton)
+      ),
+      form,
+      wrong
+    );
   if (!node) return;
   draft = structuredClone(panel.items);
   bound = panel.bound;
@@ -36,7 +71,10 @@ function redraw() {
   const cells = at("panel").querySelector(".grid"), inGrid = cells.contains(document.activeElement);
   shown.show(draft, bound);
   cells.dataset.building = "";
-  cells.style.setProperty("--rows", Math.max(0, ...draft.map(({ at: [, row], size: [, height] }) => row + height)) + ROOM);
+  cells.style.setProperty(
+    "--rows",
+    Math.max(0, ...draft.map(({ at: [, row], size: [, height] }) => row + height)) + ROOM
+  );
   for (const cell of cells.children) handle(cell, draft.find(item => item.name === cell.dataset.item));
   if (inGrid) focus();
   saveButton.disabled = !changed;
@@ -46,12 +84,26 @@ function redraw() {
 
 // What can be done with an item: a drag moves it, one at its corner sizes it.
 function handle(cell, item) {
-  const corner = el("i", { class: "corner", "aria-hidden": "true" }), [column, row] = item.at, [width, height] = item.size;
+  const corner = el("i", { class: "corner", "aria-hidden": "true" }),
+    [column, row] = item.at,
+    [width, height] = item.size;
   cell.firstChild.inert = true;
   cell.append(corner);
   setFlag(cell, "data-chosen", item === chosen);
-  for (const [name, value] of Object.entries({ tabindex: 0, role: "group", "aria-label": `${item.name}, ${told.kinds[item.kind].title}, column ${column + 1}, row ${row + 1}, ${width} by ${height}` })) cell.setAttribute(name, value);
-  cell.addEventListener("pointerdown", event => { event.preventDefault(); cell.focus(); choose(item, cell); drag(event, cell, item, event.target === corner); });
+  for (const [name, value] of Object.entries({
+    tabindex: 0,
+    role: "group",
+    "aria-label":
+      `${item.name}, ${told.kinds[item.kind].title}, ` +
+      `column ${column + 1}, row ${row + 1}, ${width} by ${height}`,
+  }))
+    cell.setAttribute(name, value);
+  cell.addEventListener("pointerdown", event => {
+    event.preventDefault();
+    cell.focus();
+    choose(item, cell);
+    drag(event, cell, item, event.target === corner);
+  });
   cell.addEventListener("focus", () => choose(item, cell));
   cell.addEventListener("keydown", event => {
     const move = MOVES[event.key];
@@ -83,13 +135,36 @@ function step(item, [x, y], sizes) {
  * @param {any} [own]
  */
 function fits({ at: [column, row], size: [width, height] }, own) {
-  const inside = column >= 0 && row >= 0 && width > 0 && height > 0 && height <= 8 && column + width <= told.columns && row + height <= 60;
-  return inside && draft.every(each => each === own || each.at[0] >= column + width || column >= each.at[0] + each.size[0] || each.at[1] >= row + height || row >= each.at[1] + each.size[1]);
+  const inside =
+    column >= 0 &&
+    row >= 0 &&
+    width > 0 &&
+    height > 0 &&
+    height <= 8 &&
+    column + width <= told.columns &&
+    row + height <= 60;
+  return (
+    inside &&
+    draft.every(
+      each =>
+        each === own ||
+        each.at[0] >= column + width ||
+        column >= each.at[0] + each.size[0] ||
+        each.at[1] >= row + height ||
+        row >= each.at[1] + each.size[1]
+    )
+  );
 }
 
 function cellAt({ clientX, clientY }) {
-  const cells = at("panel").querySelector(".grid"), { left, top, width } = cells.getBoundingClientRect(), style = getComputedStyle(cells), gap = parseFloat(style.rowGap);
-  return [Math.floor((clientX - left) / ((width + gap) / told.columns)), Math.floor((clientY - top) / (parseFloat(style.gridAutoRows) + gap))];
+  const cells = at("panel").querySelector(".grid"),
+    { left, top, width } = cells.getBoundingClientRect(),
+    style = getComputedStyle(cells),
+    gap = parseFloat(style.rowGap);
+  return [
+    Math.floor((clientX - left) / ((width + gap) / told.columns)),
+    Math.floor((clientY - top) / (parseFloat(style.gridAutoRows) + gap)),
+  ];
 }
 
 function drag(begin, cell, item, sizes) {
@@ -109,9 +184,11 @@ function dragNew(begin, kind) {
   const item = made(kind), ghost = el("div", { class: "item ghost" }, item.name), here = begin.currentTarget;
   let moved = false;
   follow(begin, here, event => {
-    const [column, row] = cellAt(event), next = { ...item, at: [Math.min(Math.max(column, 0), told.columns - item.size[0]), Math.max(row, 0)] };
+    const [column, row] = cellAt(event),
+      next = { ...item, at: [Math.min(Math.max(column, 0), told.columns - item.size[0]), Math.max(row, 0)] };
     moved ||= Math.hypot(event.clientX - begin.clientX, event.clientY - begin.clientY) > 6;
-    const cells = at("panel").querySelector(".grid"), over = moved && document.elementsFromPoint(event.clientX, event.clientY).includes(cells);
+    const cells = at("panel").querySelector(".grid"),
+      over = moved && document.elementsFromPoint(event.clientX, event.clientY).includes(cells);
     item.at = over && fits(next) ? next.at : over ? item.at : null;
     if (!item.at) return ghost.remove();
     if (!ghost.isConnected) cells.append(ghost);
@@ -129,7 +206,14 @@ function made(kind) {
   const { title, size, needs } = told.kinds[kind], word = title.split(" ").at(-1);
   let number = 1;
   while (draft.some(each => each.name === `${word} ${number}`)) number += 1;
-  return { name: `${word} ${number}`, kind, tag: "", at: null, size: [...size], ...Object.fromEntries(needs.filter(key => key in FIRST).map(key => [key, structuredClone(FIRST[key])])) };
+  return {
+    name: `${word} ${number}`,
+    kind,
+    tag: "",
+    at: null,
+    size: [...size],
+    ...Object.fromEntries(needs.filter(key => key in FIRST).map(key => [key, structuredClone(FIRST[key])])),
+  };
 }
 
 // Adds an item at the first free place.
@@ -175,21 +259,50 @@ function fillForm() {
   if (filled === chosen) return;
   filled = chosen;
   form.setAttribute("aria-label", chosen ? `Fields of ${chosen.name}` : "Fields");
-  if (!chosen) return form.replaceChildren(el("span", { class: "soft" }, "Drag a kind onto the grid, or select an item: arrows move it, Shift and arrows size it, Delete removes it."));
+  if (!chosen)
+    return form.replaceChildren(
+      el(
+        "span",
+        { class: "soft" },
+        "Drag a kind onto the grid, or select an item: arrows move it, Shift and arrows size it, Delete removes it."
+      )
+    );
   const { needs, may } = told.kinds[chosen.kind], item = chosen;
-  form.replaceChildren(...[...needs, ...may].filter(key => key !== "kind").map(key => el("label", { title: told.allowed[key] }, key, field(item, key))), button("Remove item", () => remove(item), { text: "Remove" }));
+  form.replaceChildren(
+    ...[...needs, ...may]
+      .filter(key => key !== "kind")
+      .map(key => el("label", { title: told.allowed[key] }, key, field(item, key))),
+    button("Remove item", () => remove(item), { text: "Remove" })
+  );
 }
 
 function field(item, key) {
-  const value = isList(key) ? (item[key] ?? []).join(", ") : item[key] ?? "", changes = event => set(item, key, event.target.value);
-  if (key === "color") return el("select", { name: key, change: changes }, ...["", ...told.allowed.color.split(", ")].map(each => el("option", { value: each, selected: each === value }, each || "none")));
-  return el("input", { name: key, value, type: "text", autocomplete: "off", spellcheck: "false", list: key === "tag" ? "tags" : null, change: changes });
+  const value = isList(key) ? (item[key] ?? []).join(", ") : (item[key] ?? ""),
+    changes = event => set(item, key, event.target.value);
+  if (key === "color")
+    return el(
+      "select",
+      { name: key, change: changes },
+      ...["", ...told.allowed.color.split(", ")].map(each =>
+        el("option", { value: each, selected: each === value }, each || "none")
+      )
+    );
+  return el("input", {
+    name: key,
+    value,
+    type: "text",
+    autocomplete: "off",
+    spellcheck: "false",
+    list: key === "tag" ? "tags" : null,
+    change: changes,
+  });
 }
 
 function set(item, key, text) {
   const number = each => each.trim() === "" || Number.isNaN(Number(each)) ? each.trim() : Number(each);
   const parts = text.split(",").map(each => each.trim()).filter(Boolean);
-  const value = key === "positions" ? parts : key === "values" ? parts.map(number) : isNumber(key) ? number(text) : text.trim();
+  const value =
+    key === "positions" ? parts : key === "values" ? parts.map(number) : isNumber(key) ? number(text) : text.trim();
   if (text.trim() === "" && told.kinds[item.kind].may.includes(key)) delete item[key];
   else item[key] = value;
   touched();

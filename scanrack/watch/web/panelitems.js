@@ -29,13 +29,19 @@ const isNumber = value => typeof value === "number" || typeof value === "bigint"
  */
 export function figure(value, { decimals, unit }) {
   if (value === null || value === undefined) return "–";
-  const text = decimals !== undefined && isNumber(value) ? Number(value).toFixed(decimals) : Number.isInteger(value) ? count(value) : shown(value);
+  const text =
+    decimals !== undefined && isNumber(value)
+      ? Number(value).toFixed(decimals)
+      : Number.isInteger(value)
+        ? count(value)
+        : shown(value);
   return unit ? `${text} ${unit}` : text;
 }
 
 // A lamp says in a word what its color says, too.
 function lamp(item) {
-  const word = el("span", { class: "word" }), node = el("div", { class: "lamp-item", role: "img" }, el("i", { class: "bulb" }), caption(item), word);
+  const word = el("span", { class: "word" }),
+    node = el("div", { class: "lamp-item", role: "img" }, el("i", { class: "bulb" }), caption(item), word);
   return { node, show(on) {
     const level = LEVELS[on] ?? "–";
     setText(word, level);
@@ -61,23 +67,66 @@ function momentary(item, { press, release }) {
 function maintained(item, { set }) {
   const word = el("span", { class: "word" });
   let level = null;
-  const node = el("button", { type: "button", class: "push", role: "switch", "aria-checked": "false", "aria-label": item.name, click: () => set(level !== true) }, caption(item), word);
-  return { node, show(on) { level = on; setText(word, LEVELS[on] ?? "–"); setAttribute(node, "aria-checked", String(on === true)); } };
+  const node = el(
+    "button",
+    {
+      type: "button",
+      class: "push",
+      role: "switch",
+      "aria-checked": "false",
+      "aria-label": item.name,
+      click: () => set(level !== true),
+    },
+    caption(item),
+    word
+  );
+  return {
+    node,
+    show(on) {
+      level = on;
+      setText(word, LEVELS[on] ?? "–");
+      setAttribute(node, "aria-checked", String(on === true));
+    },
+  };
 }
 
 function selector(item, { set }) {
   const values = item.values ?? item.positions.map((_, place) => place);
-  const choices = item.positions.map((text, place) => el("button", { type: "button", role: "radio", "aria-checked": "false", tabindex: place ? -1 : 0, click: () => set(values[place]), keydown: event => goTo(event, choices, MOVES) }, text));
-  const node = el("div", { class: "selector", role: "radiogroup", "aria-label": item.name }, caption(item), el("div", { class: "choices-of" }, ...choices));
+  const choices = item.positions.map((text, place) =>
+    el(
+      "button",
+      {
+        type: "button",
+        role: "radio",
+        "aria-checked": "false",
+        tabindex: place ? -1 : 0,
+        click: () => set(values[place]),
+        keydown: event => goTo(event, choices, MOVES),
+      },
+      text
+    )
+  );
+  const node = el(
+    "div",
+    { class: "selector", role: "radiogroup", "aria-label": item.name },
+    caption(item),
+    el("div", { class: "choices-of" }, ...choices)
+  );
   return { node, show(value) {
     const place = values.indexOf(Number(value));
-    choices.forEach((each, own) => { setAttribute(each, "aria-checked", String(own === place && value !== null)); each.tabIndex = own === Math.max(place, 0) ? 0 : -1; });
+    choices.forEach((each, own) => {
+      setAttribute(each, "aria-checked", String(own === place && value !== null));
+      each.tabIndex = own === Math.max(place, 0) ? 0 : -1;
+    });
   } };
 }
 
 function display(item) {
   const value = el("output", { class: "figure", "aria-label": item.name });
-  return { node: el("div", { class: "readout" }, caption(item), value), show: given => setText(value, figure(given, item)) };
+  return {
+    node: el("div", { class: "readout" }, caption(item), value),
+    show: given => setText(value, figure(given, item)),
+  };
 }
 
 // A number within limits, typed or moved by arrows and buttons. It shows the tag's value until something is typed.
@@ -97,29 +146,89 @@ function entry(item, { set, refuse }) {
     set(number);
   };
   const typed = () => give(field.value.trim() === "" ? NaN : Number(field.value.replaceAll(",", "")));
-  const move = by => { const next = Number(value ?? item.least) + by * step; touched = false; give(Number(Math.min(Math.max(next, item.least), item.most).toFixed(item.decimals ?? 6))); };
+  const move = by => {
+    const next = Number(value ?? item.least) + by * step;
+    touched = false;
+    give(Number(Math.min(Math.max(next, item.least), item.most).toFixed(item.decimals ?? 6)));
+  };
   const field = el("input", {
-    type: "text", inputmode: "decimal", role: "spinbutton", autocomplete: "off", "aria-label": item.name, "aria-valuemin": item.least, "aria-valuemax": item.most, title: limits,
-    enterkeyhint: "done", input: () => { touched = true; }, change: typed, focus: () => field.select(),
+    type: "text",
+    inputmode: "decimal",
+    role: "spinbutton",
+    autocomplete: "off",
+    "aria-label": item.name,
+    "aria-valuemin": item.least,
+    "aria-valuemax": item.most,
+    title: limits,
+    enterkeyhint: "done",
+    input: () => {
+      touched = true;
+    },
+    change: typed,
+    focus: () => field.select(),
     keydown: event => {
-      if (event.key === "Escape") touched = false, paint();
-      else if (STEPS[event.key]) event.preventDefault(), move(STEPS[event.key]);
+      if (event.key === "Escape") ((touched = false), paint());
+      else if (STEPS[event.key]) (event.preventDefault(), move(STEPS[event.key]));
     },
   });
-  const by = (text, name, press) => el("button", { type: "button", "aria-label": `${name} ${item.name}`, pointerdown: event => event.preventDefault(), click: press }, text);
-  const node = el("div", { class: "readout entry" }, el("span", { class: "caption" }, item.name, el("span", { class: "soft" }, item.unit ? ` ${item.unit}` : "")), el("div", { class: "line" }, by("−", "Less", () => move(-1)), field, by("+", "More", () => move(1))));
+  const by = (text, name, press) =>
+    el(
+      "button",
+      {
+        type: "button",
+        "aria-label": `${name} ${item.name}`,
+        pointerdown: event => event.preventDefault(),
+        click: press,
+      },
+      text
+    );
+  const node = el(
+    "div",
+    { class: "readout entry" },
+    el("span", { class: "caption" }, item.name, el("span", { class: "soft" }, item.unit ? ` ${item.unit}` : "")),
+    el(
+      "div",
+      { class: "line" },
+      by("−", "Less", () => move(-1)),
+      field,
+      by("+", "More", () => move(1))
+    )
+  );
   return { node, show(given) { value = given; paint(); } };
 }
 
 function gauge(item) {
   const fill = svg("path", { d: ARC, class: "fill", pathLength: 100 }), value = el("span", { class: "figure" });
-  const node = el("div", { class: "gauge", role: "meter", "aria-label": item.name, "aria-valuemin": item.least, "aria-valuemax": item.most },
-    caption(item), svg("svg", { viewBox: "0 0 92 52", "aria-hidden": "true" }, svg("path", { d: ARC }), fill), value, el("span", { class: "ends", "aria-hidden": "true" }, el("span", {}, figure(item.least, {})), el("span", {}, figure(item.most, {}))));
+  const node = el(
+    "div",
+    {
+      class: "gauge",
+      role: "meter",
+      "aria-label": item.name,
+      "aria-valuemin": item.least,
+      "aria-valuemax": item.most,
+    },
+    caption(item),
+    svg("svg", { viewBox: "0 0 92 52", "aria-hidden": "true" }, svg("path", { d: ARC }), fill),
+    value,
+    el(
+      "span",
+      { class: "ends", "aria-hidden": "true" },
+      el("span", {}, figure(item.least, {})),
+      el("span", {}, figure(item.most, {}))
+    )
+  );
   return { node, show(given) {
-    const share = isNumber(given) ? Math.min(Math.max((Number(given) - item.least) / (item.most - item.least), 0), 1) : 0;
+    const share = isNumber(given)
+      ? Math.min(Math.max((Number(given) - item.least) / (item.most - item.least), 0), 1)
+      : 0;
     fill.style.strokeDasharray = `${100 * share} 200`;
     setText(value, figure(given, item));
-    setAttribute(node, "aria-valuenow", isNumber(given) ? Math.min(Math.max(Number(given), item.least), item.most) : null);
+    setAttribute(
+      node,
+      "aria-valuenow",
+      isNumber(given) ? Math.min(Math.max(Number(given), item.least), item.most) : null
+    );
     setAttribute(node, "aria-valuetext", figure(given, item));
   } };
 }
@@ -128,7 +237,16 @@ const KINDS = { momentary, maintained, selector, lamp, display, entry, gauge };
 
 // Makes an item; one that is broken says so in its place. `does` are its actions: press, release, set, refuse.
 export function itemOf(item, { broken }, does) {
-  if (broken || !KINDS[item.kind]) return { node: el("div", { class: "broken", title: broken }, el("b", {}, `⚠ ${item.name || item.kind}`), el("span", {}, broken)), show: () => {} };
+  if (broken || !KINDS[item.kind])
+    return {
+      node: el(
+        "div",
+        { class: "broken", title: broken },
+        el("b", {}, `⚠ ${item.name || item.kind}`),
+        el("span", {}, broken)
+      ),
+      show: () => {},
+    };
   const made = KINDS[item.kind](item, does);
   setAttribute(made.node, "data-color", item.color ?? null);
   return made;

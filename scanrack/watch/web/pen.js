@@ -8,7 +8,8 @@ export const colors = { onChange(told) { dark.addEventListener("change", () => {
 
 function read() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["ink", "soft", "grid", "edge", "curve", "bit", "mark", "panel", "fault"]) colors[name] = style.getPropertyValue(`--${name}`).trim();
+  for (const name of ["ink", "soft", "grid", "edge", "curve", "bit", "mark", "panel", "fault"])
+    colors[name] = style.getPropertyValue(`--${name}`).trim();
 }
 
 // Clears a canvas of a size in CSS pixels, and returns what draws on it.

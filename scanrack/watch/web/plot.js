@@ -8,8 +8,14 @@ import { colors, pen } from "./pen.js";
 
 const LEFT = 72, RIGHT = 72, TOP = 10, LINES = 4; // CSS pixels; lines of a scale
 
-const first = el("select", { "aria-label": "Lane", change: draw }), second = el("select", { "aria-label": "Second lane", change: draw });
-const canvas = el("canvas", { class: "plot", role: "img", "aria-label": "Values of the lanes over time", pointermove: read });
+const first = el("select", { "aria-label": "Lane", change: draw }),
+  second = el("select", { "aria-label": "Second lane", change: draw });
+const canvas = el("canvas", {
+  class: "plot",
+  role: "img",
+  "aria-label": "Values of the lanes over time",
+  pointermove: read,
+});
 const times = el("canvas", { class: "axis", "aria-hidden": "true" });
 const reading = el("output", { class: "figure" });
 const dialog = dialogOf("Plot", "Close the plot");
@@ -18,7 +24,8 @@ dialog.node.classList.add("wide");
 let source = null, axis = null;
 
 // Opens the plot. `from`: names(), points(name), and view(), the time in view, of the strip.
-export const plotButton = from => button("Plot lanes", () => open(from), { text: "Plot", title: "Plot a lane larger, or two on one chart" });
+export const plotButton = from =>
+  button("Plot lanes", () => open(from), { text: "Plot", title: "Plot a lane larger, or two on one chart" });
 
 function open(from) {
   source = from;
@@ -38,7 +45,10 @@ export function drawPlot() {
 function draw() {
   const wide = canvas.clientWidth, high = Math.max(Math.round(innerHeight * 0.55), 160);
   if (!source || !wide) return;
-  const to = pen(canvas, wide, high), [from, end] = source.view(), left = LEFT, right = wide - (second.value ? RIGHT : 12);
+  const to = pen(canvas, wide, high),
+    [from, end] = source.view(),
+    left = LEFT,
+    right = wide - (second.value ? RIGHT : 12);
   const x = time => left + (time - from) / (end - from) * (right - left);
   axis = { from, end, left, right };
   grid(to, pen(times, wide, AXIS), x, left, from, end, high);
@@ -79,13 +89,16 @@ function scaleOf(points) {
   return points.some(each => each.length === 4) ? range(points) : [0, 1];
 }
 
-const figure = (value, wide) => (wide > LINES ? Math.round(value).toLocaleString("en-US") : String(Number(value.toFixed(2))));
+const figure = (value, wide) =>
+  wide > LINES ? Math.round(value).toLocaleString("en-US") : String(Number(value.toFixed(2)));
 
 // What the lanes have at the time under the pointer.
 function read(event) {
   if (!axis) return;
   const { from, end, left, right } = axis, time = from + (event.offsetX - left) / (right - left) * (end - from);
-  const texts = [first.value, second.value].filter(Boolean).map(name => `${name} ${valueAt(source.points(name), time)}`);
+  const texts = [first.value, second.value]
+    .filter(Boolean)
+    .map(name => `${name} ${valueAt(source.points(name), time)}`);
   setText(reading, time < from || time > end ? "" : `${clock(time)}  ${texts.join("  ")}`);
 }
 

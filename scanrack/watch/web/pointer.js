@@ -19,4 +19,5 @@ export function pressable(group, press) {
 
 addEventListener("pointerdown", event => { clicked = event.target.closest("button, summary, [role=button]"); }, true);
 addEventListener("keydown", event => { if (event.key === "Tab") clicked = null; }, true); // from now on by keyboard
-addEventListener("keyup", event => { if (event.key === " " && isClicked(event.target)) event.preventDefault(); }, true); // some browsers click then
+// some browsers click then
+addEventListener("keyup", event => { if (event.key === " " && isClicked(event.target)) event.preventDefault(); }, true);

@@ -23,9 +23,23 @@ const UNIT = 8, LEAST = 40, MOST = 160; // CSS pixels of a column; columns betwe
 const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "Routines" });
 const sheet = el("div", { class: "sheet", role: "tabpanel", "aria-label": "Routine" });
 const unknown = el("p", { class: "unknown", role: "status" }, "Power and values of this scan are being worked out.");
-let routine = null, columns = 0, shownAt = "", drawnAt = "", drawn = "", wantedRung = null, smooth = true, generation = 0;
+let routine = null,
+  columns = 0,
+  shownAt = "",
+  drawnAt = "",
+  drawn = "",
+  wantedRung = null,
+  smooth = true,
+  generation = 0;
 
-const operands = button("Parameters", () => { keep(key(), { on: operands.getAttribute("aria-pressed") !== "true" }); open(routine.name); }, { title: "Show the parameters of blocks that say what they do", hidden: true });
+const operands = button(
+  "Parameters",
+  () => {
+    keep(key(), { on: operands.getAttribute("aria-pressed") !== "true" });
+    open(routine.name);
+  },
+  { title: "Show the parameters of blocks that say what they do", hidden: true }
+);
 
 const key = () => `scanrack parameters ${run.hello.path}`;
 const narrow = matchMedia("(max-width: 999px)");
@@ -36,23 +50,45 @@ onProgram(hello => {
   const routines = hello.routines ?? [];
   const tree = routines.length > 1 && isTree(routines);
   const { scrollTop } = at("program"); // the routine that was shown stays where it was
-  at("program").replaceChildren(heading("Program", tree ? null : tabs, el("span", { class: "tools" }, operands, editButton)), editor, unknown, el("div", { class: "book" }, tree ? tabs : null, sheet));
+  at("program").replaceChildren(
+    heading("Program", tree ? null : tabs, el("span", { class: "tools" }, operands, editButton)),
+    editor,
+    unknown,
+    el("div", { class: "book" }, tree ? tabs : null, sheet)
+  );
   setFlag(tabs, "data-tree", tree);
   const [program, ...others] = new Set(routines.map(each => PROGRAM.exec(each.name)?.[0] ?? ""));
-  tabs.replaceChildren(...(tree ? treeOf(routines) : routines).map(each => tabOf(each, others.length ? each.name : each.name.slice(program?.length))));
+  tabs.replaceChildren(
+    ...(tree ? treeOf(routines) : routines).map(each =>
+      tabOf(each, others.length ? each.name : each.name.slice(program?.length))
+    )
+  );
   tabs.hidden = routines.length < 2;
   const before = routines.find(each => each.name === routine?.name);
   shownAt = "";
   if (before) at("program").scrollTop = scrollTop;
   if (routines.length) open((before ?? routines[0]).name);
-  else sheet.replaceChildren(el("p", { class: "soft" }, hello.lacks || "The program has no source to show: its images are below."));
+  else
+    sheet.replaceChildren(
+      el("p", { class: "soft" }, hello.lacks || "The program has no source to show: its images are below.")
+    );
 });
 
 function tabOf({ name, comment, depth = 0, callers = [] }, text) {
   const hint = [comment, callers.length && `Called by ${callers.join(", ")}`].filter(Boolean).join("\n");
-  const tab = el("button", {
-    type: "button", role: "tab", "data-routine": name, "aria-selected": "false", title: hint || null, click: () => open(name), keydown: event => goTo(event, [...tabs.children], { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -1, ArrowDown: 1 }),
-  }, text);
+  const tab = el(
+    "button",
+    {
+      type: "button",
+      role: "tab",
+      "data-routine": name,
+      "aria-selected": "false",
+      title: hint || null,
+      click: () => open(name),
+      keydown: event => goTo(event, [...tabs.children], { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -1, ArrowDown: 1 }),
+    },
+    text
+  );
   tab.style.setProperty("--depth", depth);
   return tab;
 }
@@ -85,9 +121,21 @@ async function open(name) {
   const focused = sheet.contains(document.activeElement) ? document.activeElement.dataset.element : undefined;
   unplace(sheet);
   const { scrollTop } = at("program");
-  sheet.replaceChildren(answer.diagram ? buildDiagram(answer) : answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));
+  sheet.replaceChildren(
+    answer.diagram
+      ? buildDiagram(answer)
+      : answer.chart
+        ? buildSteps(answer)
+        : answer.rungs
+          ? buildRungs(name, answer.rungs, call)
+          : buildText(found, answer)
+  );
   sheet.dataset.kind = found.kind;
-  setFlag(operands, "hidden", Boolean(run.hello.shared) || (!all && !sheet.querySelector(".instruction:has([data-now]):not(:has(.caption))")));
+  setFlag(
+    operands,
+    "hidden",
+    Boolean(run.hello.shared) || (!all && !sheet.querySelector(".instruction:has([data-now]):not(:has(.caption))"))
+  );
   decorate(sheet, name, answer, columns);
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
   const { power, tags, lines, met, breakpoints, ran } = run;
@@ -107,7 +155,9 @@ export const isDrawn = () => shownAt !== "" && drawnAt === shownAt && columnsNow
 // Opens the routine that a JSR of the one shown names.
 function call(name) {
   const program = PROGRAM.exec(routine.name)?.[0] ?? "";
-  const found = run.hello.routines.find(each => [program + name, name].some(wanted => wanted.toUpperCase() === each.name.toUpperCase()));
+  const found = run.hello.routines.find(each =>
+    [program + name, name].some(wanted => wanted.toUpperCase() === each.name.toUpperCase())
+  );
   if (!found) return tell(`There is no routine ${name}.`);
   at("program").scrollTop = 0;
   open(found.name);
@@ -129,7 +179,8 @@ function reveal() {
   const node = sheet.querySelector(`[data-at="${CSS.escape(wantedRung)}"]`);
   if (!node) return; // the routine is on its way
   wantedRung = null;
-  const cause = node.offsetHeight > at("program").clientHeight / 2 ? node.querySelector("[data-because]") : null; // of a tall rung
+  // of a tall rung
+  const cause = node.offsetHeight > at("program").clientHeight / 2 ? node.querySelector("[data-because]") : null;
   (cause ?? node).scrollIntoView({ block: "center", behavior: smooth ? "smooth" : "auto" });
 }
 
@@ -147,7 +198,9 @@ function mark({ rung, element }) {
 onSelect(chosen => {
   link({ rung: chosen.rung });
   mark(chosen);
-  if (chosen.element && narrow.matches) sheet.querySelector(`[data-at="${CSS.escape(chosen.rung)}"]`)?.scrollIntoView({ block: "nearest" }); // above the tag's sheet
+  if (chosen.element && narrow.matches)
+    // above the tag's sheet
+    sheet.querySelector(`[data-at="${CSS.escape(chosen.rung)}"]`)?.scrollIntoView({ block: "nearest" });
 });
 
 // Marks the rung or line of a fault, or of the error that is looked at.

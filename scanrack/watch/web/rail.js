@@ -1,4 +1,5 @@
-// The rail of an axis: switches beneath it, stations above it, the shaft, the position that the module knows, the target.
+// The rail of an axis: switches beneath it, stations above it, the shaft, the position that the module knows, the
+// target.
 // All are drawn in steps of the shaft since power-up: `zero` is where the module's position 0 lies.
 
 import { el, setAttribute, setText, svg } from "./dom.js";
@@ -21,11 +22,18 @@ class Rail {
     this.above = slot.machine.stations?.length ? 0 : STATIONS;
     this.low = slot.machine.min;
     this.high = slot.machine.max;
-    this.picture = svg("svg", { class: "rail", height: HEIGHT - this.above, role: "img", "aria-label": `Axis of slot ${slot.number}` });
+    this.picture = svg("svg", {
+      class: "rail",
+      height: HEIGHT - this.above,
+      role: "img",
+      "aria-label": `Axis of slot ${slot.number}`,
+    });
     this.readings = readings(slot.machine.encoder, `${slot.number}.shaft`);
     this.node = el("div", { class: "machine" }, this.picture, this.readings.node);
     // Machines are read at intervals, and once more in a pause: that frame has the same time.
-    this.paint = changes => { if (changes.t !== undefined || changes.machine) this.move(run.machine[slot.number] ?? {}); };
+    this.paint = changes => {
+      if (changes.t !== undefined || changes.machine) this.move(run.machine[slot.number] ?? {});
+    };
     new ResizeObserver(() => this.draw()).observe(this.node);
   }
 
@@ -131,13 +139,35 @@ const onShaft = (position, zero) => typeof position === "number" ? position + (z
 
 // Whether the shaft operates a switch, 1 or 0; null: not known.
 const operated = ({ first, last }, shaft) =>
-  shaft === undefined || shaft === null ? null : (first ?? -Infinity) <= shaft && shaft <= (last ?? Infinity) ? "1" : "0";
+  shaft === undefined || shaft === null
+    ? null
+    : (first ?? -Infinity) <= shaft && shaft <= (last ?? Infinity)
+      ? "1"
+      : "0";
 
 const moving = () => ({
-  target: svg("g", { class: "target" }, svg("title", {}, "Target"), svg("path", { d: `M0 ${RAIL - 52}V${RAIL}` }), svg("path", { class: "flag", d: `M0 ${RAIL - 52}h13l-4 5l4 5h-13z` })),
-  cart: svg("g", { class: "cart" }, svg("title", {}, "Shaft"), svg("rect", { x: -17, y: RAIL - 24, width: 34, height: 19, rx: 5 }), svg("path", { d: `M0 ${RAIL - 19}v9` }),
-    svg("circle", { cx: -9, cy: RAIL - 4, r: 3.5 }), svg("circle", { cx: 9, cy: RAIL - 4, r: 3.5 })),
-  known: svg("g", { class: "known" }, svg("title", {}, "Position that the module knows"), svg("path", { d: `M0 ${RAIL - 27}l-6 -9h12z` })),
+  target: svg(
+    "g",
+    { class: "target" },
+    svg("title", {}, "Target"),
+    svg("path", { d: `M0 ${RAIL - 52}V${RAIL}` }),
+    svg("path", { class: "flag", d: `M0 ${RAIL - 52}h13l-4 5l4 5h-13z` })
+  ),
+  cart: svg(
+    "g",
+    { class: "cart" },
+    svg("title", {}, "Shaft"),
+    svg("rect", { x: -17, y: RAIL - 24, width: 34, height: 19, rx: 5 }),
+    svg("path", { d: `M0 ${RAIL - 19}v9` }),
+    svg("circle", { cx: -9, cy: RAIL - 4, r: 3.5 }),
+    svg("circle", { cx: 9, cy: RAIL - 4, r: 3.5 })
+  ),
+  known: svg(
+    "g",
+    { class: "known" },
+    svg("title", {}, "Position that the module knows"),
+    svg("path", { d: `M0 ${RAIL - 27}l-6 -9h12z` })
+  ),
 });
 
 function niceStep(span, most) {
@@ -147,20 +177,38 @@ function niceStep(span, most) {
 
 // The figures beneath the rail, each in a place of fixed width.
 function readings(hasEncoder, shaftName) {
-  const titles = { shaft: "Shaft", position: "Position", target: "Target", speed: "Steps/s", ...(hasEncoder ? { encoder: "Encoder" } : {}) };
+  const titles = {
+    shaft: "Shaft",
+    position: "Position",
+    target: "Target",
+    speed: "Steps/s",
+    ...(hasEncoder ? { encoder: "Encoder" } : {}),
+  };
   const outputs = Object.fromEntries(Object.keys(titles).map(name => [name, el("output", { class: "figure" }, "–")]));
   outputs.shaft.dataset.name = shaftName;
   const needle = svg("path", { d: "M0 0V-8", class: "needle" });
-  const dial = svg("svg", { class: "dial", viewBox: "-11 -11 22 22", width: 22, height: 22, "aria-hidden": "true" }, svg("circle", { r: 9.5 }), needle);
-  const node = el("div", { class: "figures" }, ...Object.entries(titles).map(([name, title]) =>
-    el("div", { class: "reading middle", title }, el("span", { class: "title" }, title), outputs[name])), hasEncoder ? dial : null);
+  const dial = svg(
+    "svg",
+    { class: "dial", viewBox: "-11 -11 22 22", width: 22, height: 22, "aria-hidden": "true" },
+    svg("circle", { r: 9.5 }),
+    needle
+  );
+  const node = el(
+    "div",
+    { class: "figures" },
+    ...Object.entries(titles).map(([name, title]) =>
+      el("div", { class: "reading middle", title }, el("span", { class: "title" }, title), outputs[name])
+    ),
+    hasEncoder ? dial : null
+  );
   const say = values => {
     outputs.shaft.dataset.value = plain(values.shaft);
     for (const [name, output] of Object.entries(outputs)) {
       const value = values[name];
       setText(output, value === null || value === undefined ? "–" : count(value));
     }
-    if (hasEncoder && values.encoder !== undefined) setAttribute(needle, "transform", `rotate(${values.encoder % TURN / TURN * 360})`);
+    if (hasEncoder && values.encoder !== undefined)
+      setAttribute(needle, "transform", `rotate(${((values.encoder % TURN) / TURN) * 360})`);
   };
   return { node, say };
 }

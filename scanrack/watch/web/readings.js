@@ -21,13 +21,16 @@ export async function readings(signals, tags, scans) {
   }
   const listOf = name => points.get(name) ?? lanes.curves.get(name) ?? lanes.bits.get(name) ?? [];
   const ends = scans.map(scan => scan * period);
-  const rows = [...lanes.curves.keys(), ...tags, ...signals].map(name => rowOf(name, listOf(name), ends, first * period, to * period - 1));
+  const rows = [...lanes.curves.keys(), ...tags, ...signals].map(name =>
+    rowOf(name, listOf(name), ends, first * period, to * period - 1)
+  );
   const places = scans.map((scan, place) => ["AB"[place], `scan ${scan}`, clock(scan * period)]);
   return [...places, HEAD, ...rows].map(row => row.join("\t")).join("\n");
 }
 
 function rowOf(name, list, ends, from, to) {
-  const parts = stretches(list, from, to).filter(([, , value]) => value !== null), isNumber = list.some(each => each.length === 4);
+  const parts = stretches(list, from, to).filter(([, , value]) => value !== null),
+    isNumber = list.some(each => each.length === 4);
   const least = parts.map(([, , value, low]) => Number(isNumber ? low ?? value : value));
   const most = parts.map(([, , value, , high]) => Number(isNumber ? high ?? value : value));
   const figures = isNumber ? [Math.min(...least), Math.max(...most), ""] : ["", "", edgesOf(list, from)];

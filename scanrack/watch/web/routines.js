@@ -3,11 +3,13 @@
 const MANY = 8; // routines
 
 // Whether a tree shows them better: there are many, or the first one does nothing but call the others.
-export const isTree = ([first, ...others]) => others.length + 1 >= MANY || (others.length > 1 && first.calls?.length >= first.lines);
+export const isTree = ([first, ...others]) =>
+  others.length + 1 >= MANY || (others.length > 1 && first.calls?.length >= first.lines);
 
 // The routines in the order of the tree, each once, with how deep it is and who calls it.
 export function treeOf(routines) {
-  const byName = new Map(routines.map(each => [each.name, each])), callers = new Map(routines.map(each => [each.name, []]));
+  const byName = new Map(routines.map(each => [each.name, each])),
+    callers = new Map(routines.map(each => [each.name, []]));
   for (const { name, calls = [] } of routines) for (const called of calls) callers.get(called)?.push(name);
   const found = [], seen = new Set();
   const add = (name, depth) => {

@@ -13,12 +13,33 @@ const FIRST = -1; // before the first rung
 
 let sheet = null, routine = "", program = "", begins = null;
 let on = false, clipboard = "", wanted = false; // whether the caret gets the focus once it can be drawn
-let at = null; // { key, index, place, anchor }: the rung that is edited, and the places of the caret and of its other end
+// { key, index, place, anchor }: the rung that is edited, and the places of the caret and of its other end
+let at = null;
 
 const mark = el("span", { class: "span", hidden: true });
-const input = el("input", { class: "typed", "aria-label": "Instruction, such as XIC Start", spellcheck: "false", autocomplete: "off", autocapitalize: "off", keydown: keyed, input: () => { widen(); offers.show(); } });
+const input = el("input", {
+  class: "typed",
+  "aria-label": "Instruction, such as XIC Start",
+  spellcheck: "false",
+  autocomplete: "off",
+  autocapitalize: "off",
+  keydown: keyed,
+  input: () => {
+    widen();
+    offers.show();
+  },
+});
 const caret = el("span", { class: "caret" }, input);
-const text = el("input", { class: "rungtext", "aria-label": "Text of the rung", spellcheck: "false", autocomplete: "off", autocapitalize: "off", keydown: textKeyed, change: () => replaceText(), input: () => words.show() });
+const text = el("input", {
+  class: "rungtext",
+  "aria-label": "Text of the rung",
+  spellcheck: "false",
+  autocomplete: "off",
+  autocapitalize: "off",
+  keydown: textKeyed,
+  change: () => replaceText(),
+  input: () => words.show(),
+});
 const offers = completing(input, typed => offered(typed, routine), widen);
 const words = completing(text, typed => offeredInText(typed, routine));
 const below = el("div", { class: "below" }, offers.list, text, words.list);
@@ -88,7 +109,10 @@ function go(key, index, where, anchor = where) {
 
 // Draws the caret at its place; the text of its rung stands below the picture.
 function setCaret(focused) {
-  const row = at && isOpen() ? rowAt(at) : null, said = textOf(at), svg = row?.querySelector("svg.rung"), gaps = row && checkedOf(at)?.gaps;
+  const row = at && isOpen() ? rowAt(at) : null,
+    said = textOf(at),
+    svg = row?.querySelector("svg.rung"),
+    gaps = row && checkedOf(at)?.gaps;
   if (!row || said === undefined) { caret.remove(); below.remove(); mark.remove(); return; }
   const body = row.querySelector(".body");
   body.append(below);
@@ -113,13 +137,21 @@ function setCaret(focused) {
   }
   focused ??= wanted ? input : null;
   wanted = !svg && (wanted || (focused === input && !checkedOf(at))); // an input that is taken out has lost it
-  if (focused === text || (focused && !svg && checkedOf(at))) { text.focus({ preventScroll: true }); if (column && focused !== text) text.setSelectionRange(column - 1, column); }
-  else if (focused) { input.focus({ preventScroll: true }); row.scrollIntoView({ block: "nearest" }); }
+  if (focused === text || (focused && !svg && checkedOf(at))) {
+    text.focus({ preventScroll: true });
+    if (column && focused !== text) text.setSelectionRange(column - 1, column);
+  } else if (focused) {
+    input.focus({ preventScroll: true });
+    row.scrollIntoView({ block: "nearest" });
+  }
 }
 
 // Places of the drawing in the box that holds it.
 function pointOf(svg, body) {
-  const box = svg.getBoundingClientRect(), outer = body.getBoundingClientRect(), { width, y } = svg.viewBox.baseVal, scale = box.width / width;
+  const box = svg.getBoundingClientRect(),
+    outer = body.getBoundingClientRect(),
+    { width, y } = svg.viewBox.baseVal,
+    scale = box.width / width;
   return ([left, top]) => [box.left - outer.left + left * scale, box.top - outer.top + (top - y) * scale];
 }
 
@@ -127,7 +159,8 @@ function clicked(event) {
   const row = isOpen() && event.target.closest(".row[data-key]"), svg = row && event.target.closest("svg.rung");
   if (!svg) return;
   event.stopPropagation();
-  const { key, index } = row.dataset, number = Number(event.target.closest(".instruction")?.dataset.element.split(".").at(-1) ?? NaN);
+  const { key, index } = row.dataset,
+    number = Number(event.target.closest(".instruction")?.dataset.element.split(".").at(-1) ?? NaN);
   if (row.dataset.edited && !row.classList.contains("draft")) return; // the one below it is edited
   if (!Number.isNaN(number)) return choose(key, Number(index), number);
   go(key, Number(index), 0);
@@ -137,7 +170,9 @@ function clicked(event) {
 // The place nearest to a point, once the places of the rung are known.
 async function nearest(svg, row, { clientX, clientY }) {
   if (!checkedOf(at)) await look(at.key, textOf(at));
-  const gaps = at && checkedOf(at)?.gaps, box = row.querySelector(".body").getBoundingClientRect(), point = pointOf(svg, row.querySelector(".body"));
+  const gaps = at && checkedOf(at)?.gaps,
+    box = row.querySelector(".body").getBoundingClientRect(),
+    point = pointOf(svg, row.querySelector(".body"));
   if (!gaps) return;
   const far = gaps.map(point).map(([x, y]) => Math.hypot(x + box.left - clientX, 3 * (y + box.top - clientY)));
   go(at.key, at.index, far.indexOf(Math.min(...far)));
@@ -194,7 +229,9 @@ const here = () => placeAt(at.place);
 const after = () => placeAt(Math.max(at.place, at.anchor)); // of what is chosen, as in Studio
 
 function branch() {
-  const range = selection() ?? here(), said = textOf(at).slice(range.from, range.to), first = Math.min(at.place, at.anchor);
+  const range = selection() ?? here(),
+    said = textOf(at).slice(range.from, range.to),
+    first = Math.min(at.place, at.anchor);
   const inside = read(said)?.places.length ?? 1; // the caret goes into the new leg
   splice(range, `[${said},]`, first + (said ? inside + 1 : 1));
 }
@@ -236,26 +273,55 @@ function replaceText() {
 // --- keys
 
 const CONTROL = {
-  z: event => event.shiftKey ? redo() : undo(), y: redo, c: () => copy(), x: () => { if (copy()) remove(true); }, v: () => paste(),
-  Delete: deleteRung, Enter: newRung, b: branch,
+  z: event => (event.shiftKey ? redo() : undo()),
+  y: redo,
+  c: () => copy(),
+  x: () => {
+    if (copy()) remove(true);
+  },
+  v: () => paste(),
+  Delete: deleteRung,
+  Enter: newRung,
+  b: branch,
 };
 const PLAIN = {
-  ArrowLeft: event => step(-1, event.shiftKey), ArrowRight: event => step(1, event.shiftKey), ArrowUp: () => toNeighbor(-1), ArrowDown: () => toNeighbor(1),
-  Home: () => go(at.key, at.index, 0), End: () => go(at.key, at.index, read(textOf(at)).places.length - 1),
-  Backspace: () => remove(false), Delete: () => remove(true), Enter: () => at.place === at.anchor ? newRung() : retype(), F2: retype,
-  "[": branch, ",": leg, Escape: () => { at = null; setCaret(null); },
+  ArrowLeft: event => step(-1, event.shiftKey),
+  ArrowRight: event => step(1, event.shiftKey),
+  ArrowUp: () => toNeighbor(-1),
+  ArrowDown: () => toNeighbor(1),
+  Home: () => go(at.key, at.index, 0),
+  End: () => go(at.key, at.index, read(textOf(at)).places.length - 1),
+  Backspace: () => remove(false),
+  Delete: () => remove(true),
+  Enter: () => (at.place === at.anchor ? newRung() : retype()),
+  F2: retype,
+  "[": branch,
+  ",": leg,
+  Escape: () => {
+    at = null;
+    setCaret(null);
+  },
 };
 
 function keyed(event) {
   if (event.key !== "Tab") event.stopPropagation();
   if (offers.keyed(event)) return;
-  const typed = input.value.trim(), key = event.key.length === 1 && (event.ctrlKey || event.metaKey) ? event.key.toLowerCase() : event.key;
+  const typed = input.value.trim(),
+    key = event.key.length === 1 && (event.ctrlKey || event.metaKey) ? event.key.toLowerCase() : event.key;
   if (typed && event.key === "Escape") { input.value = ""; at.retyped = false; widen(); offers.close(); return; }
   if (typed && event.key !== "Enter") return;
-  const act = event.ctrlKey || event.metaKey ? CONTROL[key] : event.altKey ? null : typed ? () => insert(input.value) : PLAIN[key];
+  const act =
+    event.ctrlKey || event.metaKey
+      ? CONTROL[key]
+      : event.altKey
+        ? null
+        : typed
+          ? () => insert(input.value)
+          : PLAIN[key];
   if (!act || event.isComposing) return;
   event.preventDefault();
-  if (!read(textOf(at) ?? "") && !["z", "y", "ArrowUp", "ArrowDown", "Escape"].includes(key)) return text.focus(); // only its text can be mended
+  // only its text can be mended
+  if (!read(textOf(at) ?? "") && !["z", "y", "ArrowUp", "ArrowDown", "Escape"].includes(key)) return text.focus();
   act(event);
 }
 
@@ -276,8 +342,11 @@ function step(by, wide = false) {
 // Up and down go to the next leg, then to the next rung.
 function toNeighbor(by) {
   const gaps = checkedOf(at)?.gaps ?? [], [x, y] = gaps[at.place] ?? [0, 0];
-  const beyond = gaps.map(([left, top], number) => ({ number, far: (top - y) * by, off: Math.abs(left - x) })).filter(each => each.far > 1);
-  if (beyond.length) return go(at.key, at.index, beyond.sort((one, other) => one.far - other.far || one.off - other.off)[0].number);
+  const beyond = gaps
+    .map(([left, top], number) => ({ number, far: (top - y) * by, off: Math.abs(left - x) }))
+    .filter(each => each.far > 1);
+  if (beyond.length)
+    return go(at.key, at.index, beyond.sort((one, other) => one.far - other.far || one.off - other.off)[0].number);
   const next = neighborOf(at, by);
   if (next) go(next.key, next.index, 0);
 }

@@ -56,7 +56,8 @@ export function read(text) {
     return null;
   }
   if (text.slice(at).replace(";", "").trim()) return null;
-  for (const element of elements) element.behind = places.findIndex((place, number) => number > element.before && place.leg === element.leg);
+  for (const element of elements)
+    element.behind = places.findIndex((place, number) => number > element.before && place.leg === element.leg);
   return { places, elements, legs };
 }
 
@@ -71,7 +72,9 @@ export function spliced(text, from, to, piece) {
 function tidied(text, at) {
   for (;;) {
     const found = read(text);
-    const lone = found?.elements.find(each => each.number === undefined && found.legs.filter(leg => leg.branch === each).length === 1);
+    const lone = found?.elements.find(
+      each => each.number === undefined && found.legs.filter(leg => leg.branch === each).length === 1
+    );
     if (!lone) return { text, at };
     text = text.slice(0, lone.from) + text.slice(lone.from + 1, lone.to - 1) + text.slice(lone.to);
     at -= (at > lone.from ? 1 : 0) + (at >= lone.to ? 1 : 0);
@@ -91,7 +94,9 @@ export function taken(text, place, forward) {
   if (element) return { from: element.from, to: element.to };
   const leg = found.legs[here.leg];
   if (!leg.branch || text.slice(leg.from, leg.to).trim()) return null;
-  return text[leg.from - 1] === "," ? { from: leg.from - 1, to: leg.to } : { from: leg.from, to: leg.to + (text[leg.to] === "," ? 1 : 0) };
+  return text[leg.from - 1] === ","
+    ? { from: leg.from - 1, to: leg.to }
+    : { from: leg.from, to: leg.to + (text[leg.to] === "," ? 1 : 0) };
 }
 
 // What someone has typed as rung text: `XIC Start` or `ton fill 1000` or a part of a rung. Missing presets are `?`,
@@ -107,4 +112,5 @@ export function pieceOf(typed, instructions, tags) {
 }
 
 // An instruction as it is typed.
-export const typedOf = text => text.replace(/\(([^()]*)\)$/, (_, operands) => ` ${operands.split(",").join(" ")}`).replace(/\s+$/, "");
+export const typedOf = text =>
+  text.replace(/\(([^()]*)\)$/, (_, operands) => ` ${operands.split(",").join(" ")}`).replace(/\s+$/, "");

@@ -7,10 +7,23 @@ import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { onPaint, run } from "./state.js";
 
-const slider = el("input", { type: "range", min: 0, max: 1, value: 1, step: 1, "aria-label": "Scan shown", input: dragged, pointerdown: () => { held = true; } });
+const slider = el("input", {
+  type: "range",
+  min: 0,
+  max: 1,
+  value: 1,
+  step: 1,
+  "aria-label": "Scan shown",
+  input: dragged,
+  pointerdown: () => {
+    held = true;
+  },
+});
 const ago = el("output", { class: "figure ago" });
 const live = button("Live", () => goLive(), { text: "Live", title: "Back to the present" });
-const branchButton = button("Branch from here", branch, { title: "Run again from this scan on, into a recording of its own" });
+const branchButton = button("Branch from here", branch, {
+  title: "Run again from this scan on, into a recording of its own",
+});
 
 let wanted = null, asking = false;
 let aim = null; // the scan that is on its way: keys that follow one another quickly move on from there

@@ -7,7 +7,10 @@ import { tell } from "./notice.js";
 import { share } from "./orders.js";
 import { run } from "./state.js";
 
-const write = button("Write a page to share", save, { text: "Share", title: "Write the recording, with this page, to one file that any browser opens" });
+const write = button("Write a page to share", save, {
+  text: "Share",
+  title: "Write the recording, with this page, to one file that any browser opens",
+});
 const copy = button("Copy link", copied, { title: "Copy the link to this scan of this page" });
 
 export const shareButton = () => run.hello.shared ? copy : write;
@@ -23,7 +26,11 @@ async function save() {
   Object.assign(document.createElement("a"), { href: address, download: answer.name }).click();
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
   const last = answer.scan < asked ? ` Its last scan is ${count(answer.scan)}: later ones are not written yet.` : "";
-  tell(`${answer.name} is in the browser's downloads. Whoever has it reads the program, its tags and words, and the events.${last}`, "told");
+  tell(
+    `${answer.name} is in the browser's downloads. Whoever has it reads the program, its tags ` +
+      `and words, and the events.${last}`,
+    "told"
+  );
 }
 
 async function copied() {

@@ -23,7 +23,18 @@ export const onFrame = take => { takers.push(take); };
 
 export function greet(hello) {
   pending = null;
-  Object.assign(run, { hello, state: "paused", paused: true, known: true, scan: undefined, t: undefined, forced: {}, breakpoints: [], faults: [], range: null });
+  Object.assign(run, {
+    hello,
+    state: "paused",
+    paused: true,
+    known: true,
+    scan: undefined,
+    t: undefined,
+    forced: {},
+    breakpoints: [],
+    faults: [],
+    range: null,
+  });
   for (const part of PARTS) run[part] = {};
   handles();
   for (const build of builders) build(hello);
@@ -42,7 +53,8 @@ export function take(frame) {
   for (const [name, value] of Object.entries(frame)) {
     if (PARTS.includes(name)) merge(name, value);
     else if (name === "events") pending.events = [...(pending.events ?? []), ...value].slice(-MOST);
-    else if (name === "forced") pending.forced = Array.isArray(value) ? Object.fromEntries(value.map(tag => [tag, null])) : value;
+    else if (name === "forced")
+      pending.forced = Array.isArray(value) ? Object.fromEntries(value.map(tag => [tag, null])) : value;
     else pending[name] = value;
   }
   if (!due) { due = true; requestAnimationFrame(paint); }

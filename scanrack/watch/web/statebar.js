@@ -18,17 +18,30 @@ const MODES = { program: "Program", test: "Test", run: "Run" };
 const STATES = { live: ["●", "Live"], paused: ["❚❚", "Paused"], past: ["◀", "Past"], lost: ["✕", "Lost"] };
 
 const modes = Object.entries(MODES).map(([name, title]) =>
-  button(title, () => orders.mode(name), { "data-mode-key": name, "aria-pressed": "false", title: `Turn the key to ${title}` }));
+  button(title, () => orders.mode(name), {
+    "data-mode-key": name,
+    "aria-pressed": "false",
+    title: `Turn the key to ${title}`,
+  })
+);
 const key = el("div", { class: "key", role: "group", "aria-label": "Key" }, ...modes);
 
 const figure = (title, kind, hint) => {
   const value = el("output", { class: "figure" }, "–");
-  return { value, node: el("div", { class: `reading ${kind}`, title: hint }, el("span", { class: "title" }, title), value) };
+  return {
+    value,
+    node: el("div", { class: `reading ${kind}`, title: hint }, el("span", { class: "title" }, title), value),
+  };
 };
 const scan = figure("Scan", "long", "Number of the scan that is shown");
 const time = figure("Time", "long", "Machine time since power-up, min:s.ms");
 const reached = figure("Speed", "middle", "Speed reached over the last second");
-const late = figure("Late", "short", "Scans that began more than 0.1 ms after their time. Their images are the same; only people and real devices see them later. Amber from 5 % on, or when the speed is not reached");
+const late = figure(
+  "Late",
+  "short",
+  "Scans that began more than 0.1 ms after their time. Their images are the same; only people and real devices see " +
+    "them later. Amber from 5 % on, or when the speed is not reached"
+);
 const forces = figure("Forces", "", "Nothing is forced");
 const stubs = figure("Stubs", "", "Nothing stands in for what is not here");
 const allButton = button("Remove all forces", () => orders.unforce("all"), { hidden: true });
@@ -38,7 +51,12 @@ const stateSign = el("span", { class: "sign", "aria-hidden": "true" });
 const stateWord = el("span", {});
 const state = el("div", { class: "state", role: "status" }, stateSign, stateWord);
 const rack = el("h1", { class: "rack" });
-const more = button("More controls", () => setAttribute(more, "aria-expanded", String(more.getAttribute("aria-expanded") !== "true")), { text: "⋯", class: "sign more", "aria-expanded": "false" }); // on a telephone
+// on a telephone
+const more = button(
+  "More controls",
+  () => setAttribute(more, "aria-expanded", String(more.getAttribute("aria-expanded") !== "true")),
+  { text: "⋯", class: "sign more", "aria-expanded": "false" }
+);
 
 function build(hello) {
   const name = hello.rack || hello.path;
@@ -57,14 +75,29 @@ function build(hello) {
   setFlag(document.documentElement, "data-recorded", orders.recorded());
   at("bar").replaceChildren(
     el("div", { class: "row" }, rack, state, key, transport(), more),
-    el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, forces.node, allButton, stubs.node, record.node, causeLine),
-    el("div", { class: "row seek" }, findBox(), incidentsButton(), compareButton(), shareButton(), helpButton()));
+    el(
+      "div",
+      { class: "row readings" },
+      scan.node,
+      time.node,
+      reached.node,
+      late.node,
+      forces.node,
+      allButton,
+      stubs.node,
+      record.node,
+      causeLine
+    ),
+    el("div", { class: "row seek" }, findBox(), incidentsButton(), compareButton(), shareButton(), helpButton())
+  );
   paintForces([]);
   paintMode();
 }
 
 // The height of the bar, for what is beside the program while it scrolls.
-new ResizeObserver(() => document.documentElement.style.setProperty("--bar", `${at("bar").offsetHeight}px`)).observe(at("bar"));
+new ResizeObserver(() => document.documentElement.style.setProperty("--bar", `${at("bar").offsetHeight}px`)).observe(
+  at("bar")
+);
 
 const fileOf = path => path ? path.split("/").pop() : "";
 

@@ -10,7 +10,8 @@ import { place } from "./values.js";
 export function buildSteps({ chart, notes = [] }) {
   const picture = drawing(chart);
   for (const group of picture.querySelectorAll(".element")) prepare(group);
-  for (const value of picture.querySelectorAll("[data-value-of]")) place(value, value.dataset.valueOf, each => `${shown(each)} ms`);
+  for (const value of picture.querySelectorAll("[data-value-of]"))
+    place(value, value.dataset.valueOf, each => `${shown(each)} ms`);
   return el("div", { class: "steps", tabindex: "0", role: "region", "aria-label": "Sequential function chart" },
     ...notes.map(text => el("p", { class: "comment" }, text)), picture);
 }

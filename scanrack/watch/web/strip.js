@@ -17,23 +17,51 @@ import { readings } from "./readings.js";
 import { lookAt, scrubber } from "./scrub.js";
 import { ask } from "./source.js";
 import { onFrame, onHello, onPaint, run } from "./state.js";
-import { beginTags, fill, forgetAsked, pointsOf, rangeOf, stretchesOf, tagNames, takeTags, toggleTag } from "./taglanes.js";
+import {
+  beginTags,
+  fill,
+  forgetAsked,
+  pointsOf,
+  rangeOf,
+  stretchesOf,
+  tagNames,
+  takeTags,
+  toggleTag,
+} from "./taglanes.js";
 import { watchedTags } from "./watchtable.js";
 import { bitName } from "./words.js";
 
 const SPANS = [0.2, 0.5, 1, 2, 5, 10, 20, 60]; // s
-const ROOM = 10, ROOM_PER_AXIS = 4; // lanes for which there is room from the start: nothing moves when bits change first
+// lanes for which there is room from the start: nothing moves when bits change first
+const ROOM = 10, ROOM_PER_AXIS = 4;
 const MOST_LANES = 24;
-const MOST_CURVE = 150, BESIDE = 100; // CSS pixels: of a position where there is room; of the heading, the times and the choices
+// CSS pixels: of a position where there is room; of the heading, the times and the choices
+const MOST_CURVE = 150, BESIDE = 100;
 const ROWS = 240; // edges that are listed
 const LEAST_SCANS = 4; // that a view may have
 const LIST_MS = 250, FILL_MS = 200;
 
-const canvas = el("canvas", { class: "chart", tabindex: "0", role: "img", "aria-label": "Timing: positions, bits and tags over time", click: clicked, wheel: wheeled, keydown: keyed });
+const canvas = el("canvas", {
+  class: "chart",
+  tabindex: "0",
+  role: "img",
+  "aria-label": "Timing: positions, bits and tags over time",
+  click: clicked,
+  wheel: wheeled,
+  keydown: keyed,
+});
 const times = el("canvas", { class: "axis", "aria-hidden": "true" });
 const axisOver = dragZoom(times, place => axisOf(canvas.clientWidth).time(place), zoomTo);
 axisOver.addEventListener("dblclick", () => zoom(1));
-const fold = el("button", { type: "button", class: "plain fold", "aria-expanded": "false", click: () => { unfolded = !unfolded; draw(); } });
+const fold = el("button", {
+  type: "button",
+  class: "plain fold",
+  "aria-expanded": "false",
+  click: () => {
+    unfolded = !unfolded;
+    draw();
+  },
+});
 const spanText = el("output", { class: "figure" });
 const signal = el("select", { "aria-label": "Signal", change: list });
 const edges = el("ol", { class: "edges", "aria-label": "Edges, the latest first", tabindex: "0" });
@@ -41,23 +69,66 @@ const details = el("details", { class: "raw", toggle: list }, el("summary", {}, 
 const reduced = matchMedia("(prefers-reduced-motion: reduce)");
 
 const signals = el("div", { class: "signals", role: "group", "aria-label": "Signals" });
-const choice = el("details", { class: "raw", toggle: () => { if (choice.open) choices(); } }, el("summary", {}, "Signals"), signals);
+const choice = el(
+  "details",
+  {
+    class: "raw",
+    toggle: () => {
+      if (choice.open) choices();
+    },
+  },
+  el("summary", {}, "Signals"),
+  signals
+);
 
 let held = null; // the view that was dragged over, ns
 let tall = CURVE; // of a position
-let live = new Lanes([]), past = new Lanes([]), span = 5, listed = 0, chosen = {}, key = "", room = ROOM, axes = [], asking = false, filling = 0, unfolded = false;
+let live = new Lanes([]),
+  past = new Lanes([]),
+  span = 5,
+  listed = 0,
+  chosen = {},
+  key = "",
+  room = ROOM,
+  axes = [],
+  asking = false,
+  filling = 0,
+  unfolded = false;
 
 onHello(hello => {
   live = new Lanes(hello.slots.flatMap(slot => slot.bits.map(bit => bitName(slot, bit))));
   past = new Lanes(live.order);
-  axes = hello.slots.filter(slot => slot.values.some(value => value.name === "position")).map(slot => `${slot.number}.position`);
-  room = Math.min(ROOM + ROOM_PER_AXIS * axes.length, MOST_LANES, hello.slots.reduce((sum, slot) => sum + slot.bits.length, 0));
+  axes = hello.slots
+    .filter(slot => slot.values.some(value => value.name === "position"))
+    .map(slot => `${slot.number}.position`);
+  room = Math.min(
+    ROOM + ROOM_PER_AXIS * axes.length,
+    MOST_LANES,
+    hello.slots.reduce((sum, slot) => sum + slot.bits.length, 0)
+  );
   key = `scanrack signals ${hello.path}`;
   chosen = kept(key, {});
   signal.replaceChildren();
   at("strip").replaceChildren(
-    heading("Timing", scrubber(marksAxis, ...marksButtons), el("span", { class: "tools" }, between, copyButton, cursorButton, plotButton(plotted), button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
-    el("div", { class: "over" }, canvas, fold, cursorLayer), axisOver, el("div", { class: "line" }, choice, details));
+    heading(
+      "Timing",
+      scrubber(marksAxis, ...marksButtons),
+      el(
+        "span",
+        { class: "tools" },
+        between,
+        copyButton,
+        cursorButton,
+        plotButton(plotted),
+        button("Zoom out", () => zoom(1), { text: "−", class: "sign" }),
+        spanText,
+        button("Zoom in", () => zoom(-1), { text: "+", class: "sign" })
+      )
+    ),
+    el("div", { class: "over" }, canvas, fold, cursorLayer),
+    axisOver,
+    el("div", { class: "line" }, choice, details)
+  );
   beginTags(hello, changed);
   zoom(0);
 });
@@ -95,7 +166,8 @@ function zoom(by) {
 
 // What was dragged over on the axis is the view, as long as the scan shown is in it.
 function zoomTo(from, to) {
-  const period = run.hello.period_ns, [begin, end] = [from, to].map(time => Math.max(Math.round(time / period), 0) * period);
+  const period = run.hello.period_ns,
+    [begin, end] = [from, to].map(time => Math.max(Math.round(time / period), 0) * period);
   if (end - begin < LEAST_SCANS * period) return;
   held = { from: begin, to: end };
   span = (end - begin) / 1e9;
@@ -115,7 +187,8 @@ function respan() {
 // What of time is in view: the present at the right, a scan of the past in the middle.
 function view() {
   const wide = span * 1e9, t = run.t ?? 0;
-  const least = orders.recorded() ? (run.range?.[1] ?? 0) * run.hello.period_ns : Infinity; // no empty time behind a recording
+  // no empty time behind a recording
+  const least = orders.recorded() ? (run.range?.[1] ?? 0) * run.hello.period_ns : Infinity;
   if (run.state === "past" && held && t >= held.from && t <= held.to) return [held.from, held.to];
   if (run.state === "past") { const end = Math.max(Math.min(t + wide / 2, least), wide); return [end - wide, end]; }
   const end = reduced.matches ? Math.ceil(t / (wide / 4)) * (wide / 4) : t; // in leaps, if motion is not wanted
@@ -137,7 +210,11 @@ async function look() {
   asking = true;
   const into = past;
   try {
-    const answer = await ask("window", { from: begin / period, to: to / period - 1, ...(live.names.length ? { signals: live.names } : {}) });
+    const answer = await ask("window", {
+      from: begin / period,
+      to: to / period - 1,
+      ...(live.names.length ? { signals: live.names } : {}),
+    });
     into.take(answer.strip, begin);
     live.learn(into);
     draw();
@@ -160,7 +237,8 @@ function drawn() {
   return live.names.filter(name => wanted.includes(name) || others.includes(name)).slice(0, MOST_LANES);
 }
 
-// The lanes with a level in view; while the scans continue also in as long a time before, so that a lane of pulses stays.
+// The lanes with a level in view; while the scans continue also in as long a time before, so that a lane of pulses
+// stays.
 function busy(shown) {
   const [from, end] = view(), since = run.state === "live" ? 2 * from - end : from;
   return drawn().filter(name => stretches(shown.bits.get(name) ?? [], since, end).some(([, , on, many]) => on || many));
@@ -176,22 +254,42 @@ function paintFold(many, top, left) {
 
 // The choice of signals, kept per rack in this browser: bits, and the tags that are watched or drawn.
 function choices() {
-  const bits = live.names.map(name => choiceOf(name, drawn().includes(name), on => { chosen[name] = on; keep(key, chosen); draw(); }));
+  const bits = live.names.map(name =>
+    choiceOf(name, drawn().includes(name), on => {
+      chosen[name] = on;
+      keep(key, chosen);
+      draw();
+    })
+  );
   const tags = [...new Set([...tagNames(), ...watchedTags()])];
-  signals.replaceChildren(...bits, ...tags.map(name => choiceOf(name, tagNames().includes(name), () => toggleTag(name))));
+  signals.replaceChildren(
+    ...bits,
+    ...tags.map(name => choiceOf(name, tagNames().includes(name), () => toggleTag(name)))
+  );
 }
 
 const choiceOf = (name, checked, choose) =>
-  el("label", { title: name }, el("input", { type: "checkbox", checked, change: event => choose(event.target.checked) }), el("span", {}, name));
+  el(
+    "label",
+    { title: name },
+    el("input", { type: "checkbox", checked, change: event => choose(event.target.checked) }),
+    el("span", {}, name)
+  );
 
 function draw() {
-  const shown = lanes(), alive = busy(shown), empty = drawn().filter(name => !alive.includes(name)), names = [...alive, ...(unfolded ? empty : [])];
+  const shown = lanes(),
+    alive = busy(shown),
+    empty = drawn().filter(name => !alive.includes(name)),
+    names = [...alive, ...(unfolded ? empty : [])];
   const tags = tagNames().map(name => ({ name, points: pointsOf(name) })), wide = canvas.clientWidth;
   const bitsHigh = Math.max(names.length + Math.sign(empty.length), room) * LANE;
-  const tagsHigh = tags.reduce((sum, tag) => sum + highOf(tag.points), 0), others = TOP + tagsHigh + Math.max(bitsHigh, 3 * LANE);
+  const tagsHigh = tags.reduce((sum, tag) => sum + highOf(tag.points), 0),
+    others = TOP + tagsHigh + Math.max(bitsHigh, 3 * LANE);
   if (!wide) return;
   tall = Math.max(CURVE, Math.min(MOST_CURVE, Math.floor((at("strip").clientHeight - BESIDE - others) / axes.length)));
-  const seen = at("strip").clientHeight - at("strip").firstChild.offsetHeight - AXIS - TOP - tagsHigh - axes.length * CURVE, rest = seen % LANE;
+  const seen =
+      at("strip").clientHeight - at("strip").firstChild.offsetHeight - AXIS - TOP - tagsHigh - axes.length * CURVE,
+    rest = seen % LANE;
   if (tall === CURVE && seen > 0 && axes.length) tall += Math.floor(rest / axes.length); // no half lane above the times
   const high = others + axes.length * tall;
   const to = pen(canvas, wide, high), left = leftOf(wide), [from, end] = view();
@@ -200,8 +298,10 @@ function draw() {
   let top = TOP;
   const other = run.state === "past" ? besideLanes(...viewed()) : null;
   for (const name of axes) {
-    const scale = range(live.curves.get(name) ?? [], past.curves.get(name) ?? [], other?.curves.get(name) ?? []); // one that rests
-    if (other) curve(to, other.points(name, from, end), scale, run.hello.period_ns, "", x, top, left, tall, colors.mark);
+    // one that rests
+    const scale = range(live.curves.get(name) ?? [], past.curves.get(name) ?? [], other?.curves.get(name) ?? []);
+    if (other)
+      curve(to, other.points(name, from, end), scale, run.hello.period_ns, "", x, top, left, tall, colors.mark);
     curve(to, shown.points(name, from, end), scale, run.hello.period_ns, name, x, top, left, tall);
     top += tall;
   }
@@ -217,9 +317,11 @@ function draw() {
     if (other) below(to, stretches(other.bits.get(name) ?? [], from, end), x, top, left);
     top += LANE;
   }
-  if (!names.length && !tags.length && !axes.length) to.text("Nothing has changed yet.", left, TOP + 2 * LANE, colors.soft);
+  if (!names.length && !tags.length && !axes.length)
+    to.text("Nothing has changed yet.", left, TOP + 2 * LANE, colors.soft);
   const period = run.hello.period_ns;
-  for (const [scan, kind] of marksIn(from / period, end / period)) to.rect(x(scan * period) - 1, 0, 2, TOP, colorOf(kind));
+  for (const [scan, kind] of marksIn(from / period, end / period))
+    to.rect(x(scan * period) - 1, 0, 2, TOP, colorOf(kind));
   numbered(to, causes.filter(({ t }) => t >= from && t <= end), x, high);
   const now = x(run.t ?? 0);
   to.line(now, 0, now, high, run.state === "past" ? colors.mark : colors.edge, run.state === "past" ? 1.5 : 1);
@@ -230,14 +332,16 @@ function draw() {
 // Where times are in a strip of that width: between the names and its right end, CSS pixels.
 function axisOf(wide) {
   const left = leftOf(wide), right = wide - 8, [from, end] = view();
-  const x = time => left + (time - from) / (end - from) * (right - left), time = place => from + (place - left) / (right - left) * (end - from);
+  const x = time => left + ((time - from) / (end - from)) * (right - left),
+    time = place => from + ((place - left) / (right - left)) * (end - from);
   return { from, end, left, right, x, time };
 }
 
 // What is plotted larger: the lanes that are drawn, positions and tags first.
 const plotted = {
   names: () => [...axes, ...tagNames(), ...drawn()],
-  points: name => (tagNames().includes(name) ? pointsOf(name) : lanes().curves.get(name) ?? lanes().bits.get(name) ?? []),
+  points: name =>
+    tagNames().includes(name) ? pointsOf(name) : (lanes().curves.get(name) ?? lanes().bits.get(name) ?? []),
   view,
 };
 
@@ -246,13 +350,16 @@ onCopy(scans => readings(drawn(), tagNames(), scans));
 // The time of the edge of a lane that is nearest to a time, or null if none is within reach.
 function nearestEdge(time, within) {
   const lists = [...drawn().map(name => lanes().bits.get(name) ?? []), ...tagNames().map(pointsOf)];
-  const times = lists.flatMap(points => points.filter(isEdge).map(([t]) => t)).filter(t => Math.abs(t - time) <= within);
+  const times = lists
+    .flatMap(points => points.filter(isEdge).map(([t]) => t))
+    .filter(t => Math.abs(t - time) <= within);
   return times.length ? times.reduce((best, t) => (Math.abs(t - time) < Math.abs(best - time) ? t : best)) : null;
 }
 
 // Where a bit is drawn: its top and left, CSS pixels, and the time of a place, ns.
 export function placeOf(bit) {
-  const { left, time } = axisOf(canvas.clientWidth), tags = tagNames().reduce((sum, name) => sum + highOf(pointsOf(name)), 0);
+  const { left, time } = axisOf(canvas.clientWidth),
+    tags = tagNames().reduce((sum, name) => sum + highOf(pointsOf(name)), 0);
   return { top: TOP + axes.length * tall + tags + busy(lanes()).indexOf(bit) * LANE, left, time };
 }
 

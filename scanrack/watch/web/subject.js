@@ -10,8 +10,15 @@ export function subjectOf(place) {
   const node = place?.closest?.(PLACES), row = place?.closest?.("[data-at]");
   if (!node && !row) return null;
   const names = namesAt(node), own = operandAt(place) ?? node?.dataset.tag ?? names[0];
-  const tag = !own || node.dataset.instruction === "JSR" ? null : /^\d+\./.test(own) ? addressOf(own) : own; // 1.MOVING_CW is no name of a tag
-  return { tag, names, rung: row?.dataset.at ?? null, element: node?.dataset.element ?? null, node: node ?? row.querySelector(".stop") ?? row };
+  // 1.MOVING_CW is no name of a tag
+  const tag = !own || node.dataset.instruction === "JSR" ? null : /^\d+\./.test(own) ? addressOf(own) : own;
+  return {
+    tag,
+    names,
+    rung: row?.dataset.at ?? null,
+    element: node?.dataset.element ?? null,
+    node: node ?? row.querySelector(".stop") ?? row,
+  };
 }
 
 // What has the focus, or else what is selected.

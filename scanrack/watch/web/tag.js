@@ -27,28 +27,63 @@ const LATE_MS = 300; // an answer that takes longer is announced
 const name = el("strong", { class: "name" });
 const type = el("span", { class: "soft" });
 const says = el("p", { class: "says" });
-const entry = el("input", { type: "text", "aria-label": "New value", spellcheck: "false", autocomplete: "off", keydown: event => { if (event.key === "Enter") write(); } });
+const entry = el("input", {
+  type: "text",
+  "aria-label": "New value",
+  spellcheck: "false",
+  autocomplete: "off",
+  keydown: event => {
+    if (event.key === "Enter") write();
+  },
+});
 const forceButton = button("Force", () => forceSelected(true));
 const unforceButton = button("Remove force", () => orders.unforce(selected.tag));
 const writeButton = button("Write", write);
-const breakButton = button("Breakpoint", () => orders.breakpoint(selected.tag), { title: "Pause in the scan in which the tag changes" });
+const breakButton = button("Breakpoint", () => orders.breakpoint(selected.tag), {
+  title: "Pause in the scan in which the tag changes",
+});
 const whyButton = button("Why", why, { title: "Why the tag is as it is" });
-const wantButton = button("What would it take", want, { title: "What an owner could do so that the tag has its other level, or the value typed above" });
+const wantButton = button("What would it take", want, {
+  title: "What an owner could do so that the tag has its other level, or the value typed above",
+});
 const usesButton = button("Uses", uses, { title: "Where the tag is read and written" });
 const watchButton = button("Watch", () => addToWatch(selected.tag), { title: "Into the watch table" });
-const stripButton = button("Strip", () => { toggleTag(selected.tag); paintForced(); }, { title: "Into the timing strip, or out of it", "aria-pressed": "false" });
+const stripButton = button(
+  "Strip",
+  () => {
+    toggleTag(selected.tag);
+    paintForced();
+  },
+  { title: "Into the timing strip, or out of it", "aria-pressed": "false" }
+);
 const closeButton = button("Deselect", () => select({}), { text: "✕", title: "Select nothing (Esc)", class: "sign" });
-const previousButton = button("Previous change", () => toPrevious(selected.tag), { text: "◀", title: "Look at its previous change (p)", class: "sign" });
-const nextButton = button("Next change", () => toNext(selected.tag), { text: "▶", title: "Look at its next change (n)", class: "sign" });
+const previousButton = button("Previous change", () => toPrevious(selected.tag), {
+  text: "◀",
+  title: "Look at its previous change (p)",
+  class: "sign",
+});
+const nextButton = button("Next change", () => toNext(selected.tag), {
+  text: "▶",
+  title: "Look at its next change (n)",
+  class: "sign",
+});
 const own = el("span", {}), parts = el("div", { class: "parts" });
 const since = el("p", { class: "since" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
 const HINTS = new Map([writeButton, forceButton, breakButton].map(each => [each, each.title]));
 let sinceOf = "", asking = false; // what was asked since when
 let answered = null; // the tag of the answer
-const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type, own, el("span", { class: "ways" }, previousButton, nextButton)), says, parts, since,
+const card = el(
+  "div",
+  { class: "tag" },
+  el("div", { class: "line" }, name, type, own, el("span", { class: "ways" }, previousButton, nextButton)),
+  says,
+  parts,
+  since,
   el("div", { class: "line write" }, entry, writeButton, forceButton, unforceButton),
-  el("div", { class: "line" }, whyButton, wantButton, usesButton, watchButton, stripButton, breakButton), answer);
+  el("div", { class: "line" }, whyButton, wantButton, usesButton, watchButton, stripButton, breakButton),
+  answer
+);
 
 onHello(() => {
   at("tag").replaceChildren(heading("Tag", closeButton), card);
@@ -89,7 +124,11 @@ async function askSince() {
   sinceOf = wish;
   asking = true;
   try {
-    const told = await lastChange(tag, () => wish === wishNow(), from => setText(since, `It has not changed since scan ${count(from)}; earlier ones are being looked at …`));
+    const told = await lastChange(
+      tag,
+      () => wish === wishNow(),
+      from => setText(since, `It has not changed since scan ${count(from)}; earlier ones are being looked at …`)
+    );
     if (told !== undefined) showSince(told);
   } catch { if (tag === selected.tag) setText(since, ""); }
   setTimeout(() => { asking = false; askSince(); }, SINCE_MS);
@@ -100,7 +139,15 @@ const wishNow = () => `${selected.tag} ${plain(valueOf(selected.tag))} ${run.sta
 function showSince(told) {
   if (!told) return setText(since, "It has not changed in any scan up to here.");
   const simple = told.before === null || typeof told.before === "object" ? "" : `, before that ${shown(told.before)}`;
-  since.replaceChildren("Since ", el("button", { type: "button", class: "plain", title: `Look at scan ${told.scan}`, click: () => lookAt(told.scan) }, told.t === null ? `scan ${count(told.scan)}` : clock(told.t)), simple);
+  since.replaceChildren(
+    "Since ",
+    el(
+      "button",
+      { type: "button", class: "plain", title: `Look at scan ${told.scan}`, click: () => lookAt(told.scan) },
+      told.t === null ? `scan ${count(told.scan)}` : clock(told.t)
+    ),
+    simple
+  );
 }
 
 // What a bit of an image means, with the section of the manual.
@@ -111,7 +158,11 @@ function meaningOf(tag) {
 
 // What can't be done with a tag says why.
 function permit(tag) {
-  const lacks = [[writeButton, lacksWrite({ tag })], [forceButton, lacksForce({ tag })], [breakButton, lacksBreak({ tag })]];
+  const lacks = [
+    [writeButton, lacksWrite({ tag })],
+    [forceButton, lacksForce({ tag })],
+    [breakButton, lacksBreak({ tag })],
+  ];
   for (const [button, lack] of lacks) {
     button.disabled = Boolean(lack);
     button.title = lack ? `${button.getAttribute("aria-label")}: ${lack}` : HINTS.get(button);
@@ -124,12 +175,24 @@ function permit(tag) {
 function part(tag) {
   const value = el("output", { class: "figure" }, "–");
   place(value, tag, brief(shown));
-  const line = el("div", { class: "part" }, el("button", { type: "button", class: "plain", click: () => select({ ...selected, tag, names: [tag] }) }, nameOf(tag)), value);
+  const line = el(
+    "div",
+    { class: "part" },
+    el(
+      "button",
+      { type: "button", class: "plain", click: () => select({ ...selected, tag, names: [tag] }) },
+      nameOf(tag)
+    ),
+    value
+  );
   return el("div", {}, line, treeOf(tag));
 }
 
 function typed() {
-  const value = parsed(entry.value, declared(selected.tag)?.type ?? (typeof valueOf(selected.tag) === "boolean" ? "BOOL" : ""));
+  const value = parsed(
+    entry.value,
+    declared(selected.tag)?.type ?? (typeof valueOf(selected.tag) === "boolean" ? "BOOL" : "")
+  );
   if (value === undefined) tell(`${entry.value || "Nothing"} is not a value for ${selected.tag}.`);
   return value;
 }
@@ -162,14 +225,27 @@ export async function explain(tag, then) {
 
 // Asks why and shows the answer of a tag. Returns it, or null.
 async function answerTo(tag, tries = 1) {
-  const late = setTimeout(() => answer.replaceChildren(el("p", { class: "soft" }, "The program runs again up to this scan …")), LATE_MS);
+  const late = setTimeout(
+    () => answer.replaceChildren(el("p", { class: "soft" }, "The program runs again up to this scan …")),
+    LATE_MS
+  );
   const said = await askWhy({ tag }, () => tag === selected.tag, tries);
   clearTimeout(late);
   if (tag !== selected.tag) return null;
   if (!said) return answer.replaceChildren(), null;
-  const lines = linesOf(said), text = said.chain?.length > 1 ? said.text.split("\n")[0] : said.text; // else the chain says the rest
-  const when = el("button", { type: "button", class: "plain", title: "Look at this scan", click: () => lookAt(said.scan) }, `In scan ${count(said.scan)}:`);
-  answer.replaceChildren(when, el("p", {}, text), lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "", chainOf(said.chain));
+  // else the chain says the rest
+  const lines = linesOf(said), text = said.chain?.length > 1 ? said.text.split("\n")[0] : said.text;
+  const when = el(
+    "button",
+    { type: "button", class: "plain", title: "Look at this scan", click: () => lookAt(said.scan) },
+    `In scan ${count(said.scan)}:`
+  );
+  answer.replaceChildren(
+    when,
+    el("p", {}, text),
+    lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "",
+    chainOf(said.chain)
+  );
   answer.scrollIntoView({ block: "nearest" });
   return said;
 }
@@ -177,7 +253,13 @@ async function answerTo(tag, tries = 1) {
 // Asks why; the answer calls words and bits by their names. Returns it, or null.
 export async function askWhy(fields, wanted, tries = TRIES) {
   const said = await askAgain(fields, wanted, tries);
-  return said && { ...said, text: clocked(named(said.text)), chain: said.chain?.map(link => ({ ...link, text: named(link.text) })) };
+  return (
+    said && {
+      ...said,
+      text: clocked(named(said.text)),
+      chain: said.chain?.map(link => ({ ...link, text: named(link.text) })),
+    }
+  );
 }
 
 // Asks of a scan that is being worked out again and again while the answer is wanted.
@@ -205,7 +287,9 @@ const toLine = place => {
 };
 
 export async function want() {
-  const { tag } = selected, present = valueOf(tag), value = entry.value.trim() || typeof present !== "boolean" ? typed() : !present;
+  const { tag } = selected,
+    present = valueOf(tag),
+    value = entry.value.trim() || typeof present !== "boolean" ? typed() : !present;
   if (value === undefined) return;
   answer.replaceChildren(el("p", { class: "soft" }, "Copies of the rack try it …"));
   const found = await answersTo(tag, value);
@@ -219,8 +303,13 @@ export async function uses() {
   if (said && tag === selected.tag) answer.replaceChildren(el("ul", {}, ...(said.hits ?? []).map(hit)));
 }
 
-const hit = ({ text, rung }) => el("li", {},
-  rung ? el("button", { type: "button", class: "plain", click: () => showRung(rung) }, rung) : "", el("span", {}, ` ${text}`));
+const hit = ({ text, rung }) =>
+  el(
+    "li",
+    {},
+    rung ? el("button", { type: "button", class: "plain", click: () => showRung(rung) }, rung) : "",
+    el("span", {}, ` ${text}`)
+  );
 
 function paintForced() {
   const forced = Boolean(selected.tag) && isForced(selected.tag);

@@ -1,4 +1,5 @@
-// Tags in the timing strip: which ones, and their points. A point is [t, value] or, of a number, [t, least, most, last].
+// Tags in the timing strip: which ones, and their points. A point is [t, value] or, of a number, [t, least, most,
+// last].
 
 import { forgetFar, join, missing, put, range, stretches } from "./lanes.js";
 import { keep, kept } from "./kept.js";

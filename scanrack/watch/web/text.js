@@ -36,7 +36,8 @@ function addChips(names) {
   for (const name of more) {
     chips.add(name);
     const own = name.slice(name.indexOf(".")); // `.step` of line.step, for self.step
-    for (const { beside, uses } of users) if (uses.includes(name) || uses.includes(own)) beside.append(chip(name, own.slice(1)));
+    for (const { beside, uses } of users)
+      if (uses.includes(name) || uses.includes(own)) beside.append(chip(name, own.slice(1)));
   }
 }
 
@@ -53,31 +54,73 @@ function pieces(text, spans) {
 
 function rowOf({ number, text, names = [], spans = [], uses = [] }) {
   const ident = `${routine}.${number}`, beside = el("span", { class: "beside" }, ...names.map(name => chip(name)));
-  const parts = [number ? stopOf(ident, number) : el("span", { class: "number" }), el("code", {}, ...pieces(text, spans)), beside];
+  const parts = [
+    number ? stopOf(ident, number) : el("span", { class: "number" }),
+    el("code", {}, ...pieces(text, spans)),
+    beside,
+  ];
   if (!number) return el("li", { class: "code-line" }, ...parts); // nothing runs there
   if (uses.length) users.push({ beside, uses });
-  const row = el("li", { class: "code-line", "data-element": `${ident}.0`, "data-at": ident, "data-power": "0", click: () => select({ rung: ident, tag: names[0] ?? null, names }) }, ...parts);
+  const row = el(
+    "li",
+    {
+      class: "code-line",
+      "data-element": `${ident}.0`,
+      "data-at": ident,
+      "data-power": "0",
+      click: () => select({ rung: ident, tag: names[0] ?? null, names }),
+    },
+    ...parts
+  );
   if (!lines.has(ident)) lines.set(ident, []);
   lines.get(ident).push(row);
   return row;
 }
 
 // The number of a line is its breakpoint.
-const stopOf = (ident, number) => el("button", {
-  type: "button", class: "stop number", tabindex: -1, "aria-label": `Breakpoint on line ${number}`, "aria-pressed": "false",
-  disabled: !orders.timed(), title: `Line ${number}: breakpoint (b)`,
-  click: event => { event.stopPropagation(); toggleBreakpoint(ident); },
-}, String(number));
+const stopOf = (ident, number) =>
+  el(
+    "button",
+    {
+      type: "button",
+      class: "stop number",
+      tabindex: -1,
+      "aria-label": `Breakpoint on line ${number}`,
+      "aria-pressed": "false",
+      disabled: !orders.timed(),
+      title: `Line ${number}: breakpoint (b)`,
+      click: event => {
+        event.stopPropagation();
+        toggleBreakpoint(ident);
+      },
+    },
+    String(number)
+  );
 
 function chip(name, text = name) {
   const value = el("output", { class: "figure" }, "–");
   place(value, name, shown);
-  return el("button", { type: "button", class: "chip", title: name, click: event => { event.stopPropagation(); select({ tag: name }); } }, el("span", {}, text), value);
+  return el(
+    "button",
+    {
+      type: "button",
+      class: "chip",
+      title: name,
+      click: event => {
+        event.stopPropagation();
+        select({ tag: name });
+      },
+    },
+    el("span", {}, text),
+    value
+  );
 }
 
 export function paintText({ power, tags, lines: running, breakpoints, met, ran }) {
   if (tags) addChips(Object.keys(tags));
-  if (breakpoints) for (const [ident, rows] of lines) for (const row of rows) paintStop(row, breakpointsAt(ident, breakpoints).length > 0);
+  if (breakpoints)
+    for (const [ident, rows] of lines)
+      for (const row of rows) paintStop(row, breakpointsAt(ident, breakpoints).length > 0);
   for (const [ident, now] of Object.entries(power ?? {})) {
     for (const row of lines.get(ident) ?? []) setAttribute(row, "data-power", now[0] ?? "0");
   }
@@ -95,7 +138,8 @@ function paintRunning() {
   const here = Object.entries(run.lines).filter(([, at]) => at);
   const marked = new Set([...here.filter(([, at]) => isHere(at)).map(([, { line }]) => line), ...metLines()]);
   for (const [ident, [row]] of lines) setAttribute(row, "data-power", marked.has(lineOf(ident)) ? "1" : "0");
-  while (waits.children.length < here.length) waits.append(el("li", {}, el("button", { type: "button", class: "plain", click: jump }), el("code")));
+  while (waits.children.length < here.length)
+    waits.append(el("li", {}, el("button", { type: "button", class: "plain", click: jump }), el("code")));
   while (waits.children.length > here.length) waits.lastChild.remove();
   here.forEach(([name, at], place) => paintWait(waits.children[place], name, at));
   follow(lines.get(`${routine}.${metLines()[0] ?? here.find(([, at]) => isHere(at))?.[1].line}`)?.[0]);
@@ -108,7 +152,8 @@ const metLines = () => (run.met ?? []).map(said => Number(/ line (\d+) has run$/
 
 // Brings the line at which the first sequence waits into view, unless the reader has gone elsewhere.
 function follow(row) {
-  if (!row || row === followed || !matchMedia("(min-width: 1000px)").matches) return; // a narrow page scrolls as a whole
+  // a narrow page scrolls as a whole
+  if (!row || row === followed || !matchMedia("(min-width: 1000px)").matches) return;
   if (!followed || isSeen(followed)) row.scrollIntoView({ block: "center" });
   followed = row;
 }
@@ -122,11 +167,17 @@ function isSeen(row) {
 const isHere = ({ file }) => !file || file.split("/").at(-1) === routine;
 
 function paintWait(item, name, at) {
-  const [button, code] = item.children, { line, text, since } = at, row = isHere(at) ? lines.get(`${routine}.${line}`)?.[0] : null;
+  const [button, code] = item.children,
+    { line, text, since } = at,
+    row = isHere(at) ? lines.get(`${routine}.${line}`)?.[0] : null;
   button.dataset.line = isHere(at) ? line : "";
   setText(code, row?.querySelector("code").textContent.trim() ?? "");
-  const parts = [`${name} waits at line ${line}`, isHere(at) ? "" : ` of ${at.file.split("/").at(-1)}`, text ? ` for ${text}` : "",
-    since === undefined || since === null ? "" : ` since ${clock(since)}`];
+  const parts = [
+    `${name} waits at line ${line}`,
+    isHere(at) ? "" : ` of ${at.file.split("/").at(-1)}`,
+    text ? ` for ${text}` : "",
+    since === undefined || since === null ? "" : ` since ${clock(since)}`,
+  ];
   setText(button, parts.join(""));
 }
 

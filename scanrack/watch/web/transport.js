@@ -47,7 +47,8 @@ function chosen() {
 
 function paint() {
   const obeys = orders.timed() || orders.recorded(), lost = run.state === "lost";
-  pauseButton.disabled = !obeys || lost || (orders.recorded() ? !player.playing : run.paused); // a rack runs on behind its past
+  // a rack runs on behind its past
+  pauseButton.disabled = !obeys || lost || (orders.recorded() ? !player.playing : run.paused);
   goButton.disabled = !obeys || lost || (orders.recorded() ? player.playing : run.state === "live");
   stepButton.disabled = speedChoice.disabled = !obeys || lost;
 }

@@ -30,7 +30,10 @@ function branch(name, title, say, isRow = false) {
     setFlag(node, "hidden", !isGroup(value));
     if (!isGroup(value) || !node.open) return;
     for (const [key, item] of Object.entries(value).slice(0, MOST)) {
-      if (!rows.has(key)) node.append((rows.set(key, rowOf(memberOf(name, key, value, isRow), key, say, Array.isArray(value))).get(key)).node);
+      if (!rows.has(key))
+        node.append(
+          rows.set(key, rowOf(memberOf(name, key, value, isRow), key, say, Array.isArray(value))).get(key).node
+        );
       rows.get(key).show(item);
     }
   } };
@@ -46,7 +49,16 @@ function rowOf(name, key, say, inArray) {
   const value = el("output", { class: "figure" }), inner = branch(name, "members", say, inArray);
   let latest = null;
   inner.node.addEventListener("toggle", () => inner.fill(latest));
-  const line = el("div", { class: "part" }, el("button", { type: "button", class: "plain", title: name, click: () => select({ tag: name }) }, inArray ? `[${key}]` : key), value);
+  const line = el(
+    "div",
+    { class: "part" },
+    el(
+      "button",
+      { type: "button", class: "plain", title: name, click: () => select({ tag: name }) },
+      inArray ? `[${key}]` : key
+    ),
+    value
+  );
   return { node: el("div", {}, line, inner.node), show(item) {
     latest = item;
     setText(value, brief(say)(item));

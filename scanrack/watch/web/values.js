@@ -79,7 +79,8 @@ export const eachShown = visit => { for (const name of places.keys()) visit(name
 
 // Writes the value of a name in some nodes again: their radix has changed.
 export function again(name, ...nodes) {
-  for (const { node, say } of places.get(name) ?? []) if (nodes.includes(node) && known.has(name)) write(node, say, known.get(name));
+  for (const { node, say } of places.get(name) ?? [])
+    if (nodes.includes(node) && known.has(name)) write(node, say, known.get(name));
 }
 
 onPaint(({ tags, forced }) => {

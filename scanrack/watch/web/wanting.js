@@ -14,14 +14,25 @@ const LOOK_MS = 50, PATIENCE_MS = 60000; // for the branch to have repeated the 
 // The answers to a question as nodes; null if there are none.
 export async function answersTo(tag, value) {
   const said = await orders.order("want", { tag, value });
-  return said && [el("p", {}, `After scan ${said.scan.toLocaleString("en")}:`), el("ul", { class: "answers" }, ...said.answers.map(each => el("li", {}, ...rowOf(each, said.scan))))];
+  return (
+    said && [
+      el("p", {}, `After scan ${said.scan.toLocaleString("en")}:`),
+      el("ul", { class: "answers" }, ...said.answers.map(each => el("li", {}, ...rowOf(each, said.scan)))),
+    ]
+  );
 }
 
 // What is done by no one, or by no order of a page, has no button.
 function rowOf(answer, scan) {
   if (!answer.orders || !run.hello.branches) return [answer.text];
   const text = answer.acts.join(", then ") || "wait";
-  return [button(`Try: ${text}`, () => attempt(answer, scan), { text: `${text[0].toUpperCase()}${text.slice(1)}`, title: "Run this as a branch beside the past" }), ` ${timeText(answer.after_ns)} later`];
+  return [
+    button(`Try: ${text}`, () => attempt(answer, scan), {
+      text: `${text[0].toUpperCase()}${text.slice(1)}`,
+      title: "Run this as a branch beside the past",
+    }),
+    ` ${timeText(answer.after_ns)} later`,
+  ];
 }
 
 async function attempt({ orders: steps, after_ns: after, text }, scan) {

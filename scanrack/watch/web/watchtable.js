@@ -13,10 +13,28 @@ import { nameOf, paintAddressed } from "./words.js";
 let rows = []; // { tag, radix }
 let key = "";
 
-const field = el("input", { type: "text", list: "tags", "aria-label": "Tag to watch", placeholder: "Add a tag", autocomplete: "off", spellcheck: "false", keydown: keyed });
+const field = el("input", {
+  type: "text",
+  list: "tags",
+  "aria-label": "Tag to watch",
+  placeholder: "Add a tag",
+  autocomplete: "off",
+  spellcheck: "false",
+  keydown: keyed,
+});
 const known = el("datalist", { id: "tags" });
 const body = el("tbody");
-const table = el("table", { class: "watch" }, el("colgroup", {}, ...Array.from({ length: 4 }, () => el("col"))), el("thead", { class: "hidden" }, el("tr", {}, ...["Tag", "Value", "Radix", "Remove"].map(text => el("th", {}, text)))), body);
+const table = el(
+  "table",
+  { class: "watch" },
+  el("colgroup", {}, ...Array.from({ length: 4 }, () => el("col"))),
+  el(
+    "thead",
+    { class: "hidden" },
+    el("tr", {}, ...["Tag", "Value", "Radix", "Remove"].map(text => el("th", {}, text)))
+  ),
+  body
+);
 const empty = el("p", { class: "soft" }, "Tags of your choice stay here.");
 
 onProgram(hello => {
@@ -46,14 +64,53 @@ function show() {
 }
 
 function rowOf(row) {
-  const say = given => inRadix(given, row.radix, typeOf(row.tag)), value = el("output", { class: "figure" }, "–"), tree = treeOf(row.tag, say, true);
+  const say = given => inRadix(given, row.radix, typeOf(row.tag)),
+    value = el("output", { class: "figure" }, "–"),
+    tree = treeOf(row.tag, say, true);
   place(value, row.tag, brief(say));
-  const radix = el("select", { "aria-label": `Radix of ${row.tag}`, change: () => { row.radix = radix.value; keep(key, rows); again(row.tag, value, tree); } },
-    ...RADIXES.map(name => el("option", { value: name, selected: name === row.radix }, name)));
-  return [el("tr", { class: "tag" },
-    el("th", { scope: "row" }, el("button", { type: "button", class: "plain", title: "Write, force, why", click: () => select({ tag: row.tag }) }, nameOf(row.tag))),
-    el("td", { class: "value" }, value), el("td", {}, radix),
-    el("td", {}, button(`Remove ${row.tag}`, () => { rows = rows.filter(each => each !== row); keep(key, rows); show(); }, { text: "✕", title: "Out of the table", class: "sign" }))), el("tr", { class: "members" }, el("td", { colspan: 4 }, tree))];
+  const radix = el(
+    "select",
+    {
+      "aria-label": `Radix of ${row.tag}`,
+      change: () => {
+        row.radix = radix.value;
+        keep(key, rows);
+        again(row.tag, value, tree);
+      },
+    },
+    ...RADIXES.map(name => el("option", { value: name, selected: name === row.radix }, name))
+  );
+  return [
+    el(
+      "tr",
+      { class: "tag" },
+      el(
+        "th",
+        { scope: "row" },
+        el(
+          "button",
+          { type: "button", class: "plain", title: "Write, force, why", click: () => select({ tag: row.tag }) },
+          nameOf(row.tag)
+        )
+      ),
+      el("td", { class: "value" }, value),
+      el("td", {}, radix),
+      el(
+        "td",
+        {},
+        button(
+          `Remove ${row.tag}`,
+          () => {
+            rows = rows.filter(each => each !== row);
+            keep(key, rows);
+            show();
+          },
+          { text: "✕", title: "Out of the table", class: "sign" }
+        )
+      )
+    ),
+    el("tr", { class: "members" }, el("td", { colspan: 4 }, tree)),
+  ];
 }
 
 export function addToWatch(tag) {
@@ -75,9 +132,12 @@ function keyed(event) {
 // Says to the server which tags are looked at beside the routine: those of the table, and those selected.
 export async function sendWatched(more = selected.names) {
   try {
-    const { unknown, addresses } = await ask("watch", { tags: [...new Set([...rows.map(row => row.tag), ...alsoWatched, ...more])] });
+    const { unknown, addresses } = await ask("watch", {
+      tags: [...new Set([...rows.map(row => row.tag), ...alsoWatched, ...more])],
+    });
     learn(addresses);
     paintAddressed();
-    for (const [place, row] of rows.entries()) body.querySelectorAll("tr.tag")[place]?.toggleAttribute("data-unknown", unknown.includes(row.tag));
+    for (const [place, row] of rows.entries())
+      body.querySelectorAll("tr.tag")[place]?.toggleAttribute("data-unknown", unknown.includes(row.tag));
   } catch { /* the next hello asks again */ }
 }

@@ -9,14 +9,19 @@ import { eachShown, give, learn, place, valueOf } from "./values.js";
 let slots = new Map(); // number -> { bits, words, values }
 
 // What a bit is called for scripts: by meaning, or else by address.
-export const bitName = (slot, bit) => bit.name && !bit.address?.startsWith(bit.name) ? `${slot.number}.${bit.name}` : bit.address;
+export const bitName = (slot, bit) =>
+  bit.name && !bit.address?.startsWith(bit.name) ? `${slot.number}.${bit.name}` : bit.address;
 
 // The program's alias of an address.
 export const aliasOf = address => run.hello.tags?.find(each => each.address === address)?.name;
 
 // The tag's name of an address: the program's alias, or else its meaning; another name stays.
 export function nameOf(address) {
-  return aliasOf(address) ?? run.hello.slots.flatMap(slot => slot.bits).find(each => each.address === address)?.meaning ?? address;
+  return (
+    aliasOf(address) ??
+    run.hello.slots.flatMap(slot => slot.bits).find(each => each.address === address)?.meaning ??
+    address
+  );
 }
 
 // A text with the names of the addresses in it.
@@ -46,10 +51,18 @@ function group(title, slot, bits) {
 
 function bitOf(slot, bit) {
   const level = el("span", { class: "level" }, "0"), name = bitName(slot, bit);
-  const node = el("button", {
-    type: "button", class: "bit", "data-kind": bit.error ? "error" : null, title: [bit.meaning, bit.section, bit.address].filter(Boolean).join("\n"),
-    click: () => select({ tag: bit.address ?? name }),
-  }, el("span", {}, label(bit)), level);
+  const node = el(
+    "button",
+    {
+      type: "button",
+      class: "bit",
+      "data-kind": bit.error ? "error" : null,
+      title: [bit.meaning, bit.section, bit.address].filter(Boolean).join("\n"),
+      click: () => select({ tag: bit.address ?? name }),
+    },
+    el("span", {}, label(bit)),
+    level
+  );
   place(node, name, value => { level.textContent = value ? "1" : "0"; return null; });
   return node;
 }
@@ -68,15 +81,33 @@ function valuesOf(slot) {
 function wordsOf(slot) {
   const { in: ins = 0, out: outs = 0 } = slot.words ?? {};
   if (!ins && !outs) return null;
-  const row = (word) => el("tr", {}, el("th", { scope: "row" }, String(word)), ...cells(slot, false, word, ins), ...cells(slot, true, word, outs));
+  const row = word =>
+    el(
+      "tr",
+      {},
+      el("th", { scope: "row" }, String(word)),
+      ...cells(slot, false, word, ins),
+      ...cells(slot, true, word, outs)
+    );
   const rows = Array.from({ length: Math.max(ins, outs) }, (_, word) => row(word));
-  return el("details", { class: "raw" }, el("summary", {}, "Words"),
-    el("table", {}, el("thead", {}, el("tr", {}, ...["", "in", "", "out", ""].map(text => el(text ? "th" : "td", {}, text)))), el("tbody", {}, ...rows)));
+  return el(
+    "details",
+    { class: "raw" },
+    el("summary", {}, "Words"),
+    el(
+      "table",
+      {},
+      el("thead", {}, el("tr", {}, ...["", "in", "", "out", ""].map(text => el(text ? "th" : "td", {}, text)))),
+      el("tbody", {}, ...rows)
+    )
+  );
 }
 
 function cells(slot, output, word, most) {
   if (word >= most) return [el("td"), el("td")];
-  const hex = el("td", { class: "figure" }), decimal = el("td", { class: "figure" }), name = nameOfWord(slot, output, word);
+  const hex = el("td", { class: "figure" }),
+    decimal = el("td", { class: "figure" }),
+    name = nameOfWord(slot, output, word);
   place(hex, name, value => inRadix(value, "hex", "INT"));
   place(decimal, name, value => String(value));
   return [hex, decimal];
@@ -97,8 +128,11 @@ function paintSlot(slot, words) {
   if (!slot) return;
   const ins = slot.words.in, wordAt = bit => words[bit.word + (bit.output ? ins : 0)];
   for (const bit of slot.bits) give(bitName(slot, bit), Boolean(wordAt(bit) >> bit.bit & 1));
-  for (const lamp of slot.lamps ?? []) give(bitName(slot, lamp), Boolean(wordAt({ output: true, ...lamp }) >> lamp.bit & 1));
-  words.forEach((word, place) => give(nameOfWord(slot, place >= ins, place >= ins ? place - ins : place), signed(word)));
+  for (const lamp of slot.lamps ?? [])
+    give(bitName(slot, lamp), Boolean((wordAt({ output: true, ...lamp }) >> lamp.bit) & 1));
+  words.forEach((word, place) =>
+    give(nameOfWord(slot, place >= ins, place >= ins ? place - ins : place), signed(word))
+  );
 }
 
 // Shows words and bits where they stand under other names, as in the watch table; of the program's tags frames tell.
@@ -114,8 +148,15 @@ export function paintAddressed() {
 // Shows the rules that have set the bits that are on.
 function paintRules() {
   const rules = at("rules"); // over the lists, so that they move nothing
-  const fired = (run.rules ?? []).filter(rule => valueOf(`${rule.slot}.${rule.bit}`)), many = run.hello.slots.length > 1;
-  const said = new Set(fired.map(rule => `⚠ ${many ? `${rule.slot}: ` : ""}${rule.bit}: ${rule.text} [${[rule.rule, rule.section].filter(Boolean).join(", ")}]`));
+  const fired = (run.rules ?? []).filter(rule => valueOf(`${rule.slot}.${rule.bit}`)),
+    many = run.hello.slots.length > 1;
+  const said = new Set(
+    fired.map(
+      rule =>
+        `⚠ ${many ? `${rule.slot}: ` : ""}${rule.bit}: ${rule.text} ` +
+          `[${[rule.rule, rule.section].filter(Boolean).join(", ")}]`
+    )
+  );
   setFlag(rules, "hidden", !said.size);
   setText(rules, [...said].join("\n"));
 }

@@ -164,10 +164,10 @@ def test_since_goes_on_until_the_change_or_the_first_scan(seen: Opened, trace: P
     while True:
         answer = asked(seen, "since", tag=tag, **{"from": begin})
         asks += 1
-        if answer["since"] or answer["searched"] is None:
+        if answer["since"] or answer["from"] is None:
             break
-        assert answer["searched"] < begin
-        begin = answer["searched"]
+        assert answer["from"] < begin
+        begin = answer["from"]
     if tag.startswith("Local"):
         on = levels(trace, int(tag.rpartition(".")[2]))
         changes = [scan for scan in range(1, SCANS) if on[scan] != on[scan - 1]]

@@ -165,3 +165,14 @@ def test_what_a_browser_has_already_is_not_sent_again():
 
 def test_the_first_picture_takes_less_than_100_kb():
     assert sum(len(answer(path, accepts="gzip").body) for path in ("/", "/page.js")) < 100_000
+
+
+def test_no_line_of_a_module_is_over_120_characters():
+    found = {
+        f"{each.name}:{number}": len(line)
+        for each in WEB.iterdir()
+        if each.name.endswith(".js")
+        for number, line in enumerate(each.read_text("utf-8").splitlines(), 1)
+        if len(line) > 120
+    }
+    assert found == {}
