@@ -20,6 +20,7 @@ def written(page: str) -> str:
     )
     for head, rows in (("argument | value", arguments), ("request | does | announced as", requests)):
         found = rf"(^\| {re.escape(head)} \|\n\|[-|]+\n)(?:\|.*\n)*"
-        page, count = re.subn(found, lambda table, rows=rows: table[1] + rows, page, flags=re.MULTILINE)
-        assert count == 1, f"docs/debugger.md has no table with {head}"
+        table = re.search(found, page, flags=re.MULTILINE)
+        assert table, f"docs/debugger.md has no table with {head}"
+        page = f"{page[: table.end(1)]}{rows}{page[table.end() :]}"
     return page

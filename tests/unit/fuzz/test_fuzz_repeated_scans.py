@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
 from scanrack.io_images.amci3601.bits import InputBit
@@ -108,7 +109,8 @@ def both_ways(made: TrialBench, scenario: Scenario):
         edges = Edges()
         probe = Probe(edges)
         verdict = made.run(scenario, probe=probe, every_scan=every_scan)
-        memory = probe.logic.memory.snapshot()
+        logic: Any = probe.logic
+        memory = logic.memory.snapshot()
         found.append((verdict, list(edges.groups.items()), memory))
     return found
 
@@ -155,7 +157,8 @@ def test_other_sources_of_time_are_no_clocks(rungs, tmp_path):
     (tmp_path / "program.rung").write_text(text.format(rungs=rungs), encoding="utf-8")
     (tmp_path / "rack.toml").write_text(RACK.format(scan_ms=2), encoding="utf-8")
     made = bench_of(Setup(str(tmp_path / "rack.toml"), (), (), SCANS, frozenset({Kind.INPUTS})))
-    assert clocks_of(made.fresh_logic().lowered) is None
+    logic: Any = made.fresh_logic()
+    assert clocks_of(logic.lowered) is None
 
 
 def test_what_reads_the_time_is_asked_in_every_scan(tmp_path):

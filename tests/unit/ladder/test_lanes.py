@@ -163,5 +163,5 @@ def test_random_programs(text, values):
         debugger.tags[name] = value
     with suppress(LadderFault):
         debugger.scan(4 * LENGTH)
-    starts = list(debugger._past._source.snapshots(debugger.scans - 1))
+    starts = list(debugger._past.source.snapshots(debugger.scans - 1))
     checked(debugger._past, [debugger._past._stretch(start, end) for end, start in pairwise(starts)])

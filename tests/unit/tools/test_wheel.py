@@ -40,7 +40,8 @@ def test_a_wheel_has_the_tracked_files_of_each_room(tmp_path: Path) -> None:
     )
     assert done.returncode == 0, done.stderr
 
-    wheel = zipfile.ZipFile(*tmp_path.glob("*.whl"))
+    (path,) = tmp_path.glob("*.whl")
+    wheel = zipfile.ZipFile(path)
     packed = {name for name in wheel.namelist() if ".dist-info/" not in name}
     examples = [name for name in names if name.startswith("examples/") and name.count("/") == 2]
     own = [name for name in names if name.split("/")[0] in ROOMS]
