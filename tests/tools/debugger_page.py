@@ -19,7 +19,7 @@ def written(page: str) -> str:
         for name, each in REQUESTS.items()
     )
     for head, rows in (("argument | value", arguments), ("request | does | announced as", requests)):
-        found = rf"(^\| {re.escape(head)} \|\n\|[-|]+\n)(?:\|.*\n)*"
-        page, count = re.subn(found, lambda table, rows=rows: table[1] + rows, page, flags=re.MULTILINE)
-        assert count == 1, f"docs/debugger.md has no table with {head}"
+        found = re.search(rf"^\| {re.escape(head)} \|\n\|[-|]+\n((?:\|.*\n)*)", page, re.MULTILINE)
+        assert found is not None, f"docs/debugger.md has no table with {head}"
+        page = page[: found.start(1)] + rows + page[found.end(1) :]
     return page
