@@ -68,8 +68,8 @@ def _serve_port(port: int) -> int:
 
 _HELP = """Debug a rack or a trace in an editor, forwards and backwards.
 
-The debug adapter speaks the Debug Adapter Protocol on standard input and output. An editor starts it: see
-docs/editor.md. It steps through rungs, structured text and charts, scan by scan. With --port a client
+The debug adapter speaks the Debug Adapter Protocol on standard input and output. An editor starts it. It
+steps through rungs, structured text and charts, scan by scan. With --port a client
 connects instead, and first sends a line with the printed key: key KEY.
 
 Exit status: 0 the client ended the session, 2 the port can't be used."""

@@ -125,7 +125,7 @@ EVERY: dict[str, tuple[str, ...]] = {  # command: what of it is said of the last
 }
 """Without those that have no rack: of controllers on a line, of projects, of captures, of a real 3601."""
 
-ELSEWHERE = {"conform", "device", "doctor", "drive", "import", "l5x", "new", "rules", "serve"}
+ELSEWHERE = {"conform", "debug", "device", "doctor", "drive", "import", "l5x", "new", "rules", "serve"}
 
 
 @pytest.fixture(scope="module")

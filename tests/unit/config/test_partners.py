@@ -7,10 +7,9 @@ from pathlib import Path
 
 import l5x_files as files
 import pytest
-from scanrack import BOOL, DINT, EQU, OTE
+from scanrack import BOOL, DINT, EQU, OTE, load_rack
 from scanrack.commands import build
 from scanrack.jobs import JobRun, load_job
-from scanrack.jobs.load.loading import load_rack
 from scanrack.ladder import Controller, LadderLogic
 from scanrack.runtime import RackFileError
 from typer.testing import CliRunner

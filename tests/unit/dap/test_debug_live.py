@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from debug_client import DebugClient, RefusedError, connected
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import load_job
 from scanrack.ladder.debug import Debugger
 
 pytestmark = pytest.mark.slow

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 from debug_client import DebugClient, RefusedError, connected
-from scanrack.jobs.load.loading import load_job, with_tags
+from scanrack.jobs import load_job
+from scanrack.jobs.load.loading import with_tags
 from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.traces.query import query
 from scanrack.traces.read.reader import open_trace

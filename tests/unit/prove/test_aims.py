@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from scanrack import LoadedRack
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs import load_job
-from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.prove.serving.aims import dead, scenario_to
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove import ProgramSystem, ScanBounds
