@@ -43,7 +43,7 @@ _CLASS_BEFORE = re.compile(r"\bclass [\w$]+(?: extends [\w$.]+)?\s*$")
 _KEY_BEFORE = re.compile(r"[{,;}]\s*(?:(?:get|set|static|async) )*+$")
 
 
-class Joined(NamedTuple):
+class PageScript(NamedTuple):
     """The modules as one script."""
 
     script: str
@@ -60,7 +60,7 @@ class _Module(NamedTuple):
     again: dict[str, tuple[str, str]]  # exported name -> file, and its name there
 
 
-def joined(modules: Mapping[str, str]) -> Joined:
+def joined(modules: Mapping[str, str]) -> PageScript:
     """Join modules, by name, in the order in which `main.js` runs them.
 
     Raises:
@@ -86,7 +86,7 @@ def joined(modules: Mapping[str, str]) -> Joined:
         exported += [own[each] for each, shown in module.names.items() if shown]
         listed = ", ".join(f"{final} as {each}" for each, final in exports.items())
         facades[name] = f'export {{ {listed} }} from "./{PAGE}";\n'
-    return Joined(f"{''.join(parts)}export {{ {', '.join(exported)} }};\n", facades)
+    return PageScript(f"{''.join(parts)}export {{ {', '.join(exported)} }};\n", facades)
 
 
 def _order(read: Mapping[str, _Module], name: str, seen: set[str]) -> Iterator[str]:

@@ -13,7 +13,7 @@ from functools import cached_property
 from hashlib import sha256
 from importlib.resources import files
 
-from .joining import MAIN, PAGE, Joined, joined
+from .joining import MAIN, PAGE, PageScript, joined
 
 TYPES = {
     ".html": "text/html; charset=utf-8",
@@ -89,6 +89,6 @@ class PageFiles:
         return self._folder.joinpath(name).read_text(encoding="utf-8")
 
     @cached_property
-    def _joined(self) -> Joined:
+    def _joined(self) -> PageScript:
         modules = (each for each in self._names if each.endswith(".js") and each != SOURCE_OF_SHARED_PAGES)
         return joined({each: self._text(each) for each in modules})

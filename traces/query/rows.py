@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 Column = NDArray[np.int64]
 
 
-class Steps:
+class EvenSteps:
     """A column that rises evenly within most blocks.
 
-    >>> column = Steps()
+    >>> column = EvenSteps()
     >>> for values in ([5, 7, 9], [9, 10, 20]):
     ...     column.add(np.array(values))
     >>> column.at(np.array([2, 3, 5])).tolist()
@@ -54,7 +54,7 @@ class RowIndex:
     """Numbers and times of all scans."""
 
     def __init__(self) -> None:
-        self._scans, self._times = Steps(), Steps()
+        self._scans, self._times = EvenSteps(), EvenSteps()
 
     def add(self, scan: Column, time_ns: Column) -> None:
         """Add a block."""

@@ -8,13 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from .declaring import EVERY_SCAN
 from .parts import Device, LogicScan
-
-if TYPE_CHECKING:
-    from .logic import Logic
 
 _HEAD = """\
 now_ns = clock.now_ns = scan.now_ns
@@ -33,10 +30,11 @@ elif (
     {own}.step_after_change(now_ns)"""
 
 
-def generated_scan(logic: Logic, plain: object) -> Callable[[LogicScan], None]:
+def generated_scan(logic: Any, plain: object) -> Callable[[LogicScan], None]:
     """Return the scan of an attached instance.
 
     Args:
+        logic: a `Logic`, whose module imports this one.
         plain: the `every_scan` that does nothing.
     """
     names: dict[str, Any] = {

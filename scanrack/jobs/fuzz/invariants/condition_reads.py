@@ -18,7 +18,7 @@ from types import CodeType, FunctionType, ModuleType
 from typing import Any
 
 
-class Reads(Enum):
+class ConditionReads(Enum):
     """What a condition depends on."""
 
     IMAGES_AND_TAGS = auto()
@@ -50,7 +50,7 @@ DEEP = 5
 
 
 @lru_cache(maxsize=1024)
-def reads_of(condition: Callable[..., Any]) -> Reads:
+def reads_of(condition: Callable[..., Any]) -> ConditionReads:
     """Return what a condition depends on.
 
     >>> reads_of(lambda now: now.tags["Step"] == 7 and now.slot[1].status.MOVING_CW).name
@@ -59,13 +59,13 @@ def reads_of(condition: Callable[..., Any]) -> Reads:
     ('COUNTS', 'ANYTHING')
     """
     found = list(_reads(condition, DEEP))
-    return max(found, key=lambda each: each.value, default=Reads.IMAGES_AND_TAGS)
+    return max(found, key=lambda each: each.value, default=ConditionReads.IMAGES_AND_TAGS)
 
 
-def _reads(function: object, deep: int) -> Iterator[Reads]:
+def _reads(function: object, deep: int) -> Iterator[ConditionReads]:
     """Yield what a function and those that it calls depend on."""
     if not isinstance(function, FunctionType) or not deep or not _is_constant(function.__defaults__ or ()):
-        yield Reads.ANYTHING
+        yield ConditionReads.ANYTHING
         return
     names = {**function.__globals__, **_closure(function)}
     for code in _codes(function.__code__):
@@ -75,7 +75,7 @@ def _reads(function: object, deep: int) -> Iterator[Reads]:
             if isinstance(value, FunctionType):
                 yield from _reads(value, deep - 1)
             elif not (_is_constant(value) or value is math or (_is_hashable(value) and value in KNOWN)):
-                yield Reads.ANYTHING
+                yield ConditionReads.ANYTHING
 
 
 def _closure(function: FunctionType) -> dict[str, Any]:
@@ -98,20 +98,20 @@ def _names(code: CodeType) -> Iterator[str]:
             yield each.argval
 
 
-def _of_code(code: CodeType, outer: tuple[str, ...]) -> Iterator[Reads]:
+def _of_code(code: CodeType, outer: tuple[str, ...]) -> Iterator[ConditionReads]:
     """Yield what single instructions depend on; `outer`: variables that outlive a call."""
     steps = [each for each in dis.get_instructions(code) if each.opname not in ("CACHE", "EXTENDED_ARG")]
     for step, following in zip(steps, [*steps[1:], None], strict=True):
         if step.opname.startswith(CHANGING) or (step.opname == "STORE_DEREF" and step.argval in outer):
-            yield Reads.ANYTHING
+            yield ConditionReads.ANYTHING
         if step.opname in ("LOAD_ATTR", "LOAD_METHOD") and step.argval in TIMED:
-            yield Reads.ANYTHING
+            yield ConditionReads.ANYTHING
         if step.opname == "LOAD_ATTR" and step.argval == "tags":
             name = following.argval if following is not None and following.opname == "LOAD_CONST" else None
             if not isinstance(name, str) or COUNT.search(name):
-                yield Reads.COUNTS
+                yield ConditionReads.COUNTS
         if step.opname == "LOAD_CONST" and isinstance(step.argval, str) and step.argval in TIMED:
-            yield Reads.ANYTHING  # perhaps for getattr
+            yield ConditionReads.ANYTHING  # perhaps for getattr
 
 
 def _is_constant(value: object) -> bool:

@@ -16,7 +16,7 @@ from scanrack.io_images.annotations import signature_of
 from scanrack.io_images.times import parse_duration, time_text
 
 from ...load.modules_beside import find_beside
-from .condition_reads import Reads, reads_of
+from .condition_reads import ConditionReads, reads_of
 from .scan_view import Snapshot
 
 FOREVER_NS = 1 << 62
@@ -165,7 +165,11 @@ class _Single:
 def same_until_ns(condition: Condition, counting: bool) -> int:
     """Return the instant up to which a condition has the same answer, see `Watch`: always, or not at all."""
     reads = reads_of(condition)
-    return FOREVER_NS if reads is Reads.IMAGES_AND_TAGS or (reads is Reads.COUNTS and not counting) else 0
+    return (
+        FOREVER_NS
+        if reads is ConditionReads.IMAGES_AND_TAGS or (reads is ConditionReads.COUNTS and not counting)
+        else 0
+    )
 
 
 def _check(condition: Condition) -> None:
