@@ -1,4 +1,4 @@
-"""Versions of installed distributions, without `importlib.metadata`: it imports the whole of `email`."""
+"""Versions of distributions, without `importlib.metadata`: it imports the whole of `email`."""
 
 from __future__ import annotations
 
@@ -6,16 +6,20 @@ import os
 import re
 import sys
 from collections.abc import Iterator
+from typing import Any
 
 
-def version_of(distribution: str) -> str:
+def distribution_version(distribution: str) -> str:
     """Return the version of a distribution; "unknown" for one that is not installed.
 
+    That of scanrack is the checkout's if its files are used, whatever is installed.
     `importlib.metadata` finds what is in no folder of `sys.path`, but in a zip file.
 
-    >>> version_of("no such distribution")
+    >>> distribution_version("no such distribution")
     'unknown'
     """
+    if distribution == "scanrack" and (own := own_project()):
+        return str(own["version"])
     for path in _metadata_of(re.sub(r"[-_.]+", "_", distribution).lower()):
         with open(path, encoding="utf-8") as file:
             for line in file:
@@ -30,6 +34,17 @@ def version_of(distribution: str) -> str:
         return version(distribution)
     except PackageNotFoundError:
         return "unknown"
+
+
+def own_project() -> dict[str, Any] | None:
+    """Return the table `project` of the checkout's `pyproject.toml`; None if the installed files are used."""
+    folders = sys.modules["scanrack"].__path__
+    if len(folders) < 2:
+        return None
+    import tomllib
+
+    with open(os.path.join(folders[1], "pyproject.toml"), "rb") as file:
+        return tomllib.load(file)["project"]  # type: ignore[no-any-return]
 
 
 def _metadata_of(name: str) -> Iterator[str]:

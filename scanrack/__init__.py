@@ -175,7 +175,7 @@ def _find(name: str) -> object:
 
     homes = _homes()
     if name == "__version__":
-        return import_module("importlib.metadata").version(__name__)
+        return import_module("scanrack.io_images.versions").distribution_version(__name__)
     if name not in homes:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}; {_nearest(name, list(homes))}")
     module, there = homes[name]

@@ -7,13 +7,13 @@ import os
 import sys
 from collections.abc import Iterable, Sequence
 from contextlib import redirect_stdout
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from lsprotocol import types
 from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
+from scanrack.io_images.versions import distribution_version
 from scanrack.jobs.check.texts import CHECKED, RACK, LineRemark
 from scanrack.ladder.files.suffixes import STRUCTURED_SUFFIX, SUFFIX
 
@@ -46,7 +46,7 @@ class RackServer(LanguageServer):
     """
 
     def __init__(self) -> None:
-        super().__init__("scanrack", version("scanrack"))
+        super().__init__("scanrack", distribution_version("scanrack"))
         self.trusted = False
         self._waiting: dict[str, asyncio.Task[None]] = {}
         self._others: dict[str, set[str]] = {}  # by document: other files that its last check spoke of

@@ -15,9 +15,9 @@ MIB = 1024 * 1024
 def print_version(wanted: bool) -> None:
     """Print the version and end the command."""
     if wanted:
-        from importlib.metadata import version  # it imports the whole of `email`
+        from scanrack.io_images.versions import distribution_version
 
-        say(f"scanrack {version('scanrack')}")
+        say(f"scanrack {distribution_version('scanrack')}")
         raise typer.Exit
 
 

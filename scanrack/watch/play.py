@@ -14,9 +14,9 @@ import tempfile
 import webbrowser
 from collections.abc import Iterable
 from contextlib import ExitStack
-from importlib.metadata import version
 from pathlib import Path
 
+from scanrack.io_images.versions import distribution_version
 from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.record.order_repeater import RecordedOrder
 from scanrack.jobs.record.program_versions import ProgramVersions, version_of
@@ -261,7 +261,7 @@ class Play:
         record = None if wanted.asked.record is None else str(prepared.trace)
         looking, live = wanted.read_only, wanted.asked.live
         about = SessionFacts(
-            version("scanrack"), job.spec.name, wanted.asked.rack, "rack", looking, live, record,
+            distribution_version("scanrack"), job.spec.name, wanted.asked.rack, "rack", looking, live, record,
             branches=not looking and not live,
         )  # fmt: skip
         machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())

@@ -8,11 +8,11 @@ import tempfile
 import webbrowser
 from collections.abc import Callable
 from contextlib import ExitStack
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import parse_qs, quote
 
+from scanrack.io_images.versions import distribution_version
 from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.record.order_repeater import is_session, lost_edits, orders_of
 from scanrack.jobs.record.program_versions import ProgramVersions, edits_of, version_of, versions_of
@@ -169,7 +169,14 @@ class OpenedRecording:
         trace, path = self._trace, str(self._place.path)
         name = trace.head.metadata.get("name", self._place.path.stem)
         about = SessionFacts(
-            version("scanrack"), name, path, "trace", True, False, path, branches=self.job is not None
+            distribution_version("scanrack"),
+            name,
+            path,
+            "trace",
+            True,
+            False,
+            path,
+            branches=self.job is not None,
         )
         return TraceMonitor(
             about,

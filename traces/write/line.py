@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from scanrack.io_images.versions import version_of
+from scanrack.io_images.versions import distribution_version
 
 from ..files.keeping import RecordingKeeper
 from ..format.schema import LIBRARY
@@ -67,7 +67,10 @@ class LineRecorder:
     ) -> None:
         self._file = open_trace_file(Path(target), 2 * CHUNK_BYTES + SUMMARY_ROOM, keeping)
         self._writer = ChunkWriter(
-            self._file, profile=PROFILE, library=LIBRARY + version_of("scanrack"), chunk_bytes=CHUNK_BYTES
+            self._file,
+            profile=PROFILE,
+            library=LIBRARY + distribution_version("scanrack"),
+            chunk_bytes=CHUNK_BYTES,
         )
         self._line = self._channel("/line", LINE_SCHEMA)
         self._units = {unit.address: self._channel(f"/unit{unit.address}", _schema(unit)) for unit in units}

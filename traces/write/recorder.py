@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Never
 
 from scanrack.io_images.dataclass import dataclass
-from scanrack.io_images.versions import version_of
+from scanrack.io_images.versions import distribution_version
 
 from ..files.keeping import RecordingKeeper
 from ..format.batch import HEAD_BYTES, ScanBatch, TagBatch
@@ -344,7 +344,7 @@ class ScanRecorder:
             facts[f"slot.{slot.number}.module"] = slot.module
             facts[f"slot.{slot.number}.firmware"] = slot.firmware
             facts |= facts_of(slot.number, slot.words)
-        return facts | {name: version_of(name) for name in ("scanrack", "mcap")}
+        return facts | {name: distribution_version(name) for name in ("scanrack", "mcap")}
 
 
 _STATES = frozenset(topic.name for topic in TOPICS if topic.state)

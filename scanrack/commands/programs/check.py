@@ -118,15 +118,14 @@ def _stored(files: list[str]) -> list[str]:
 
 
 def _print(report: CheckReport, form: ReportFormat, name: str) -> None:
-    from importlib.metadata import version
-
+    from scanrack.io_images.versions import distribution_version
     from scanrack.jobs.check.formats import as_json as json_of
     from scanrack.jobs.check.formats import as_junit, as_sarif
 
     if form is ReportFormat.JSON:
         say_json(json_of(report))
     elif form is ReportFormat.SARIF:
-        say_json(as_sarif(report, version("scanrack")))
+        say_json(as_sarif(report, distribution_version("scanrack")))
     elif form is ReportFormat.JUNIT:
         say(as_junit(report, name), whole=True)
     else:

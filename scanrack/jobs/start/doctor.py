@@ -17,6 +17,7 @@ from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
 from scanrack.io_images.installing import how_to_install
+from scanrack.io_images.versions import distribution_version, own_project
 from scanrack.runtime.loop.realtime import real_time
 
 PACKAGE = "scanrack"
@@ -80,7 +81,7 @@ def _python() -> Iterator[Diagnosis]:
 
 def _package() -> Iterator[Diagnosis]:
     missing = [each for each in _required("") if not _installed(each)]
-    says = f"{version(PACKAGE)} in {Path(__file__).parents[2]}"
+    says = f"{distribution_version(PACKAGE)} in {Path(__file__).parents[2]}"
     if missing:
         says, mend = f"{says}, without {', '.join(missing)}", how_to_install()
         yield Diagnosis(PACKAGE, Health.BROKEN, says, mend)
@@ -101,7 +102,10 @@ def _extras() -> Iterator[Diagnosis]:
 def _required(extra: str) -> list[str]:
     """Return the distributions that scanrack, or an extra of it, needs."""
     wanted = f'extra == "{extra}"' if extra else ""
-    found = []
+    project, found = own_project(), []
+    if project is not None:
+        rows = project["optional-dependencies"][extra] if extra else project["dependencies"]
+        return [re.split(r"[<>=!~\[ ]", row, maxsplit=1)[0] for row in rows]
     for row in requires(PACKAGE) or ():
         name, _, marker = row.replace("'", '"').partition(";")
         if marker.strip() == wanted:

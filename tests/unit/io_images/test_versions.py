@@ -5,12 +5,13 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from scanrack.io_images.versions import version_of
+import scanrack
+from scanrack.io_images.versions import distribution_version, own_project
 
 
 def test_they_are_those_of_the_standard_library() -> None:
     for name in ("mcap", "pydantic-core", "Typing_Extensions", "scanrack"):
-        assert version_of(name) == version(name)
+        assert distribution_version(name) == version(name)
 
 
 def test_the_first_folder_of_the_search_path_decides(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -19,4 +20,15 @@ def test_the_first_folder_of_the_search_path_decides(tmp_path: Path, monkeypatch
         info.mkdir(parents=True)
         (info / "METADATA").write_text(head, encoding="utf-8")
         monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path / "none"), str(info.parent)])
-    assert version_of("so-named") == version("so-named") == "1.5"
+    assert distribution_version("so-named") == version("so-named") == "1.5"
+
+
+def test_a_checkout_has_its_own_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "pyproject.toml").write_text('[project]\nname = "scanrack"\nversion = "9.8"\n', "utf-8")
+    monkeypatch.setattr(scanrack, "__path__", [*scanrack.__path__[:1], str(tmp_path)])
+    assert distribution_version("scanrack") == scanrack.__getattr__("__version__") == "9.8"
+
+
+def test_installed_files_have_the_version_of_the_distribution(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scanrack, "__path__", scanrack.__path__[:1])
+    assert own_project() is None

@@ -12,7 +12,6 @@ import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from hashlib import sha256
-from importlib.metadata import version
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -20,6 +19,7 @@ from typing import Any
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.input_files import read_input
 from scanrack.io_images.text_limits import TextKind
+from scanrack.io_images.versions import distribution_version
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.traces.files.guard import beginning
 from scanrack.traces.files.newfile import new_file
@@ -58,7 +58,7 @@ class Origin:
             OSError: a file can't be read.
         """
         rack, program = (_hash(file.read_bytes()) for file in (job.rack_file, job.program))
-        return cls(scans, rack, program, version("scanrack"))
+        return cls(scans, rack, program, distribution_version("scanrack"))
 
 
 @dataclass(frozen=True, slots=True)
