@@ -94,7 +94,7 @@ def stretches_of(debugger, inputs):
         for leaf in images:
             debugger.engine.memory.cells[leaf.ident].cell_contents[0] = value
         debugger.scan()
-    starts = list(past._source.snapshots(debugger.scans - 1))
+    starts = list(past.source.snapshots(debugger.scans - 1))
     return past, [past._stretch(start, end) for end, start in pairwise(starts)]
 
 
