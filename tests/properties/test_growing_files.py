@@ -30,10 +30,8 @@ if not hasattr(os, "fork"):
 
 SIZES = (1 << 11, 1 << 14)
 LINEAR = 2.0  # how many times more than in proportion a larger file may take
-LEAST_LINES, LEAST_BYTES = (
-    60_000,
-    1 << 20,
-)  # what a size may begin that a smaller one does not, such as a search for frames
+LEAST_LINES, LEAST_BYTES = 60_000, 1 << 20
+"""What only a larger file may begin, such as a search for frames, and what may differ for other reasons."""
 
 RACKS = (".toml", ".py", ".L5X", ".SLC")
 PROGRAMS = (".rung", ".st")
