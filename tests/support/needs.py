@@ -15,6 +15,7 @@ import signal
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache
+from importlib.metadata import entry_points
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import NamedTuple
@@ -39,6 +40,7 @@ class Need(NamedTuple):
 
 
 POSIX = os.name == "posix"
+INSTALLED = bool(entry_points(group="pytest11", name="scanrack"))
 
 NEEDS = (
     Need(
@@ -73,6 +75,10 @@ def skip_without_needs(items: Sequence[pytest.Item]) -> None:
     missing = [each for each in NEEDS if not each.there]
     lacks: dict[object, str] = {}
     for item in items:
+        if "pytester" in getattr(item, "fixturenames", ()) and not INSTALLED:
+            item.add_marker(
+                pytest.mark.skip(reason="scanrack is not installed: its plugin has no entry point")
+            )
         if not missing or not isinstance(item, pytest.Function):
             continue
         definitions = getattr(item, "_fixtureinfo").name2fixturedefs.values()  # noqa: B009 - private
