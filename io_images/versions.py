@@ -41,10 +41,10 @@ def own_project() -> dict[str, Any] | None:
     folders = sys.modules["scanrack"].__path__
     if len(folders) < 2:
         return None
-    import tomllib
+    from .doors import toml_tables
 
-    with open(os.path.join(folders[1], "pyproject.toml"), "rb") as file:
-        return tomllib.load(file)["project"]  # type: ignore[no-any-return]
+    with open(os.path.join(folders[1], "pyproject.toml"), encoding="utf-8") as file:
+        return toml_tables(file.read())["project"]  # type: ignore[no-any-return]
 
 
 def _metadata_of(name: str) -> Iterator[str]:
