@@ -178,7 +178,7 @@ class OpenedRecording:
             path,
             branches=self.job is not None,
         )
-        return TraceMonitor(
+        found = TraceMonitor(
             about,
             trace,
             self._place.path,
@@ -187,6 +187,9 @@ class OpenedRecording:
             self._place.scan,
             lambda scan, paused: self._branch(prepare, scan, paused=paused),
         )
+        if self.job is not None and self._editions is not None:
+            found.loaded = self.job, self._editions
+        return found
 
     def _sources(self) -> list[Source]:
         """Return its programs, in the order of their scans; unknown ones without their logic."""

@@ -7,7 +7,9 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.load.panels import panel_name
+from scanrack.jobs.record.program_versions import ProgramVersions
 from scanrack.jobs.trust.trust import address_name
 from scanrack.ladder import LadderLogic
 from scanrack.runtime.config.rackspec import RackSpec
@@ -54,7 +56,12 @@ class TraceMonitor(Monitor):
         sources: its programs, in the order of their scans; at least one.
         first: the first scan of pages; None = the last one.
         branch: prepares a session that repeats the recording up to a scan, ValueError if that is impossible.
+
+    Attributes:
+        loaded: its rack, and the programs of its edits; None if they must not be run.
     """
+
+    loaded: tuple[LoadedRack, ProgramVersions] | None = None
 
     def __init__(
         self,
