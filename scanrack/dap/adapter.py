@@ -81,6 +81,8 @@ class Adapter:
                         start(self)
                     except (ValueError, OSError) as error:
                         self.output(f"{error}\n", "stderr")
+                    except Exception:  # a mistake of this code: a client that waits hears of it
+                        self.output(traceback.format_exc(), "stderr")
                 self.subject = self.driver = self.cursor = None
                 self.event("terminated")
                 continue
@@ -138,13 +140,16 @@ class Adapter:
         before = self.cursor
         try:
             act()
-        except (ValueError, OSError) as error:
-            self.output(f"{error}\n", "stderr")
+        except Exception as error:  # also a mistake of this code: a client that waits for a stop gets one
+            own = isinstance(error, ValueError | OSError)
+            self.output(f"{error}\n" if own else traceback.format_exc(), "stderr")
             if before is not None:
                 self.leave()
                 self.cursor = before
                 before.go(before.spot)
                 self.stopped("step", str(error))
+            elif self.driver is not None:
+                self.driver.end()
 
     def _carry_out(self, command: str, arguments: object) -> Json | None:
         request = self._requests.get(command)

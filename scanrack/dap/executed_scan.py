@@ -100,7 +100,7 @@ class View(Protocol):
 
 
 class ExecutedScan(View):
-    """One scan of rungs, run again: compiled for the values at its end, in the interpreter for its instructions.
+    """One scan of rungs, run again: compiled for its end, in the interpreter for its instructions.
 
     Args:
         replayer: runs the scans; used for nothing else until `leave`.

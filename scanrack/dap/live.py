@@ -170,7 +170,7 @@ class LiveText(TextSubject, LiveSubject):
         load = Load(
             job.program,
             lambda: editions.again(0).logic,
-            None if steps else lambda number: editions.again(number).logic,
+            lambda number: editions.again(number).logic,
         )
         TextSubject.__init__(self, load, job.spec, steps=steps)
         self._trace, self._points = trace, LinePoints({}, in_frames=False)

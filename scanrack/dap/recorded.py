@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from scanrack.jobs.trust.trust import address_name
-from scanrack.jobs.why.traced_run import Load
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug.replay import Replayer
 from scanrack.ladder.files.steps import Steps
@@ -147,16 +146,10 @@ class RecordedText(TextSubject, RecordedScans):
 
     def __init__(self, monitor: TraceMonitor, path: Path) -> None:
         RecordedScans.__init__(self, monitor, path)
-        opened = monitor.loaded
-        assert opened is not None
-        job, editions = opened
-        steps = is_steps(job.logic)
-        load = Load(
-            job.program,
-            lambda: editions.again(0).logic,
-            None if steps else lambda number: editions.again(number).logic,
-        )
-        TextSubject.__init__(self, load, job.spec, steps=steps)
+        logic, load = monitor.subject.programs.at(0).logic, monitor.again
+        assert logic is not None
+        assert load is not None
+        TextSubject.__init__(self, load, monitor.subject.spec, steps=is_steps(logic))
         self._recording: PackedTrace | None = None
 
     @override

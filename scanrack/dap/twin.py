@@ -43,7 +43,7 @@ from scanrack.watch.history.watched_python import MOST
 from scanrack.watch.python_stops import LineTrace, Observer
 
 from .protocol import DebugError
-from .variables import Words
+from .variables import Unquoted
 
 DEEPEST, MOST_ITEMS = 3, 100
 """Levels of a value that are kept, and items of one level."""
@@ -185,10 +185,11 @@ def waits_of(logic: ScanLogic) -> Mapping[str, str]:
     """Return where the sequences of a program wait, and for what, by name."""
     inside: Any = unwrapped(logic)
     if isinstance(inside, Steps):
-        return {"step": Words(f"line {inside.line}")}
+        return {"step": Unquoted(f"line {inside.line}")}
     steps = {each.name: standing(each, 0) for each in sequences_in(inside)}
     return {
-        name: Words(f"line {each.line}: {each.wait}" if each.wait else "over") for name, each in steps.items()
+        name: Unquoted(f"line {each.line}: {each.wait}" if each.wait else "over")
+        for name, each in steps.items()
     }
 
 

@@ -170,7 +170,7 @@ class Values:
         return _named({each: each for each in self._values}, name)
 
 
-class Words(str):
+class Unquoted(str):
     """A text that is shown without quotes."""
 
     __slots__ = ()
@@ -190,7 +190,7 @@ def python_value(tree: Tree, name: str, value: object, *, owned: bool = False) -
             "node": Values(tree, inner),
             **size,
         }
-    text = str(value) if value is None or isinstance(value, bool | Words) else tree.text(name, value)
+    text = str(value) if value is None or isinstance(value, bool | Unquoted) else tree.text(name, value)
     return {"name": name, "value": text, "type": type(value).__name__, **more}
 
 

@@ -7,10 +7,9 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.load.panels import panel_name
-from scanrack.jobs.record.program_versions import ProgramVersions
 from scanrack.jobs.trust.trust import address_name
+from scanrack.jobs.why.traced_run import Load
 from scanrack.ladder import LadderLogic
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.actions import ACTIONS, NAMES, Branch, action_of
@@ -58,10 +57,10 @@ class TraceMonitor(Monitor):
         branch: prepares a session that repeats the recording up to a scan, ValueError if that is impossible.
 
     Attributes:
-        loaded: its rack, and the programs of its edits; None if they must not be run.
+        again: loads its programs again, for a debug adapter; None if they must not be run.
     """
 
-    loaded: tuple[LoadedRack, ProgramVersions] | None = None
+    again: Load | None = None
 
     def __init__(
         self,

@@ -1,7 +1,6 @@
-"""`scanrack debug` on programs without rungs: sequences, plain Python, lists of steps; live and over a recording.
+"""`scanrack debug` on programs without rungs: sequences, plain Python, lists of steps; live and recorded.
 
-Broken on purpose: the twin without the orders of the session, locals read at the end of the scan, a step back that
-keeps the values of the line: red.
+Broken on purpose: the twin without the orders of the session, the values of a line taken after it: red.
 """
 
 from __future__ import annotations
