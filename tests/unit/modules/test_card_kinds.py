@@ -22,8 +22,8 @@ from scanrack.jobs.drive.requests import RequestError
 from scanrack.jobs.imports.export_slots import ExportSlot, slot_tables
 from scanrack.runtime import RackFileError, RackSpec, SlotSpec, parse_rack_file
 from scanrack.runtime.machine import MachineSpec, Switch, press
+from scanrack.runtime.modules.cards.card_options import CardOptions
 from scanrack.runtime.modules.cards.module import GenericCard
-from scanrack.runtime.modules.cards.options import CardOptions
 from scanrack.runtime.modules.registry import MODULES, words_of
 
 

@@ -12,8 +12,8 @@ from scanrack.ladder.state.lowered import ADD_ON, AddOnCall, LoweredStep, Node, 
 from ..facts import Command, FileLine
 from ..ranges import Range, exactly
 from .conditions import key_of
+from .number_options import OperandOptions
 from .number_ranges import Values
-from .options import OperandOptions
 from .walk import Point
 
 OWNER = "AMCI3601"

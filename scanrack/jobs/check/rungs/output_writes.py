@@ -34,8 +34,8 @@ from scanrack.ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram
 from ..facts import FileLine
 from ..ranges import ANY, Range
 from ..written import UNKNOWN_WORD, WordValue
+from .number_options import OperandOptions
 from .number_ranges import Values, target_of, written_value
-from .options import OperandOptions
 
 _WORD = 0xFFFF
 ELSEWHERE = (

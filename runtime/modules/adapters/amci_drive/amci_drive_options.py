@@ -8,7 +8,7 @@ from pydantic import Field
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.drives.models import MODELS, SMD23E2, Model
 
-from ....loop.options import Options
+from ....loop.module_options import Options
 
 InputName = Literal["none", "capture", "external", "home", "estop", "cw_limit", "ccw_limit"]
 

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BeforeValidator
 from scanrack.io_images.pmc006.instructions import BY_NAME, InstructionRow
 
-from ....loop.options import Options
+from ....loop.module_options import Options
 
 
 def _taken_by(row: InstructionRow) -> BeforeValidator:

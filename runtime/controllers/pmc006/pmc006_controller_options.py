@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field
 from scanrack.io_images.pmc006.instructions import INT32_MAX
 
-from ...loop.options import Options
+from ...loop.module_options import Options
 
 Number = Annotated[int, Field(ge=0, le=INT32_MAX)]
 

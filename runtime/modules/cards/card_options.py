@@ -25,7 +25,7 @@ from scanrack.io_images.module_words import BitPlace, ModuleWords, numbers_of, t
 from scanrack.io_images.signal_ranges import RANGES, RAW_LANDMARKS, SIGNAL_MAX, Channel
 from scanrack.io_images.times import time_text
 
-from ...loop.options import Options
+from ...loop.module_options import Options
 from ...machine.spec import INPUT_NAMES
 
 CHANNEL_NAMES = tuple(f"ch{at}_data" for at in range(WORDS))

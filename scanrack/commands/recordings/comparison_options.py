@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 from scanrack.jobs.replay.targets import ReplayTarget, Stimuli
 from scanrack.terminal.as_json import JsonOption
-from scanrack.terminal.trace_options import QuietOption, ReplaceOption
+from scanrack.terminal.shared_options import QuietOption, ReplaceOption
 
 ToleranceTimeOption = Annotated[
     str,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from scanrack.runtime.live.speeds import MAX, SPEED_LEAST, SPEED_MOST
-from scanrack.terminal.trace_options import (
+from scanrack.terminal.shared_options import (
     ForcesOption,
     KeepValuesOption,
     MemoryOption,

@@ -10,7 +10,7 @@ from scanrack.io_images.drives.configuration import USUAL, Build, broken_rules
 from scanrack.io_images.drives.models import WORDS, Layout, Model
 from typing_extensions import override
 
-from ...loop.options import Options
+from ...loop.module_options import Options
 
 _InputName = Literal["capture", "external", "home", "estop", "cw_limit", "ccw_limit"]
 _Bit = Annotated[int, Field(ge=0, le=15)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
-from ....loop.options import Options
+from ....loop.module_options import Options
 
 
 class Pcl601Options(Options):

@@ -9,7 +9,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field
 
-from ...loop.options import Options
+from ...loop.module_options import Options
 
 
 class Amci3601Options(Options):

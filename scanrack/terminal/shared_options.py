@@ -1,22 +1,17 @@
-"""Shared by the commands that read traces: options for scans and times, progress, notes."""
+"""Options that several commands have, and the ranges of scans and times that --range gives."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Protocol
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from scanrack.io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
 
-from .terminal import on_a_line, say
-
 if TYPE_CHECKING:  # options import no recordings
-    from scanrack.traces.files.guard import Used
-    from scanrack.traces.read.reader import Trace
     from scanrack.traces.signals import Selection
 
 ScanRange = tuple[int, int | None]
@@ -143,43 +138,3 @@ def parse_time_range(text: str) -> tuple[int, int | None]:
     if end_ns is not None and end_ns < start_ns:
         raise ValueError(f"--range {text!r}: it ends before it begins")
     return start_ns, end_ns
-
-
-@contextmanager
-def reading(
-    trace: Trace, selection: Selection | None = None, *, quiet: bool
-) -> Iterator[Callable[[int], None]]:
-    """Show a bar of the processed scans, on a terminal, unless --quiet."""
-    # a run, which has one of these options, does without
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-    from scanrack.traces.signals import ALL, count
-
-    console = Console(stderr=True)
-    if quiet or not console.is_terminal:
-        yield lambda scans: None
-        return
-    columns = (TextColumn("scans"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("scans", total=count(trace, selection or ALL))
-        yield lambda scans: bar.advance(task, scans)
-
-
-class HasNotes(Protocol):
-    """A trace, or what was read of one, with the defects of its file."""
-
-    @property
-    def notes(self) -> Sequence[str]:
-        """The defects of the file."""
-
-
-def tell_notes(*traces: HasNotes) -> None:
-    """Print the defects of the files on standard error."""
-    for trace in traces:
-        for note in trace.notes:
-            say(on_a_line(f"note: {note}"), err=True)
-
-
-def itself(trace: Path) -> Used:
-    """Return the command's input, as an entry of the files that its output must not overwrite."""
-    return {trace: "the trace itself"}
