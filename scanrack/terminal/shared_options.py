@@ -19,7 +19,7 @@ ScanRange = tuple[int, int | None]
 
 
 class UaSecurityWord(StrEnum):
-    """Words of --opc-ua-security; those of `kinds.SECURITIES`."""
+    """Words of --opc-ua-security; `kinds.OPEN` and `kinds.ENCRYPTED`."""
 
     NONE = "none"
     ENCRYPTED = "encrypted"

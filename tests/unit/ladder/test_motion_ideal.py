@@ -3,6 +3,7 @@
 import pytest
 from ladder_bench import both
 from scanrack.ladder.files import parse_program
+from scanrack.ladder.run.edit import carry_over
 
 pytestmark = pytest.mark.slow  # together they take seconds
 
@@ -314,7 +315,8 @@ def test_an_edit_that_adds_axes_keeps_a_move_and_a_jog_under_way():
     old.tags.Go = True
     for _ in range(60):
         old.step(10)
-    new.take_over(old)
+    new = new.compile()
+    carry_over(old.engine, new)
     assert new.tags["Feed.MoveStatus"] is True
     for _ in range(300):
         new.step(10)
