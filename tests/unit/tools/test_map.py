@@ -1,4 +1,4 @@
-"""The house in CONTRIBUTING.md is that of the import contracts, and its rooms are in the repository."""
+"""The map in CONTRIBUTING.md is that of the import contracts, and its packages are in the repository."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ CONTRACTS = {
     for contract in PROJECT["tool"]["importlinter"]["contracts"]
     if contract["type"] == "layers"
 }
-_, _, PAGE = (house.ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("## The house\n")
-HOUSE, _, _ = PAGE.partition("\n##")
+_, _, PAGE = (house.ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8").partition("## The map\n")
+MAP, _, _ = PAGE.partition("\n##")
 
 
-def test_the_floors_of_the_house_are_those_of_the_contract() -> None:
-    rows = re.findall(r"^    (\d| ) +(\w+)(/|\.py) ", HOUSE, re.MULTILINE)
+def test_the_floors_of_the_map_are_those_of_the_contract() -> None:
+    rows = re.findall(r"^    (\d| ) +(\w+)(/|\.py) ", MAP, re.MULTILINE)
     floors: list[list[str]] = []
     for number, room, kind in rows:
         places = [house.ROOT / f"{room}{kind}", house.ROOT / "scanrack" / f"{room}{kind}"]
@@ -34,6 +34,6 @@ def test_the_floors_of_the_house_are_those_of_the_contract() -> None:
 @pytest.mark.parametrize(
     "room", ["scanrack.jobs", "scanrack.watch", "scanrack.ladder", "scanrack.runtime", "scanrack.traces"]
 )
-def test_a_room_is_that_of_its_contract(room: str) -> None:
-    [text] = re.findall(rf"^    {room.rpartition('.')[2]}: (.*(?:\n {{8,}}.*)*)", HOUSE, re.MULTILINE)
+def test_a_package_is_that_of_its_contract(room: str) -> None:
+    [text] = re.findall(rf"^    {room.rpartition('.')[2]}: (.*(?:\n {{8,}}.*)*)", MAP, re.MULTILINE)
     assert [sorted(re.findall(r"\w+", floor)) for floor in text.split(">")] == CONTRACTS[room]
