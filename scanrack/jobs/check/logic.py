@@ -147,6 +147,14 @@ def always(condition: Condition) -> bool:
     return never(negated(condition))
 
 
+def constant_condition(condition: Condition) -> tuple[str, str] | None:
+    """Return the rule that a condition breaks which is always true or false, and what it does; or None."""
+    if never(condition):
+        several = len(list(islice(leaves(condition), 2))) > 1
+        return "contradiction" if several else "constant-condition", "never holds"
+    return ("constant-condition", "always holds") if always(condition) else None
+
+
 def leaves(condition: Condition) -> Iterator[Condition]:
     """Yield the parts that have no parts."""
     if isinstance(condition, AllOf | AnyOf):
@@ -189,6 +197,11 @@ def plain(condition: Condition) -> Condition:
 def compares(leaf: Condition, number: str) -> bool:
     """Whether a leaf compares a number, whatever the program writes to it in between."""
     return isinstance(leaf, Compare) and base_of(leaf.name) == number
+
+
+def is_only_of(condition: Condition, number: str) -> bool:
+    """Whether a condition only compares a number."""
+    return all(compares(each, number) for each in leaves(condition) if each != TRUE)
 
 
 def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> frozenset[float] | None:

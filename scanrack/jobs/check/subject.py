@@ -16,10 +16,8 @@ from scanrack.runtime.config.tomllines import KeyLines, KeyPath
 from ..load.loading import LoadedRack
 from .facts import Access, Command, Facts, FileLine, SentCommand, Variable
 from .groups import grouped
+from .module_kinds import NEWEST
 from .words import SentImage, sent_images
-
-NEWEST = "4.1"
-"""The firmware of a module of which nothing is said."""
 
 
 class Violation(NamedTuple):

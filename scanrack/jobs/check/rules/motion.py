@@ -160,20 +160,6 @@ def _first_before(
             return
 
 
-def _first_before(
-    needed: Sequence[Command], commands: Sequence[Command], kinds: Collection[str]
-) -> tuple[Command, Command] | None:
-    """Return the first command of these kinds before what it needs in one sequence, and what it needs."""
-    if len({each.owner for each in needed}) != 1:
-        return None
-    first = min(needed, key=lambda each: each.order)
-    for each in sorted(commands, key=lambda each: each.order):
-        is_before = each.owner == first.owner and each.sure and 0 < each.order < first.order
-        if each.kind in kinds and is_before:
-            return each, first
-    return None
-
-
 def _is_sent(subject: Subject, command: Command) -> bool:
     """Whether words configure the module of a command."""
     sent = subject.facts.configurations
