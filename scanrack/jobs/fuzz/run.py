@@ -35,7 +35,7 @@ from .aim.python_state import namespace_of
 from .invariants.busy import axes_in
 from .invariants.goals import MaximumGoal, Sometimes
 from .invariants.invariants import FOREVER_NS, Invariant, Watch
-from .invariants.output_line import Places
+from .invariants.output_line import OutputLine
 from .invariants.scan_view import ProgramState, Snapshot
 from .program_clocks import clocks_of
 from .repeated_scans import NS_PER_MS, RepeatedScans, stops_of
@@ -107,6 +107,11 @@ class Verdict:
     applied: frozenset[str] = frozenset()  # names of the invariants that had something to check
     printed: int = 0  # number of lines that the program printed, which are not shown
     greatest: Mapping[str, float] = field(default_factory=dict)  # values of what was to be maximized, by name
+
+    @property
+    def is_unplaced(self) -> bool:
+        """Whether the place of its failure is not known yet."""
+        return self.broken is not None and self.broken.cause == UNPLACED
 
 
 TIMED = 16
@@ -292,7 +297,10 @@ def _state_of(logic: ScanLogic) -> ProgramState:
 
 
 UNPLACED = "?"
-"""Cause of a failure with an unknown place: the run is repeated with its lines traced."""
+"""Cause of a failure whose place is not known yet: the run is repeated with its lines traced."""
+
+TRACED_BEFORE = 20
+"""Scans before a failure that are traced at first; more if no output changes in them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -340,14 +348,25 @@ class TrialBench:
             InvariantError: an invariant raised.
         """
         start_ns = wall_ns()
-        run = _Run(self, scenario, frozenset(without), traced=False, every_scan=every_scan, probe=probe)
+        ignored = frozenset(without)
+        run = _Run(self, scenario, ignored, every_scan=every_scan, probe=probe)
         run.explored_stop = None if explored is None else explored.begin(scenario, self.spec)
         verdict = run.go(listeners, aloud=aloud)
-        if verdict.broken is not None and verdict.broken.cause == UNPLACED:
-            run = _Run(self, scenario, frozenset(without), traced=True, every_scan=every_scan)
-            verdict = run.go(_no_listeners, aloud=False)
+        if verdict.broken is not None and verdict.is_unplaced:
+            verdict = self._placed(scenario, ignored, verdict.broken.scan, every_scan=every_scan)
         spent = {**verdict.spent, BUILDING: 0}
         return replace(verdict, spent={**spent, BUILDING: wall_ns() - start_ns - sum(spent.values())})
+
+    def _placed(self, scenario: Scenario, ignored: frozenset[str], scan: int, *, every_scan: bool) -> Verdict:
+        """Repeat a run that failed in a scan, to find the line that last changed an output before."""
+        def traced(since: int) -> tuple[_Run, Verdict]:
+            run = _Run(self, scenario, ignored, traced_since=since, every_scan=every_scan)
+            return run, run.go(_no_listeners, aloud=False)
+
+        run, verdict = traced(max(0, scan - TRACED_BEFORE))
+        if verdict.is_unplaced:
+            run, verdict = traced(run.last_output_change)
+        return traced(0)[1] if verdict.is_unplaced else verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -368,7 +387,7 @@ class _Run:
     """One run: a new rack, a new logic, fresh watches.
 
     Args:
-        traced: find the lines that write outputs, which makes the program slower.
+        traced_since: find the lines that write outputs from this scan on, see `OutputLine`; None = in no scan.
         every_scan: whether scans that repeat the one before them are run, too, see `repeated_scans`.
     """
 
@@ -378,7 +397,7 @@ class _Run:
         scenario: Scenario,
         without: frozenset[str],
         *,
-        traced: bool,
+        traced_since: int | None = None,
         every_scan: bool = True,
         probe: Probe | None = None,
     ) -> None:
@@ -397,8 +416,8 @@ class _Run:
             probe.watch(logic, self._rack)
         self._torn = TornScans(logic, scenario.tears, self._spec.scan_ns) if scenario.tears else None
         called: ScanLogic = self._torn or logic
-        self._places = Places(called, self._rack) if traced else None
-        self._timed = _TimedLogic(self._places or called)
+        self._output_line = None if traced_since is None else OutputLine(called, self._rack, traced_since)
+        self._timed = _TimedLogic(self._output_line or called)
         watches = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
         self._watcher = _Watcher(watches, without, self._place)
         tags = bench.tags_of(logic)
@@ -487,17 +506,24 @@ class _Run:
         repeated.begin()
         return repeated
 
+    @property
+    def last_output_change(self) -> int:
+        """The last scan that is known to have changed outputs, in a run that was not traced far enough."""
+        return 0 if self._output_line is None else self._output_line.changed_in
+
     def _place(self) -> str:
-        """Return the line that last changed an output word.
+        """Return the line that last changed an output word, or `UNPLACED`.
 
         If an axis of the program writes them, return the waits of the sequences; else the commands in force.
         """
-        if self._places is None:
+        if self._output_line is None or not self._output_line.is_complete:
             return UNPLACED
-        commands = [name for slot in self._watcher.snapshot.slot.values() for name in slot.commands]
+        if self._output_line.last:
+            return self._output_line.last
         waiting = [each for each in self._watcher.sequences if not each.over]
         places = [f"{each.name} at {Path(each.file or '').name}:{each.line}" for each in waiting]
-        return self._places.last or " ".join(places or commands)
+        commands = [name for slot in self._watcher.snapshot.slot.values() for name in slot.commands]
+        return " ".join(places or commands)
 
     @contextmanager
     def _kept_quiet(self, *, aloud: bool) -> Iterator[None]:
