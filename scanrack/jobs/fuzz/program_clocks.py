@@ -22,6 +22,8 @@ from scanrack.ladder.model.tags import Leaf
 from scanrack.ladder.model.types import DINT
 from scanrack.ladder.state.lowered import ADD_ON, LoweredProgram, LoweredStep
 
+from .last_program import remember_last
+
 _FAMILIES = (
     "addons arrays bits blocks compare compute control decimal files move sequencers shifts statements "
     "timing trigonometry"
@@ -71,18 +73,9 @@ class ProgramClocks:
     scanned: Leaf | None
 
 
-_KNOWN: list[tuple[LoweredProgram, ProgramClocks | None]] = []
-"""The program that was analyzed last: a search has one."""
-
-
+@remember_last
 def clocks_of(lowered: LoweredProgram) -> ProgramClocks | None:
     """Return the clocks of a program; None if it reads the time in other ways, or calls Python."""
-    if not _KNOWN or _KNOWN[0][0] is not lowered:
-        _KNOWN[:] = [(lowered, _clocks(lowered))]
-    return _KNOWN[0][1]
-
-
-def _clocks(lowered: LoweredProgram) -> ProgramClocks | None:
     schedule = lowered.schedule
     if lowered.functions or lowered.opening or lowered.closing or not all(map(_is_even, _steps(lowered))):
         return None

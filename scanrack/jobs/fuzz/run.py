@@ -359,6 +359,7 @@ class TrialBench:
 
     def _placed(self, scenario: Scenario, ignored: frozenset[str], scan: int, *, every_scan: bool) -> Verdict:
         """Repeat a run that failed in a scan, to find the line that last changed an output before."""
+
         def traced(since: int) -> tuple[_Run, Verdict]:
             run = _Run(self, scenario, ignored, traced_since=since, every_scan=every_scan)
             return run, run.go(_no_listeners, aloud=False)
@@ -387,7 +388,8 @@ class _Run:
     """One run: a new rack, a new logic, fresh watches.
 
     Args:
-        traced_since: find the lines that write outputs from this scan on, see `OutputLine`; None = in no scan.
+        traced_since: first scan in which the lines that write outputs are traced, see `OutputLine`; None =
+            no scan is.
         every_scan: whether scans that repeat the one before them are run, too, see `repeated_scans`.
     """
 

@@ -34,6 +34,7 @@ from scanrack.runtime.loop.scan import ScanLogic
 
 from ...record.logic_wrapper import unwrapped
 from ...record.sequence_watch import sequences_in
+from ..last_program import remember_last
 from .branches import NAME
 from .edges import COMMAND, PAIR, SIZE, STATE, TOGETHER, UNDER, Edges
 from .python_state import fields_reader, namespace_of
@@ -237,12 +238,7 @@ def _tag_cells(engine: Engine) -> Iterator[CellType]:
                 yield cell
 
 
-_NOTING: list[tuple[LoweredProgram, ObservedScanner]] = []
-"""The program that was compiled last with its notes: a search has one."""
-
-
+@remember_last
 def noting(lowered: LoweredProgram) -> ObservedScanner:
     """Return a compiled program that notes the power of all rungs, compiled once."""
-    if not _NOTING or _NOTING[0][0] is not lowered:
-        _NOTING[:] = [(lowered, observed_scanner_of(lowered, Observation(noted=lines_of(lowered))))]
-    return _NOTING[0][1]
+    return observed_scanner_of(lowered, Observation(noted=lines_of(lowered)))

@@ -19,10 +19,10 @@ class OutputLine(LogicWrapper):
     """A logic that is traced line by line, from some scan on: tracing makes a scan ten times slower.
 
     Attributes:
-        last: file name and line, such as "line.py:37"; empty if the change belongs to no line; None before the
-            first traced change.
-        changed_in: the last scan before the traced ones that left other outputs behind; 0 without any. Tracing
-            from there on finds the last change in any case.
+        last: file name and line, such as "line.py:37"; empty if the change belongs to no line; None
+            before the first traced change.
+        changed_in: the last scan, of those that are not traced, that changed outputs; 0 without any. A
+            run that is traced from there on has the last change.
 
     Args:
         since: number of the first scan that is traced.

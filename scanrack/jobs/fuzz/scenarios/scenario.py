@@ -6,10 +6,10 @@ each part of it can be left out for shrinking.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from decimal import Decimal
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import (
     BeforeValidator,
@@ -183,26 +183,31 @@ class Scenario:
         return spec.model_copy(update={"slot": slots, "incident": (*spec.incident, *incidents)})
 
     def _slot(self, slot: SlotSpec) -> SlotSpec:
-        firmware = dict(self.firmware).get(slot.number, slot.firmware)
+        """Return a slot with the parts of this scenario that concern it; the same one without any."""
+        changed: dict[str, Any] = {}
+        if (firmware := dict(self.firmware).get(slot.number, slot.firmware)) != slot.firmware:
+            changed["firmware"] = firmware
+        if (machine := self._machine(slot)) is not slot.machine:
+            changed["machine"] = machine
+        rows: Any = slot.options.get("timeline", ())
+        more = [push_entry(each) for each in _of_slot(self.pushes, slot)]
+        more += signal_entries(_of_slot(self.signals, slot), rows)
+        if more:
+            changed["options"] = {**slot.options, "timeline": one_at_a_time([*rows, *more])}
+        return slot.model_copy(update=changed) if changed else slot
+
+    def _machine(self, slot: SlotSpec) -> MachineSpec:
+        """Return the machine of a slot with this scenario's offsets, lost steps, presses and turns."""
         machine = slot.machine
-        for shift in self.shifts:
-            if shift.slot == slot.number:
-                machine = shifted(machine, shift.steps)
-        slips = tuple(Slip(each.at, each.steps) for each in self.lost if each.slot == slot.number)
-        presses = [each for each in self.presses if each.slot == slot.number]
-        entries = tuple(entry for each in presses for entry in entries_of(each, machine))
+        for shift in _of_slot(self.shifts, slot):
+            machine = shifted(machine, shift.steps)
+        slips = tuple(Slip(each.at, each.steps) for each in _of_slot(self.lost, slot))
+        entries = tuple(entry for each in _of_slot(self.presses, slot) for entry in entries_of(each, machine))
         if slips or entries:
             machine = replace(machine, slips=(*machine.slips, *slips), timeline=(*machine.timeline, *entries))
-        if own := [each for each in self.turns if each.slot == slot.number]:
-            machine = replace(machine, turns=in_succession(machine.turns, own))
-        options = slot.options
-        rows: Any = options.get("timeline", ())
-        more = [push_entry(each) for each in self.pushes if each.slot == slot.number]
-        more += signal_entries([each for each in self.signals if each.slot == slot.number], rows)
-        if more:
-            timeline: Any = one_at_a_time([*rows, *more])
-            options = {**options, "timeline": timeline}
-        return slot.model_copy(update={"firmware": firmware, "machine": machine, "options": options})
+        if turns := _of_slot(self.turns, slot):
+            machine = replace(machine, turns=in_succession(machine.turns, turns))
+        return machine
 
     def to_json(self) -> dict[str, Any]:
         """Return the scenario in JSON's types; the inverse of `from_json`."""
@@ -228,33 +233,21 @@ class Scenario:
             ValueError: it has a slot that the rack lacks.
         """
         have = [slot.number for slot in spec.slot]
-        happening = (each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE)
-        parts: tuple[Part | InjectedFault, ...]
-        parts = (
-            *self.presses,
-            *self.pushes,
-            *self.signals,
-            *happening,
-            *self.shifts,
-            *self.lost,
-            *self.turns,
-        )
-        for slot in (*dict(self.firmware), *(part.slot for part in parts)):
-            if slot not in have:
+        for number in self._slots():
+            if number not in have:
                 slots = ", ".join(map(str, have))
-                raise ValueError(f"scenario: no slot {slot}; the rack has {slots}")
-        buttons = {slot.number: slot.record.buttons(slot.options) for slot in spec.slot}
-        for push in self.pushes:
-            if push.input not in buttons[push.slot]:
-                names = ", ".join(buttons[push.slot]) or "none"
-                raise ValueError(f"scenario: slot {push.slot} has no button {push.input!r}, only {names}")
-        analog = {slot.number: slot.record.signals(slot.options) for slot in spec.slot}
-        for signal in self.signals:
-            if signal.input not in analog[signal.slot]:
-                names = ", ".join(analog[signal.slot]) or "none"
-                raise ValueError(
-                    f"scenario: slot {signal.slot} has no analog input {signal.input!r}, only {names}"
-                )
+                raise ValueError(f"scenario: no slot {number}; the rack has {slots}")
+        for slot in spec.slot:
+            buttons, signals = slot.record.buttons(slot.options), slot.record.signals(slot.options)
+            _check_inputs(_of_slot(self.pushes, slot), "button", buttons)
+            _check_inputs(_of_slot(self.signals, slot), "analog input", signals)
+
+    def _slots(self) -> Iterator[int]:
+        """Yield the numbers of the slots that it has parts for."""
+        yield from dict(self.firmware)
+        for parts in (self.presses, self.pushes, self.signals, self.shifts, self.lost, self.turns):
+            yield from (part.slot for part in parts)
+        yield from (each.slot for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE)
 
     def is_possible(self, spec: RackSpec) -> bool:
         """Return whether no module has an older firmware here than the rack's program needs."""
@@ -270,6 +263,21 @@ class Scenario:
 
 
 _SCENARIO = TypeAdapter(Scenario)
+
+SomePart = TypeVar("SomePart", bound=Part)
+
+
+def _of_slot(parts: Iterable[SomePart], slot: SlotSpec) -> list[SomePart]:
+    """Return the parts that concern a slot."""
+    return [each for each in parts if each.slot == slot.number]
+
+
+def _check_inputs(parts: Iterable[ContactPress | Signal], what: str, names: Collection[str]) -> None:
+    """Raise ValueError for a part whose input is not among the names of its card."""
+    for part in parts:
+        if part.input not in names:
+            known = ", ".join(names) or "none"
+            raise ValueError(f"scenario: slot {part.slot} has no {what} {part.input!r}, only {known}")
 
 
 def first_mistake(error: ValidationError) -> str:
