@@ -106,7 +106,9 @@ class Verdict:
     spent: Mapping[str, int] = field(default_factory=dict, compare=False)  # parts of its time, ns
     applied: frozenset[str] = frozenset()  # names of the invariants that had something to check
     printed: int = 0  # number of lines that the program printed, which are not shown
-    greatest: Mapping[str, float] = field(default_factory=dict)  # values of what was to be maximized, by name
+    greatest: Mapping[str, float] = field(
+        default_factory=dict
+    )  # greatest values of maximized numbers, by name
 
     @property
     def is_unplaced(self) -> bool:
@@ -115,11 +117,11 @@ class Verdict:
 
 
 TIMED = 16
-"""Every so many scans the time of the program and of the invariants is taken: a clock costs, too."""
+"""Interval of the scans whose time is measured: reading a clock costs time, too."""
 
 
 class _TimedLogic(LogicWrapper):
-    """A logic whose time is taken."""
+    """A logic whose time is measured."""
 
     def __init__(self, logic: ScanLogic) -> None:
         super().__init__(logic)
@@ -165,11 +167,11 @@ class _InvariantWatch:
 
 
 class _Watcher(QuietListener):
-    """A listener that looks at every scan and stops the CPU when an invariant is broken.
+    """A listener that checks every scan and stops the CPU when an invariant is broken.
 
     Args:
-        known: keys of failures that are passed over: the run continues past them.
-        place: returns what a failure is known by where no rule has fired.
+        known: keys of failures that are ignored: the run continues.
+        place: returns the cause of a failure if no rule has fired.
     """
 
     def __init__(
@@ -276,7 +278,7 @@ class _Watcher(QuietListener):
         return tuple(str(standing(each, scan)) for each in self.sequences)
 
     def faulted(self, fault: Fault) -> BrokenInvariant:
-        """Return that the CPU has faulted."""
+        """Return the failure that is a fault of the CPU."""
         self.snapshot.scan, self.snapshot.ns = fault.scan, fault.now_ns
         broken = self._broken(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
         return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
@@ -317,12 +319,12 @@ class TrialBench:
 
     @property
     def names(self) -> frozenset[str]:
-        """Names of all that must hold, including `NO_FAULT`."""
+        """Names of the invariants, including `NO_FAULT`."""
         return frozenset({NO_FAULT, *(each.name for each in self.invariants if not each.is_goal)})
 
     @property
     def goals(self) -> tuple[Invariant, ...]:
-        """What the search is to bring about."""
+        """The goals of the search."""
         return tuple(each for each in self.invariants if each.is_goal)
 
     def run(
@@ -341,7 +343,7 @@ class TrialBench:
         Args:
             without: names of invariants to skip, and keys of failures to ignore.
             probe: notes what changes.
-            explored: states of other runs with a probe, in which this one may end.
+            explored: states of other runs; this one may end in one of them, if it has a probe.
             every_scan: False = pass over scans that repeat the one before them, without `listeners`.
 
         Raises:
@@ -497,7 +499,7 @@ class _Run:
             self.explored_stop.learn()
 
     def _operator(self, cpu: Cpu) -> OrderRepeater | None:
-        """Return the giver of the scenario's orders; None without any."""
+        """Return what applies the scenario's orders; None without any."""
         if not self._orders:
             return None
         given = [AppliedAction(each.at_ns // self._spec.scan_ns, each.order) for each in self._orders]
@@ -529,7 +531,7 @@ class _Run:
 
     @contextmanager
     def _kept_quiet(self, *, aloud: bool) -> Iterator[None]:
-        """Hide the program's output from the terminal, and count its lines."""
+        """Hide the program's output from the terminal and count its lines, unless `aloud`."""
         if aloud:
             yield
         else:

@@ -11,7 +11,7 @@
     pair       a status bit changes under a command
     under      a flag changes while the steps are these
 
-Each group is compared as a whole first: a scan in which nothing changes costs a comparison for each.
+Each group is compared as a whole first: a scan without changes costs one comparison for each.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from .edges import COMMAND, PAIR, SIZE, STATE, TOGETHER, UNDER, Edges
 from .python_state import fields_reader, namespace_of
 
 SMALL = range(-1, 33)
-"""Integers that are distinguished; of others only the size."""
+"""Integers whose values are distinguished; of others only the size is."""
 
 MOST_TAGS = 1_000
 """Largest number of tags that are looked at."""
@@ -111,7 +111,7 @@ class Probe(QuietListener):
         if self._branches:
             self._note_branches(scan)
 
-    def state(self, surroundings: str) -> bytes:
+    def state(self, conditions: str) -> bytes:
         """Return a digest of what program and modules do at present: steps, flags, commands, status."""
         words = [
             (slot.fault, tuple(slot.inputs.words[:inputs]), tuple(slot.outputs.words[:outputs]))
@@ -122,7 +122,7 @@ class Probe(QuietListener):
             for (group, _), last in zip(self._values, self._last, strict=True)
             if group == STATE
         ]
-        return blake2b(repr((surroundings, words, kinds)).encode(), digest_size=16).digest()
+        return blake2b(repr((conditions, words, kinds)).encode(), digest_size=16).digest()
 
     def _note_words(self, place: int, scan: int) -> None:
         """Note the words of a slot that have changed."""
@@ -206,7 +206,7 @@ def _kind(value: Hashable) -> Hashable:
 
 
 class _Lines:
-    """Reads the lines where sequences wait, after one of them has gone on."""
+    """Reads the lines where sequences wait, after one of them has continued."""
 
     def __init__(self, sequences: Sequence[LogicSequence]) -> None:
         self._sequences = sequences

@@ -1,4 +1,4 @@
-"""A scenario: the conditions of a program in one run, added to the rack of its file.
+"""A scenario: the events and conditions of one run, added to the rack of a file.
 
 It is data: the same scenario gives the same run, it can be written to a file and read again, and
 each part of it can be left out for shrinking.
@@ -115,7 +115,7 @@ class LostSteps(Part):
 class TornUpdate:
     """An exchange within a scan: from a rung on the program sees the next inputs.
 
-    It is due before the next scan, or nothing happens; so it is where the routine does not come to the rung.
+    Nothing happens if no exchange is due before the next scan, or if the routine does not reach the rung.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -161,7 +161,7 @@ Orders = Annotated[tuple[OperatorAction, ...], PlainValidator(_orders), PlainSer
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """The conditions of a program in one run."""
+    """The events and conditions of one run."""
 
     __pydantic_config__ = NO_MORE_KEYS
 
@@ -190,8 +190,8 @@ class Scenario:
         if (machine := self._machine(slot)) is not slot.machine:
             changed["machine"] = machine
         rows: Any = slot.options.get("timeline", ())
-        more = [push_entry(each) for each in _of_slot(self.pushes, slot)]
-        more += signal_entries(_of_slot(self.signals, slot), rows)
+        more = [push_entry(each) for each in of_slot(self.pushes, slot)]
+        more += signal_entries(of_slot(self.signals, slot), rows)
         if more:
             changed["options"] = {**slot.options, "timeline": one_at_a_time([*rows, *more])}
         return slot.model_copy(update=changed) if changed else slot
@@ -199,13 +199,13 @@ class Scenario:
     def _machine(self, slot: SlotSpec) -> MachineSpec:
         """Return the machine of a slot with this scenario's offsets, lost steps, presses and turns."""
         machine = slot.machine
-        for shift in _of_slot(self.shifts, slot):
+        for shift in of_slot(self.shifts, slot):
             machine = shifted(machine, shift.steps)
-        slips = tuple(Slip(each.at, each.steps) for each in _of_slot(self.lost, slot))
-        entries = tuple(entry for each in _of_slot(self.presses, slot) for entry in entries_of(each, machine))
+        slips = tuple(Slip(each.at, each.steps) for each in of_slot(self.lost, slot))
+        entries = tuple(entry for each in of_slot(self.presses, slot) for entry in entries_of(each, machine))
         if slips or entries:
             machine = replace(machine, slips=(*machine.slips, *slips), timeline=(*machine.timeline, *entries))
-        if turns := _of_slot(self.turns, slot):
+        if turns := of_slot(self.turns, slot):
             machine = replace(machine, turns=in_succession(machine.turns, turns))
         return machine
 
@@ -239,8 +239,8 @@ class Scenario:
                 raise ValueError(f"scenario: no slot {number}; the rack has {slots}")
         for slot in spec.slot:
             buttons, signals = slot.record.buttons(slot.options), slot.record.signals(slot.options)
-            _check_inputs(_of_slot(self.pushes, slot), "button", buttons)
-            _check_inputs(_of_slot(self.signals, slot), "analog input", signals)
+            _check_inputs(of_slot(self.pushes, slot), "button", buttons)
+            _check_inputs(of_slot(self.signals, slot), "analog input", signals)
 
     def _slots(self) -> Iterator[int]:
         """Yield the numbers of the slots that it has parts for."""
@@ -267,7 +267,7 @@ _SCENARIO = TypeAdapter(Scenario)
 SomePart = TypeVar("SomePart", bound=Part)
 
 
-def _of_slot(parts: Iterable[SomePart], slot: SlotSpec) -> list[SomePart]:
+def of_slot(parts: Iterable[SomePart], slot: SlotSpec) -> list[SomePart]:
     """Return the parts that concern a slot."""
     return [each for each in parts if each.slot == slot.number]
 
@@ -321,18 +321,24 @@ def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     kept: dict[str, list[Mapping[str, Any]]] = {}
     for row in sorted(rows, key=lambda row: InputPress(**row).begin_ns):
         before = kept.setdefault(row["input"], [])
-        press, last = InputPress(**row), InputPress(**before[-1]) if before else None
-        if last is None or last.value is not None:
-            if last is not None and last.begin_ns == press.begin_ns:
-                before.pop()
-            before.append(row)
-        elif last.end_ns is not None and press.begin_ns >= last.end_ns:
-            before.append(row)
-        elif last.end_ns is not None:
-            end_ns = None if press.end_ns is None else max(press.end_ns, last.end_ns)
-            lasts = {} if end_ns is None else {"for_ms": (end_ns - last.begin_ns) / 1e6}
-            before[-1] = {"at_ms": last.begin_ns / 1e6, "input": row["input"], **lasts}
+        joined = _joined(before.pop(), row) if before else [row]
+        before += joined
     return [row for each in kept.values() for row in each]
+
+
+def _joined(last: Mapping[str, Any], row: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return what remains of a row and a later one of the same input."""
+    before, press = InputPress(**last), InputPress(**row)
+    if before.value is not None:
+        return [row] if before.begin_ns == press.begin_ns else [last, row]
+    if before.end_ns is None:
+        return [last]
+    if press.begin_ns >= before.end_ns:
+        return [last, row]
+    if press.end_ns is None:
+        return [{"at_ms": before.begin_ns / 1e6, "input": row["input"]}]
+    for_ms = (max(press.end_ns, before.end_ns) - before.begin_ns) / 1e6
+    return [{"at_ms": before.begin_ns / 1e6, "input": row["input"], "for_ms": for_ms}]
 
 
 def signal_entries(
