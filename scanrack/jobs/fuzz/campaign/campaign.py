@@ -5,8 +5,8 @@
     a report    is added to the state in the order of the tasks, never of their arrival
 
 A round depends on the tasks before it and not on its workers, so a campaign makes the same steps on any
-number of workers. It has four tasks at first, later a quarter of the number of tasks before it. What its tasks
-do not know of each other is at most a fifth of all, and a cluster of n workers is busy once 4 n tasks are done.
+number of workers. It has four tasks at first, later a quarter of the number of tasks before it. At most a
+fifth of all tasks are unknown to a task, and a cluster of n workers is busy once 4 n tasks are done.
 """
 
 from __future__ import annotations
