@@ -30,9 +30,9 @@ from scanrack.jobs.fuzz.explain.coverage_page import coverage_line, save_coverag
 from scanrack.jobs.fuzz.explain.unfired import UnfiredRule, error_rules, rules_in, unfired
 from scanrack.jobs.fuzz.folder_lock import STATE_NAME
 from scanrack.jobs.fuzz.job import Setup, bench_of, write_failure
+from scanrack.jobs.fuzz.nondeterminism import NondeterminismSources
 from scanrack.jobs.fuzz.report import note_fixed
 from scanrack.jobs.fuzz.run import NO_FAULT, BrokenInvariant, TrialBench
-from scanrack.jobs.fuzz.nondeterminism import NondeterminismSources
 from scanrack.jobs.fuzz.written_tests import write_tests
 from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.prove.serving.stuck import SolverStep
