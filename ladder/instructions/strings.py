@@ -78,10 +78,8 @@ def _row(
         texts = {} if rungs.notes.forced else rungs.writer.texts()
         given = [_write_value(rungs, each, width, texts) for each in sources]
         read = [text for text, each in zip(given, sources, strict=True) if isinstance(each, Group)]
-        arguments = [str(rungs.values.site), *given]
-        if typed and isinstance(target, Place):
-            arguments += [f"types[{target.type.name!r}]", repr(target.text)]
-        call = f"string_{name}(faults, {', '.join(arguments)})"
+        typed_target = target if typed else None
+        call = _call(name, [str(rungs.values.site), *given], typed_target)
         if name in _INLINE and _is_inline(name, sources[0], target):
             call = _INLINE[name].format(*given, call=call)
         with _if_all(rungs, read):
@@ -93,6 +91,13 @@ def _row(
         rungs.writer.keep_texts(_left(rungs, texts, target, stored, result))
 
     return action(name, *uses, run=run, write=write, faults=False)
+
+
+def _call(name: str, arguments: list[str], typed: Resolved | None) -> str:
+    """Return the call of a function of `state.characters`; some convert to the type of their target."""
+    if isinstance(typed, Place):
+        arguments += [f"types[{typed.type.name!r}]", repr(typed.text)]
+    return f"string_{name}(faults, {', '.join(arguments)})"
 
 
 def _is_inline(name: str, source: Resolved, target: Resolved) -> bool:

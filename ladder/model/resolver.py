@@ -160,6 +160,12 @@ def slot_of_image(name: str) -> int | None:
     return int(local[1]) if local else None
 
 
+def _not_of_module(shown: Address, words: int, *, output: bool) -> AddressError:
+    inputs = "" if output else ", ModuleOK, ConfigError, ConfigMode and Fault"
+    parts = f"Data[0] to Data[{words - 1}], Data0 to Data{words - 1}{inputs}"
+    return AddressError(f"{shown} is not part of a module", f"there are {parts}, and bits of words")
+
+
 class Resolver:
     """Resolves addresses in a memory; tags of `program` precede the controller's."""
 
@@ -309,9 +315,7 @@ class Resolver:
         if name == "FAULT" and not output:
             leaf = self._layout.fault(slot)
             return self._walk(Group(leaf.type, leaf.path, (), (), self._layout, str(shown)), steps[1:])
-        inputs = "" if output else ", ModuleOK, ConfigError, ConfigMode and Fault"
-        parts = f"Data[0] to Data[{words - 1}], Data0 to Data{words - 1}{inputs}"
-        raise AddressError(f"{shown} is not part of a module", f"there are {parts}, and bits of words")
+        raise _not_of_module(shown, words, output=output)
 
     def _member_of_card(
         self, slot: int, name: str, member: MemberPlace, steps: tuple[Step, ...], shown: Address
