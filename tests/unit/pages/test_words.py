@@ -1,4 +1,4 @@
-"""Retired words in docs, help and messages may only get fewer. Code, decision records and changes are exempt."""
+"""Retired words in docs, help and messages may only get fewer. Code, decisions and changes are exempt."""
 
 from __future__ import annotations
 
