@@ -17,6 +17,9 @@ NEXT = PAGES / "unreleased.md"
 CHANGELOG = ROOT / "CHANGELOG.md"
 KINDS = {"added": "Added", "changed": "Changed", "fixed": "Fixed"}
 BULLET = re.compile(r"^[-*] .*(?:\n  .*)*", re.MULTILINE)
+FROM_CHANGES = re.compile(r"\]\(\.\./(docs/)?")
+FROM_ROOT = re.compile(r"\]\((?!https?:|#)")
+"""The beginnings of links that are written for a file in changes/, and for CHANGELOG.md."""
 
 
 def changes() -> dict[Path, str]:
@@ -34,7 +37,9 @@ def page() -> str:
     text = "# Unreleased\n"
     for kind, title in KINDS.items():
         lines = [
-            line.replace("](../docs/", "](../") for file, line in changes().items() if kind_of(file) == kind
+            FROM_CHANGES.sub(lambda link: "](../" if link[1] else "](../../", line)
+            for file, line in changes().items()
+            if kind_of(file) == kind
         ]
         text += f"\n## {title}\n\n" * bool(lines) + "".join(f"- {line}\n" for line in lines)
     return text
@@ -69,7 +74,7 @@ def written_by_hand() -> Iterator[tuple[Path, str]]:
         heading = part.partition("\n")[0].strip("# ").lower()
         kind = heading if heading in KINDS else kind
         for bullet in BULLET.findall(part):
-            line = _one_line(bullet).replace("](docs/", "](../docs/")
+            line = FROM_ROOT.sub("](../", _one_line(bullet))
             if bullet not in changelog() and line not in known:
                 known.add(line)
                 yield _new_file(line, kind, files), line

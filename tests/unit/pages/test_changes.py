@@ -57,7 +57,7 @@ HAND = """\
 ### Fixed
 
 - Plots have [colors](docs/plot.md) again.
-- Plots have [colors](docs/plot.md) again!
+- Plots have [colors](examples/plot.md) again!
 
 ## 0.1.0
 
@@ -73,6 +73,7 @@ PAGE = """\
 ## Fixed
 
 - Plots have [colors](../plot.md) again.
+- Plots have [colors](../../examples/plot.md) again!
 """
 
 
@@ -90,9 +91,10 @@ def test_a_line_in_the_changelog_becomes_a_file(tmp_path: Path, monkeypatch: pyt
     assert found == {
         "plots-have-colors.added.md": "Plots have [colors](../docs/plot.md)",
         "plots-have-colors-again.fixed.md": "Plots have [colors](../docs/plot.md) again.",
-        "plots-have-colors-again-2.fixed.md": "Plots have [colors](../docs/plot.md) again!",
+        "plots-have-colors-again-2.fixed.md": "Plots have [colors](../examples/plot.md) again!",
     }
     (folder / "colors.fixed.md").write_text(found["plots-have-colors-again.fixed.md"], encoding="utf-8")
+    (folder / "more.fixed.md").write_text(found["plots-have-colors-again-2.fixed.md"], encoding="utf-8")
     assert changes_page.page() == PAGE
     rows = "* [0.10.0](docs/changes/0.10.0.md)\n* [0.1.0](docs/changes/0.1.0.md), 2026-01-02\n"
     assert changes_page.changelog().endswith(rows)
