@@ -60,14 +60,6 @@ def test_the_wiring_that_an_export_proposes_for_a_card_can_be_taken(kind: CardKi
     parse_rack_file('program = "line.rung"\n' + "\n".join(proposed), Path("line.toml"))
 
 
-@pytest.mark.parametrize("name", KINDS)
-def test_the_changelog_names_every_card(name: str) -> None:
-    """In full, or after another of its kind: 1762-OB8, -OB16."""
-    log = (PAGE.parents[1] / "CHANGELOG.md").read_text(encoding="utf-8")
-    number = name.partition("-")[2]
-    assert re.search(rf"{name}\b" + rf"| -{number}\b" * bool(number), log), f"{name} is not in CHANGELOG.md"
-
-
 def test_terminals_may_be_any_bits_of_words() -> None:
     """Four inputs on the even bits of word 0, eight on the upper half of word 1."""
     kind = CardKind("even", inputs=(0x55, 0xFF00))
