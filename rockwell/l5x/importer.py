@@ -254,14 +254,18 @@ class Importer:
             self._reader.encoded(record.name, encoded)
             if encoded.name.upper() not in part.routines and NAME.fullmatch(encoded.name):
                 part.functions[encoded.name.upper()] = does_nothing(encoded.name)
+        self._choose_routines(record, part)
+
+    def _choose_routines(self, record: ProgramRecord, part: ProgramPart) -> None:
+        """Set the main and the fault routine of a program; a phase without a main one idles."""
         known = {*part.routines, *part.functions}
         part.main = record.main if record.main.upper() in known else None
+        part.fault = record.fault if record.fault.upper() in known else None
         if record.is_phase:
             self.report.note(record.name, _PHASE, record.line)
             if part.main is None:
                 part.functions[IDLE.upper()] = does_nothing(IDLE)
                 part.main = IDLE
-        part.fault = record.fault if record.fault.upper() in known else None
 
     # --- declaring
 
