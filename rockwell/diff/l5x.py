@@ -102,6 +102,14 @@ def _checked_root(root: Any, file: str) -> int:
     return line
 
 
+def _marks(rung: Any) -> Iterator[str]:
+    """Yield what a rung has besides its number, text and comment."""
+    if rung.get("Type", "N") != "N":
+        yield rung.get("Type")
+    yield from (f"{name}={text}" for name, text in rung.attrib.items() if name not in ("Number", "Type"))
+    yield from (_markup(each) for each in rung.iterchildren("*") if each.tag not in ("Text", "Comment"))
+
+
 def _add(item: Item, name: str, label: str, text: str) -> None:
     """Add an attribute; dates are no difference."""
     (item.dates if name in DATES else item.fields).append((label, text))
@@ -229,14 +237,7 @@ class _L5xOutline:
             texts = list(each.iterchildren("Text"))
             text = (texts[0].text or "").strip() if len(texts) == 1 else "\n".join(map(_text, texts))
             comment = "\n".join(_text(inner) for inner in each.iterchildren("Comment"))
-            kind = each.get("Type", "N")
-            marks = [kind] if kind != "N" else []
-            marks += [
-                f"{name}={said}" for name, said in each.attrib.items() if name not in ("Number", "Type")
-            ]
-            marks += [
-                _markup(inner) for inner in each.iterchildren("*") if inner.tag not in ("Text", "Comment")
-            ]
+            marks = list(_marks(each))
             shown = f"{', '.join(marks)}: {text}" if marks else text
             line = line_of_text(texts[0]) + self._shift if texts else self._line(each)
             yield Step(RUNG, place, shown, rung_key(shown), comment, line)
