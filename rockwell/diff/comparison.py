@@ -436,9 +436,9 @@ def _name_of(step: Step) -> str:
 def _difference(kind: str, owner: str, old: Step | None, new: Step | None) -> Difference:
     step = new or old
     assert step is not None
-    was = _name_of(old) if old is not None and new is not None and old.number != new.number else ""
-    if step.what == ELEMENT or (kind == CHANGED and old is not None and new is not None):
-        was = ""
+    was = ""
+    if kind == MOVED and step.what != ELEMENT and old is not None and old.number != step.number:
+        was = _name_of(old)
     return Difference(
         kind,
         step.what,
