@@ -1,6 +1,6 @@
 // The rows of the list of events: by time, each thing once.
 
-import { grouped } from "./format.js";
+import { clocked, grouped } from "./format.js";
 
 // An order that presses an input is told of; that the input is on then says the same.
 const pressOf = ({ order, scan }) => {
@@ -18,5 +18,5 @@ export function rowsOf(events) {
     kind === "stimulus" && pressed.has(`${scan} ${slot} ${name}`.toLowerCase());
   const told = events.filter(event => !isSaid(event)).sort((one, other) => one.t - other.t);
   const rows = told.filter((event, place) => !isStep(event) || !isStep(told[place + 1]));
-  return rows.map(event => ({ ...event, text: grouped(event.text) }));
+  return rows.map(event => ({ ...event, text: grouped(clocked(event.text)) }));
 }
