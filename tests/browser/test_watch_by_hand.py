@@ -110,9 +110,7 @@ def test_a_page_that_is_loaded_again_has_the_strip_of_before(page, paused):
     page.open(paused.link)
     page.press("Zoom out")
     page.click("//details[summary='Edges']/summary", "xpath")
-    oldest = (
-        "return [...document.querySelectorAll('.edges li')].map(each => Number(each.dataset.scan)).at(-1) ?? 9999"
-    )
+    oldest = "return Number([...document.querySelectorAll('.edges li')].at(-1)?.dataset.scan ?? 9999)"
     page.choose("Signal", "1.MOVING_CW")
     until(lambda: page.run(oldest) < 1000)
 
@@ -208,3 +206,26 @@ def test_a_passing_notice_is_not_in_the_way_of_the_strip(page, paused):
         "return document.elementFromPoint((left + right) / 2, (top + bottom) / 2).id"
     )
     assert page.run(under) != "notice"
+
+
+def test_beside_a_selected_tag_with_its_causes_the_inputs_are_in_view(page, paused):
+    page.look(1920, 1080)
+    page.open_at(paused, 4100)
+    page.click("[data-element='Main.2.1']")  # OTE(Trouble)
+    page.press("Why")
+    page.until_there("#tag .chain li")
+    button, machine = (
+        page.run(f"return document.querySelector('{each}').getBoundingClientRect().bottom")
+        for each in ('[aria-label="Press E-stop"]', "#machine")
+    )
+    assert button <= machine
+
+
+def test_an_event_stands_after_its_cause_of_the_same_time(page, paused):
+    page.open_at(paused, 4100)  # its emergency stop comes at 8 s
+    rows = "return [...document.querySelectorAll('#events .what')].map(each => each.textContent)"
+    until(lambda: any("energized" in each for each in page.run(rows)))
+    latest_first = page.run(rows)
+    (cause,) = [place for place, each in enumerate(latest_first) if "is energized" in each]
+    (effect,) = [place for place, each in enumerate(latest_first) if "cut short" in each]
+    assert effect < cause

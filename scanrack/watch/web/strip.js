@@ -367,7 +367,7 @@ export function placeOf(bit) {
   return { top: TOP + axes.length * tall + tags + busy(lanes()).indexOf(bit) * LANE, left, time };
 }
 
-const leftOf = wide => (wide < 400 ? 104 : wide < 600 ? 140 : 168); // where time begins, beside the names
+const leftOf = wide => (wide < 400 ? 120 : wide < 600 ? 140 : 168); // where time begins, beside the names
 
 // The edges of one signal in words, for a reader of the screen and for scripts.
 function list() {

@@ -247,7 +247,7 @@ async function answerTo(tag, tries = 1) {
     lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "",
     chainOf(said.chain)
   );
-  answer.scrollIntoView({ block: "nearest" });
+  showAnswer();
   return said;
 }
 
@@ -276,6 +276,10 @@ async function askAgain(fields, wanted, tries) {
   return ask("why", fields);
 }
 
+// Brings the answer into the card's view: its end, or of a long one its start.
+const showAnswer = () =>
+  answer.scrollIntoView({ block: answer.offsetHeight < at("tag").clientHeight ? "nearest" : "start" });
+
 // The lines of the program in Python that an answer names.
 function linesOf({ lines = [] }) {
   const names = (run.hello.routines ?? []).filter(each => each.kind === "python").map(each => each.name);
@@ -296,7 +300,7 @@ export async function want() {
   const found = await answersTo(tag, value);
   if (tag !== selected.tag) return;
   answer.replaceChildren(...found);
-  answer.scrollIntoView({ block: "nearest" });
+  showAnswer();
 }
 
 export async function uses() {
