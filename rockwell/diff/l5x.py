@@ -102,6 +102,12 @@ def _checked_root(root: Any, file: str) -> int:
     return line
 
 
+def _label(label: str, seen: Counter[str]) -> str:
+    """Count a label; return it with its number from the second one on."""
+    seen[label] += 1
+    return label if seen[label] == 1 else f"{label} #{seen[label]}"
+
+
 class _L5xOutline:
     """Builds items from elements; `shift` is the line of the document's beginning."""
 
@@ -179,10 +185,7 @@ class _L5xOutline:
             self._inside(element, path, item, seen)
             return
         key = next((name for name in _KEYS if name in given), "")
-        label = _joined(path, f"{element.tag} {given[key]}" if key else element.tag)
-        seen[label] += 1
-        if seen[label] > 1:
-            label += f" #{seen[label]}"
+        label = _label(_joined(path, f"{element.tag} {given[key]}" if key else element.tag), seen)
         shown = [(name, each) for name, each in given.items() if name != key]
         for name, each in shown:
             kept = item.dates if name in DATES else item.fields
