@@ -8,6 +8,7 @@ condition therefore costs a scan little more than the comparison.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from types import CellType, CodeType, FunctionType
@@ -25,6 +26,9 @@ from scanrack.traces.query.expression import number_of
 from scanrack.traces.query.grammar import GRAMMAR
 
 Read = Callable[[], Any]
+
+_SEVERAL = re.compile(r"^\s*(count|first|last|longest|shortest)\s*\(|\b(then|without|within)\b")
+"""Parts of queries about several scans."""
 
 
 class Surroundings(NamedTuple):
@@ -116,6 +120,8 @@ def compiled(text: str, values: Values, around: Surroundings) -> Read:
     try:
         source = writer.transform(_parser().parse(text))
     except UnexpectedInput as error:
+        if _SEVERAL.search(text):
+            raise ExpressionError(f"{text!r} needs several scans: ask scanrack query") from error
         at = getattr(error, "column", 0)
         raise ExpressionError(f"{text!r}, column {max(1, at)}: not an expression of a query") from error
     except RecursionError as error:

@@ -353,11 +353,16 @@ class Live(ScanDriver):
         run.cpu.add_listener(self)
         adapter.begin(self.subject, self)
         adapter.running = session.live  # a real controller does not wait
+        self._placed = (
+            not adapter.configured
+        )  # else a branch begins, which has the breakpoints from its first scan on
 
     # --- after a scan
 
     @override
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        if not self._placed and not self._session.repeats:
+            self._place()
         hits, adapter = self.look(scan, now_ns, flags), self._adapter
         arrived = isinstance(self.subject, LiveText) and self.subject.arrived
         if (hits or arrived) and not self._session.repeats:
@@ -377,6 +382,10 @@ class Live(ScanDriver):
         cpu, subject = self._run.cpu, self.subject
         scan = subject.extent[1] + 1
         self._session.obey(order, scan * cpu.period_ns, scan)
+
+    def _place(self) -> None:
+        self._placed = True
+        self.place_again()
 
     # --- breakpoints of pages
 
@@ -416,6 +425,8 @@ class Live(ScanDriver):
     def _rest(self) -> None:
         self._attend()
         adapter = self._adapter
+        if not self._placed:
+            self._place()
         self.follow_edit()
         if self._session.state.breakpoints != self._seen and adapter.configured:
             self._take_breakpoints()

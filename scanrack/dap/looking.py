@@ -252,6 +252,19 @@ def _branch_command(adapter: Adapter, _rest: str) -> str:
     return f"a new session continues from scan {scan:,}"
 
 
+def _return_command(adapter: Adapter, _rest: str) -> str:
+    if not adapter.in_past():
+        raise DebugError("this is the latest scan of the session")
+    last = adapter.the_subject().extent[1]
+
+    def back() -> None:
+        adapter.look_at(last, "end")
+        adapter.stopped("pause")
+
+    adapter.after_response(back)
+    return f"back at scan {last:,}"
+
+
 def _reload_command(adapter: Adapter, _rest: str) -> str:
     adapter.the_driver().give(actions.Reload())
     return "the saved program continues with the present values"
@@ -263,6 +276,7 @@ COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
     "release": _release_command,
     "why": _why_command,
     "branch": _branch_command,
+    "return": _return_command,
     "reload": _reload_command,
 }
 """Commands of the console, by their first word."""

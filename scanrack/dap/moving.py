@@ -33,8 +33,8 @@ def _ask(adapter: Adapter) -> None:
         return
     adapter.asked_past = True
     raise DebugError(
-        f"this is scan {scan:,}, and the rack stands at scan {last:,}: continue again for that one, "
-        "or evaluate `branch` to continue here in a new session"
+        f"this is scan {scan:,}, and the rack stands at scan {last:,}: continue again to go on from there, "
+        "evaluate `return` to stand there, or `branch` to continue here in a new session"
     )
 
 
