@@ -31,7 +31,7 @@ _SEVERAL = re.compile(r"^\s*(count|first|last|longest|shortest)\s*\(|\b(then|wit
 """Parts of queries about several scans."""
 
 
-class Surroundings(NamedTuple):
+class ScanContext(NamedTuple):
     """What an expression reads beside the tags of a program."""
 
     words: Mapping[int, ModuleWords]  # of the modules, by slot
@@ -110,7 +110,7 @@ class _Edge:
         return before is not None and bool(value != before)
 
 
-def compiled(text: str, values: Values, around: Surroundings) -> Read:
+def compiled(text: str, values: Values, around: ScanContext) -> Read:
     """Return the function that evaluates an expression after a scan.
 
     Raises:
@@ -156,7 +156,7 @@ class _Writer(Transformer[Token, str]):
         first: statements before the expression.
     """
 
-    def __init__(self, values: Values, around: Surroundings) -> None:
+    def __init__(self, values: Values, around: ScanContext) -> None:
         super().__init__()
         self._values, self._around = values, around
         self.first: list[str] = []

@@ -138,7 +138,7 @@ class InTest(ScanDriver):
 
     @override
     def end(self) -> None:
-        self._adapter.running = True  # the test goes on
+        self._adapter.running = True  # the test continues
 
 
 def run_tests(adapter: Adapter, words: str) -> None:

@@ -65,7 +65,7 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
             raise ValueError(f"{path} has no scan {scan}: it has {first} to {last}")
         driver = RecordingDriver(adapter, subject, first if scan is None else scan)
         adapter.begin(subject, driver)
-        more = True  # scans whose first run is not over: it goes on while the client is silent
+        more = True  # scans whose first run is not over: it continues while the client is silent
         while not driver.over and not adapter.over:
             served = adapter.serve(0 if adapter.running else IDLE_S if more else None)
             if not served and not adapter.running:
@@ -220,9 +220,9 @@ class RecordingDriver(Driver):
         adapter = self._adapter
         if not adapter.running or self._looked < 0:
             return
-        wanted = [each for each in adapter.all_breakpoints() if not each.log]
+        requested = [each for each in adapter.all_breakpoints() if not each.log]
         last = self._subject.extent[1]
-        found, looked = self._subject.first_after(wanted, self._looked) if wanted else (None, last)
+        found, looked = self._subject.first_after(requested, self._looked) if requested else (None, last)
         self._looked = looked
         if found is not None:
             adapter.stop_at_hit(found, adapter.hits_in(found))
@@ -246,11 +246,11 @@ class RecordingDriver(Driver):
         self._end_of_recording()
 
     @override
-    def set_breakpoints(self, wanted: list[Breakpoint]) -> None:
+    def set_breakpoints(self, requested: list[Breakpoint]) -> None:
         adapter = self._adapter
         place = None if adapter.cursor is None else (adapter.cursor.scan, adapter.cursor.spot)
         scan = place[0] if place else self._first
-        self._subject.check(wanted, scan)
+        self._subject.check(requested, scan)
         if place is not None:
             adapter.look_at(place[0]).go(place[1])
 
