@@ -7,8 +7,8 @@ import copy
 from collections.abc import Mapping, Sequence
 
 from ..logic import INPUT
+from .expression_options import Options
 from .nodes import Function, given_to, parameters_of
-from .options import Options
 from .reader import UnknownError
 
 MOST = 400
@@ -38,7 +38,7 @@ class LocalNames:
         return here
 
     def join(self, other: Names, test: ast.expr) -> None:
-        """Join the names behind the two arms of a statement; `other` are those behind the first one."""
+        """Join the names after the two arms of a statement; `other` are those after the first arm."""
         for name in {*other, *self._names}:
             one, two = other.get(name), self._names.get(name)
             if one is two or (one is not None and two is not None and ast.dump(one) == ast.dump(two)):

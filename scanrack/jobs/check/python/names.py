@@ -199,7 +199,7 @@ def _paths(body: Sequence[ast.stmt], arms: Arms) -> Iterator[tuple[ast.Call, Arm
 def _with_helpers(
     calls: Iterable[tuple[ast.Call, Arms]], methods: Mapping[str, Function], depth: int
 ) -> Iterator[tuple[ast.Call, Arms]]:
-    """Yield calls, and behind the call of a helper those in it."""
+    """Yield calls, and after the call of a helper the calls in it."""
     for call, arms in calls:
         yield call, arms
         helper = methods.get(field_of(call.func))

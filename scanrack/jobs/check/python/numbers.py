@@ -10,8 +10,8 @@ from types import MappingProxyType
 from scanrack.io_images.amci3601 import BlendSegment
 
 from ..ranges import ANY, OPERATIONS, Range, exactly, joined
+from .expression_options import Options
 from .nodes import Function, nodes_in
-from .options import Options
 from .reader import Reader, UnknownError
 
 OPERATORS: Mapping[type[ast.operator], str] = {
@@ -27,7 +27,7 @@ NONE: Mapping[str, tuple[Range, ...]] = MappingProxyType({})
 NO_FUNCTIONS: Mapping[str, Function] = MappingProxyType({})
 
 DEPTH = 8
-"""Levels of names behind a name."""
+"""Levels of names that a name gets its value from."""
 
 
 class Numbers:

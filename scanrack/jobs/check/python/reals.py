@@ -1,6 +1,6 @@
 """Calculated fractions that a text compares for equality: `self.total == 0.3` after `self.total += 0.1`.
 
-Copies, constants and whole numbers are exact; 0 may be asked of a divisor, and `!= 0` of anything.
+Copies, constants and whole numbers are exact. A divisor may be compared with 0, and `!= 0` is always legal.
 """
 
 from __future__ import annotations

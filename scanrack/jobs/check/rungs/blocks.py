@@ -11,9 +11,9 @@ from scanrack.ladder.state.lowered import ADD_ON, AddOnCall, steps_of
 
 from ..facts import Command, FileLine
 from ..ranges import Range, exactly
+from .number_options import OperandOptions
 from .number_ranges import Values
 from .operands import first_of, is_zero, key_of, path_of
-from .options import OperandOptions
 from .walk import Point
 
 OWNER = "AMCI3601"

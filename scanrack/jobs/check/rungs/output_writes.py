@@ -34,9 +34,9 @@ from scanrack.ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram
 from ..facts import FileLine
 from ..ranges import Range
 from ..written import UNKNOWN_WORD, WordValue
+from .number_options import OperandOptions
 from .number_ranges import Values, target_of, written_value
 from .operands import first_of, path_of, steps_in, written_by
-from .options import OperandOptions
 
 _WORD = 0xFFFF
 COPIES = ("COP", "CPS")

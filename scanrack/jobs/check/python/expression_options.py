@@ -1,0 +1,328 @@
+"""What an expression of a Python program may be, one option after the other: constants, tables, helpers.
+
+target = STOPS[line.at]                  one of the elements of STOPS
+outputs[2] = target // 1000              one of their thousands
+outputs[2], outputs[3] = split(target)   what the helper `split` makes of each
+
+Nothing of the program is called: helpers are read, statement by statement.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, is_dataclass
+from enum import Enum
+from typing import Any, cast
+
+from scanrack.io_images import amci3601
+from scanrack.io_images.image import Image
+from scanrack.io_images.thousands import split_thousands
+
+from .nodes import Function, parameters_of, unpacks
+from .reader import Reader, UnknownError
+
+DEPTH = 8
+"""Levels of helpers, and of names, that are followed."""
+
+MOST = 64
+"""Options that are looked at."""
+
+OPERATORS: Mapping[type[ast.AST], Callable[..., Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.FloorDiv: operator.floordiv,
+    ast.Div: operator.truediv,
+    ast.Mod: operator.mod,
+    ast.BitOr: operator.or_,
+    ast.BitAnd: operator.and_,
+    ast.BitXor: operator.xor,
+    ast.RShift: operator.rshift,
+    ast.LShift: lambda one, other: one * 2 ** min(other, 64),
+    ast.USub: operator.neg,
+    ast.UAdd: operator.pos,
+    ast.Invert: operator.invert,
+    ast.Not: operator.not_,
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+}
+
+PURE: Mapping[object, Callable[..., Any]] = {
+    **{each: each for each in (abs, int, round, min, max, divmod, bool, len, sum, split_thousands, Image)},
+    **{each: lambda *given, of=each: tuple(of(*given)) for each in (range, enumerate, zip, tuple, list)},
+}
+"""Functions whose result depends on their arguments alone."""
+
+CHANGING = ("append", "pop", "extend", "insert", "update", "clear", "remove", "sort")
+"""Methods that change a table."""
+
+PLAIN = (int, float, str, bool, Enum)
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """The options of an expression, and where they come from."""
+
+    options: tuple[Any, ...]
+    source: str = ""
+    names: tuple[str, ...] = ()
+
+
+Names = Mapping[str, "ast.expr | Choices | None"]
+"""What local names are: an expression of outer names, values, or unknown."""
+
+
+class _ReturnedError(Exception):
+    """A helper returns."""
+
+    def __init__(self, value: object) -> None:
+        self.value = value
+
+
+class Options:
+    """The options of the expressions in a text.
+
+    Args:
+        functions: by name; helpers among them are read.
+        stored: what the text assigns, by target.
+    """
+
+    def __init__(
+        self, reader: Reader, functions: Mapping[str, Function], stored: Mapping[str, Sequence[ast.expr]]
+    ) -> None:
+        self._reader, self._functions, self._stored = reader, functions, stored
+        self._changed = set(_changed(reader.tree))
+
+    def of(self, node: ast.expr, names: Names, depth: int = DEPTH) -> Choices:
+        """Return the options of an expression; an `UnknownError` if the text does not determine them."""
+        if depth == 0:
+            raise UnknownError
+        match node:
+            case ast.Constant(value):
+                return Choices((value,))
+            case ast.Name(name):
+                return self._named(name, names, depth)
+            case ast.Tuple(parts) | ast.List(parts):
+                return _each([self.of(part, names, depth) for part in parts], lambda *given: given)
+            case ast.UnaryOp(op, operand):
+                return _each([self.of(operand, names, depth)], OPERATORS[type(op)])
+            case ast.BinOp(left, op, right) | ast.Compare(left, [op], [right]) if type(op) in OPERATORS:
+                return _each([self.of(each, names, depth) for each in (left, right)], OPERATORS[type(op)])
+            case ast.IfExp():
+                return self._chosen(node, names, depth)
+            case ast.Subscript():
+                return self._element(node, names, depth)
+            case ast.Attribute():
+                return self._attribute(node, names, depth)
+            case ast.Call():
+                return self._called(node, names, depth)
+        raise UnknownError
+
+    # --- names and tables
+
+    def _named(self, name: str, names: Names, depth: int) -> Choices:
+        if name in names:
+            found = names[name]
+            if found is None:
+                raise UnknownError
+            return found if isinstance(found, Choices) else self.of(found, {}, depth - 1)
+        if name in self._reader.local or name in self._changed or name not in self._reader.names:
+            raise UnknownError
+        return Choices((_plain(self._reader.names[name]),))
+
+    def _chosen(self, node: ast.IfExp, names: Names, depth: int) -> Choices:
+        try:
+            tested = self.of(node.test, names, depth)
+        except UnknownError:
+            parts = [self.of(each, names, depth) for each in (node.body, node.orelse)]
+            options = tuple(option for each in parts for option in each.options)
+            return Choices(options[:MOST], ast.unparse(node))
+        ways = {bool(each) for each in tested.options}
+        if len(ways) > 1:
+            raise UnknownError
+        return self.of(node.body if ways.pop() else node.orelse, names, depth)
+
+    def _element(self, node: ast.Subscript, names: Names, depth: int) -> Choices:
+        table = self.of(node.value, names, depth)
+        try:
+            index = self.of(node.slice, names, depth)
+        except UnknownError:
+            return self._any_element(node, table)
+        return _each([table, index], lambda found, at: found[at])
+
+    def _any_element(self, node: ast.Subscript, table: Choices) -> Choices:
+        """Return the elements of a table at an unknown index."""
+        found = table.options[0]
+        if len(table.options) > 1 or not isinstance(found, tuple | list | dict) or not found:
+            raise UnknownError
+        pairs = list(found.items() if isinstance(found, dict) else enumerate(found))[:MOST]
+        text = ast.unparse(node.value)
+        names = tuple(f"{text}[{key!r}] = {value}" for key, value in pairs)
+        return Choices(tuple(value for _, value in pairs), ast.unparse(node), names)
+
+    def _attribute(self, node: ast.Attribute, names: Names, depth: int) -> Choices:
+        text = ast.unparse(node)
+        if text in self._stored:
+            return self._assigned(text, depth)
+        field = node.attr if getattr(node.value, "id", "") == "self" else ""
+        if field in self._reader.fields:
+            return Choices((_plain(self._reader.fields[field]),))
+        owner = self.of(node.value, names, depth).options[0]
+        is_ours = isinstance(owner, type) or is_dataclass(owner)
+        if not is_ours or node.attr.startswith("_") or not hasattr(owner, node.attr):
+            raise UnknownError
+        return Choices((_plain(getattr(owner, node.attr)),))
+
+    def _assigned(self, text: str, depth: int) -> Choices:
+        """Return what a text assigns to an attribute, as far as it is known."""
+        options: list[Any] = []
+        names: list[str] = []
+        for value in self._stored[text]:
+            try:
+                found = self.of(value, {}, depth - 1)
+            except UnknownError:
+                continue
+            options += found.options
+            names += found.names or [f"{text} = {each}" for each in found.options]
+        if not options:
+            raise UnknownError
+        return Choices(tuple(options[:MOST]), text if len(options) > 1 else "", tuple(names[:MOST]))
+
+    # --- calls
+
+    def _called(self, call: ast.Call, names: Names, depth: int) -> Choices:
+        if unpacks(call):
+            raise UnknownError
+        keys = [str(each.arg) for each in call.keywords]
+        nodes = [*call.args, *(each.value for each in call.keywords)]
+        given = [self.of(each, names, depth) for each in nodes]
+        if isinstance(call.func, ast.Attribute) and call.func.attr == "to_image" and not given:
+            made = self.of(call.func.value, names, depth)
+            return _each([made], lambda each: tuple(each.to_image()))
+        function = self._function(ast.unparse(call.func), depth)
+        count = len(call.args)
+        return _each(given, lambda *a: function(*a[:count], **dict(zip(keys, a[count:], strict=True))))
+
+    def _function(self, name: str, depth: int) -> Callable[..., Any]:
+        """Return what a call by this name does; an `UnknownError` if it may depend on more than arguments."""
+        helper = self._functions.get(name)
+        if isinstance(helper, ast.FunctionDef):
+            own = helper
+            return lambda *given, **named: self._run(own, given, named, depth - 1)
+        known = self._reader.names.get(name, _BUILT_IN.get(name))
+        kind = getattr(amci3601, name.rpartition(".")[2], None)
+        is_made = isinstance(kind, type) and (known is kind or name not in self._reader.names)
+        function = kind if is_made else PURE.get(known) if _is_hashable(known) else None
+        if function is None:
+            raise UnknownError
+        return cast("Callable[..., Any]", function)
+
+    def _run(
+        self, helper: ast.FunctionDef, given: Sequence[Any], named: Mapping[str, Any], depth: int
+    ) -> object:
+        """Return what a helper makes of values."""
+        parameters = parameters_of(helper)
+        if len(given) > len(parameters):
+            raise UnknownError
+        values = {**dict(zip(parameters, given, strict=False)), **named}
+        local: dict[str, ast.expr | Choices | None] = {
+            name: Choices((each,)) for name, each in values.items()
+        }
+        try:
+            self._body(helper.body, local, depth)
+        except _ReturnedError as returned:
+            return returned.value
+        raise UnknownError
+
+    def _body(
+        self, body: Sequence[ast.stmt], local: dict[str, ast.expr | Choices | None], depth: int
+    ) -> None:
+        for node in body:
+            match node:
+                case ast.Return(value=ast.expr() as value):
+                    raise _ReturnedError(self._one(value, local, depth))
+                case ast.Assign(targets=[target], value=value):
+                    self._bind(target, self._one(value, local, depth), local)
+                case ast.If(test, then, otherwise):
+                    self._body(then if self._one(test, local, depth) else otherwise, local, depth)
+                case ast.Expr(value=ast.Constant()):
+                    pass
+                case _:
+                    raise UnknownError
+
+    def _one(self, node: ast.expr, local: Names, depth: int) -> Any:
+        found = self.of(node, local, depth)
+        if len(found.options) > 1:
+            raise UnknownError
+        return found.options[0]
+
+    @staticmethod
+    def _bind(target: ast.expr, value: Any, local: dict[str, ast.expr | Choices | None]) -> None:
+        targets = target.elts if isinstance(target, ast.Tuple) else [target]
+        values = value if isinstance(target, ast.Tuple) else [value]
+        for each, part in zip(targets, values, strict=True):
+            if not isinstance(each, ast.Name):
+                raise UnknownError
+            local[each.id] = Choices((part,))
+
+
+_BUILT_IN: Mapping[str, object] = {str(getattr(each, "__name__", "")): each for each in PURE}
+
+
+def _each(parts: Sequence[Choices], of: Callable[..., Any]) -> Choices:
+    """Return a function of options: of those of one source together, of others alone."""
+    several = [each for each in parts if len(each.options) > 1]
+    if len({each.source for each in several}) > 1:
+        raise UnknownError
+    rows = range(min((len(each.options) for each in several), default=1))
+    columns = [each.options if len(each.options) > 1 else each.options * len(rows) for each in parts]
+    try:
+        results = tuple(of(*(column[at] for column in columns)) for at in rows)
+    except (TypeError, ValueError, ArithmeticError, LookupError, AttributeError) as error:
+        raise UnknownError from error
+    first = several[0] if several else Choices(())
+    return Choices(results, first.source, first.names)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of the module that nothing changes; an `UnknownError` for another one."""
+    is_row = isinstance(value, tuple | list) and all(map(_is_plain, value))
+    is_table = isinstance(value, dict) and all(map(_is_plain, value.values()))
+    if is_row or is_table or _is_plain(value):
+        return value
+    raise UnknownError
+
+
+def _is_plain(value: Any) -> bool:
+    if isinstance(value, tuple):
+        return all(map(_is_plain, value))
+    is_made = type(value).__module__.startswith("scanrack.io_images")
+    return isinstance(value, (*PLAIN, type)) or is_made or (is_dataclass(value) and _is_frozen(value))
+
+
+def _is_frozen(value: Any) -> bool:
+    return bool(type(value).__dataclass_params__.frozen)
+
+
+def _is_hashable(value: object) -> bool:
+    return value is not None and type(value).__hash__ is not None
+
+
+def _changed(tree: ast.Module) -> Sequence[str]:
+    """Return the names of tables that the text changes, and of globals that functions assign."""
+    found = []
+    for node in ast.walk(tree):
+        match node:
+            case ast.Subscript(value=table, ctx=ast.Store() | ast.Del()):
+                found.append(ast.unparse(table))
+            case ast.Global(names=names):
+                found += names
+            case ast.Call(func=ast.Attribute(value=table, attr=method)) if method in CHANGING:
+                found.append(ast.unparse(table))
+    return found
