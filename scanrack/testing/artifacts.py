@@ -15,6 +15,7 @@ from scanrack.io_images.times import seconds
 from scanrack.jobs.bench import Bench, NotReachedError
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.ladder.model.errors import LadderFault
+from scanrack.pytest_plugin import DEBUG
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.traces.files.portable import relative
 
@@ -53,6 +54,7 @@ class TestArtifacts:
 
     def __init__(self, item: pytest.Item, base: Path) -> None:
         self._test = item.nodeid
+        self._config = item.config
         self._near = item.config.invocation_params.dir
         self._keep = item.config.getoption("--scanrack-keep")
         self.folder = ArtifactFolder(base, item.nodeid)
@@ -72,6 +74,8 @@ class TestArtifacts:
         """
         trace = None if self._keep == "never" else self._new_trace(name)
         bench = opened(trace)
+        if (debug := self._config.stash.get(DEBUG, None)) is not None:
+            debug(bench)
         self._opened.append(OpenedBench(name, bench, trace, process_time()))
         return bench
 
