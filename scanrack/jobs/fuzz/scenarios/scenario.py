@@ -29,7 +29,7 @@ from scanrack.runtime.live.actions import Action, Force, Mode, Unforce, Write, a
 from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 from scanrack.runtime.machine import MachineSpec, MasterTurn, Slip, TimelineEntry
 from scanrack.runtime.machine.spec import InputName
-from scanrack.runtime.modules.cards.options import InputPress
+from scanrack.runtime.modules.cards.card_options import InputPress
 
 Time = Annotated[StrictInt, Field(ge=0)]
 NO_MORE_KEYS = ConfigDict(extra="forbid")
