@@ -16,6 +16,7 @@
 #   get_float_abcd(47f1 2000): 123456.0
 folder=$(mktemp -d)
 . "$(dirname "$0")/lib"
+# its name and version as dpkg gives them
 install libmodbus5=3.1.6-2.1+deb12u1
 observe python3 - <<'PY'
 import ctypes

@@ -27,7 +27,7 @@ from ..model.tagref import TagRef
 from ..model.tags import STATUS_FLAGS, Alias, Declaration, SlotAlias, Tag
 from ..model.tree import Address, Step
 from ..model.types import MAX_DIMENSIONS, DataType, Structure, count_of, size_of
-from ..run.edit import is_retained
+from ..run.edit import Edit, carry_over, is_retained
 from ..run.engine import STEP_MS, Engine
 from ..run.partners import connect, updates_of, wrong_values
 from ..run.view import Tags
@@ -453,6 +453,23 @@ class LadderLogic(ABC):
     def step(self, ms: float = STEP_MS) -> None:
         """Do one scan without a rack, see `Engine.step`."""
         self.engine.step(ms)
+
+    def take_over(self, running: LadderLogic) -> Edit:
+        """Continue from the state of another program, between two scans: an online edit.
+
+        Tags of the same name and type keep their values, new ones get their initial values, and there is
+        no prescan. The other program is unchanged.
+
+        Raises:
+            LadderError: this program has done a scan already, or is running.
+            BuildError: it can't be built; the other one continues.
+        """
+        if self._engine is not None:
+            raise LadderError(f"{self.kind} {self.name} runs already: only one that is new can take over")
+        engine = self.compile()
+        edit = carry_over(running.engine, engine)
+        self._engine = engine
+        return edit
 
     # --- proving
 

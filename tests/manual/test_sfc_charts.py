@@ -4,7 +4,6 @@ import pytest
 from charts import BothEngines, marks, program_of, told
 from scanrack.ladder import BuildError, LadderFault
 from scanrack.ladder.files import parse_program, program_text
-from scanrack.ladder.run.edit import carry_over
 
 BRANCHES = """
 INITIAL_STEP A
@@ -354,11 +353,11 @@ def test_an_online_edit_goes_on_where_the_chart_is():
     program = called()
     text = program_text(program).replace("INITIAL_STEP A\n", "INITIAL_STEP A\n    ACTION Extra N;\n")
     text = text.replace("TAG A : SFC_STEP", "TAG A : SFC_STEP\nTAG Extra : SFC_ACTION\nTAG New : SFC_STEP")
-    edited = parse_program(text.replace("STEP B\n", "STEP New\nEND_STEP\nSTEP B\n")).compile()
+    edited = parse_program(text.replace("STEP B\n", "STEP New\nEND_STEP\nSTEP B\n"))
     program.tags["Go"] = True
     for _ in range(3):
         program.step()
-    carry_over(program.engine, edited)
+    edited.take_over(program)
     edited.tags["Go"] = False
     edited.tags["Reset"] = True
     edited.step()

@@ -175,14 +175,17 @@ class CardOptions(Options):
         if kind.analog and (self.normally_closed or self.cam):
             raise ValueError(f"a {kind.name} has no contacts: normally_closed and cam go with a digital card")
         for press in self.timeline:
-            if kind.analog is not (press.value is not None):
-                says = "needs a value" if kind.analog else "is a contact and has no value"
-                raise ValueError(f"timeline: {press.input!r} {says}")
-            if kind.analog and press.end_ns is not None:
-                raise ValueError(f"timeline: {press.input!r} has a value until the next one: no for_ms")
-            if press.value is not None:
-                self.check_value(press.input, press.value)
+            self._check_press(press, analog=kind.analog)
         self._check_ranges(kind)
+
+    def _check_press(self, press: InputPress, *, analog: bool) -> None:
+        if analog is not (press.value is not None):
+            says = "needs a value" if analog else "is a contact and has no value"
+            raise ValueError(f"timeline: {press.input!r} {says}")
+        if analog and press.end_ns is not None:
+            raise ValueError(f"timeline: {press.input!r} has a value until the next one: no for_ms")
+        if press.value is not None:
+            self.check_value(press.input, press.value)
 
     def _check_ranges(self, kind: CardKind) -> None:
         for name, wanted in self.ranges.items():

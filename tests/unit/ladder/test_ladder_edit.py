@@ -3,10 +3,10 @@
 import json
 
 import pytest
-from scanrack.ladder import LadderError
+from scanrack.ladder import Controller, LadderError
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
-from scanrack.ladder.run.edit import carry_over, planned, retain, retained_text
+from scanrack.ladder.run.edit import planned, retain, retained_text
 
 BEFORE = """PROGRAM line
 TYPE Step (Time : DINT, Open : BOOL)
@@ -42,11 +42,11 @@ END
 
 
 def test_an_edited_program_goes_on_with_its_values():
-    old, new = parse_program(BEFORE), parse_program(AFTER).compile()
+    old, new = parse_program(BEFORE), parse_program(AFTER)
     old.tags.Run = True
     for _ in range(4):
         old.step(100)
-    edit = carry_over(old.engine, new)
+    edit = new.take_over(old)
     assert (edit.new, edit.changed, edit.dropped) == (
         ("Fresh", "Firsts"),
         ("Size",),
@@ -59,6 +59,8 @@ def test_an_edited_program_goes_on_with_its_values():
     assert (new.tags.Count, new.tags.Fresh, new.tags.Firsts) == (14, 5, 0)  # no prescan, no first scan
     assert new.tags["Fill.ACC"] == 400
     assert old.tags.Count == 4
+    with pytest.raises(LadderError, match="runs already"):
+        new.take_over(old)
 
 
 def test_the_debugger_takes_an_edit_between_two_scans():
@@ -98,14 +100,14 @@ def test_tasks_go_on_too():
     old = parse_program(CONTROLLER.format(rate=20))
     for _ in range(4):
         old.step(10)
-    new = parse_program(CONTROLLER.format(rate=20).replace("ADD(Own,1,Own)", "ADD(Own,100,Own)")).compile()
-    carry_over(old.engine, new)
+    new = parse_program(CONTROLLER.format(rate=20).replace("ADD(Own,1,Own)", "ADD(Own,100,Own)"))
+    new.take_over(old)
     for _ in range(3):
         new.step(10)
     assert new.tags[r"\Quick.Own"] == 2 + 200  # due at 0 and 20; then at 40 and 60
     assert new.tags.Count == 1  # its first scan was before the edit
-    assert new.lowered.schedule is not None
-    assert [int(new.memory.read(each.overlaps)) for each in new.lowered.schedule.tasks] == [0, 0]
+    assert isinstance(new, Controller)
+    assert new.overlaps == {"Cycle": 0, "Fast": 0}
 
 
 def test_the_next_run_begins_with_the_tags_of_this_one():
@@ -205,11 +207,11 @@ def test_an_edit_names_values_that_stay_though_the_text_gives_others():
     program = "PROGRAM p\nTAG Fill : TIMER\nTAG N : DINT := {}\nTAG Run : BOOL\nROUTINE Main\n{}\nEND\n"
     old = parse_program(program.format(5, "XIC(Run)TON(Fill,1000,0);"))
     old.step()
-    new = parse_program(program.format(7, "XIC(Run)TON(Fill,2000,0);")).compile()
-    plan = planned(old.engine, new.lowered)
+    new = parse_program(program.format(7, "XIC(Run)TON(Fill,2000,0);"))
+    plan = planned(old.engine, new.build())
     assert plan.restated == ("Fill.PRE 1000, not 2000", "N 5, not 7")
     assert old.tags["Fill.PRE"] == 1000
-    assert carry_over(old.engine, new) == plan
+    assert new.take_over(old) == plan
     assert (new.tags["Fill.PRE"], new.tags.N) == (1000, 5)
     same = parse_program(program.format(5, "XIC(Run)XIC(Run)TON(Fill,1000,0);"))
-    assert planned(new, same.build()).restated == ()
+    assert planned(new.engine, same.build()).restated == ()

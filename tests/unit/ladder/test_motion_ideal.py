@@ -3,7 +3,6 @@
 import pytest
 from ladder_bench import both
 from scanrack.ladder.files import parse_program
-from scanrack.ladder.run.edit import carry_over
 
 pytestmark = pytest.mark.slow  # together they take seconds
 
@@ -306,7 +305,7 @@ def test_an_axis_and_a_control_in_an_add_on_instruction():
 
 
 def test_an_edit_that_adds_axes_keeps_a_move_and_a_jog_under_way():
-    """Axes are numbered in the order of their tags: the edited program numbers them anew."""
+    """Axes are numbered in the order of their tags: the edited program numbers them again."""
     rungs = f"XIC(Go){move(10)};\nXIC(Go){jog('Forward', 'Then')};"
     old, new = (
         parse_program(f"PROGRAM p\n{more}{TAGS}ROUTINE Main\n{SERVO}\n{rungs}\nEND\n")
@@ -315,8 +314,7 @@ def test_an_edit_that_adds_axes_keeps_a_move_and_a_jog_under_way():
     old.tags.Go = True
     for _ in range(60):
         old.step(10)
-    new = new.compile()
-    carry_over(old.engine, new)
+    new.take_over(old)
     assert new.tags["Feed.MoveStatus"] is True
     for _ in range(300):
         new.step(10)

@@ -6,7 +6,8 @@ MOV(Stops[At],Target)DIV(Target,1000,O.Data[2])    word 2 is one of the thousand
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import islice, repeat
 from typing import NamedTuple
 
 from scanrack.io_images.image import WORD_MAX, WORD_MIN
@@ -14,6 +15,7 @@ from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolve
 
 from ..written import UNKNOWN_WORD, WordValue
 from .number_ranges import Values, is_whole
+from .operands import path_of
 
 DEPTH = 8
 """Tags behind a tag."""
@@ -68,57 +70,62 @@ class OperandOptions:
         if isinstance(operand, Place) and depth:
             return self._of_place(operand, depth)
         if isinstance(operand, Calculation) and operand.name in OPERATIONS:
-            return self._calculated(operand, [self.of(each, depth) for each in operand.operands])
+            return _calculated(operand, [self.of(each, depth) for each in operand.operands])
         return NONE
 
     def _of_place(self, place: Place, depth: int) -> NumberOptions:
-        path = place.leaf.path
+        path = path_of(place)
         if place.bit is not None or place.leaf.slot is not None or place.leaf.frame:
             return NONE
         found = self._values.constants(path)
         if found is not None:
-            return self._of_table(place, found)
-        if place.indices or path.upper() in self._busy:
+            return _of_table(place, found)
+        if place.indices or path in self._busy:
             return NONE
-        self._busy.add(path.upper())
+        self._busy.add(path)
         parts = [self.of(each, depth - 1) for each in self._values.sources(place) if each is not None]
-        self._busy.discard(path.upper())
-        options = tuple(value for each in parts for value in each.options)[:MOST]
-        names = tuple(
-            name
-            for each in parts
-            for name in each.names or (f"{path} = {value:.10g}" for value in each.options)
-        )[:MOST]
-        rounded = tuple(map(round, options)) if place.type.is_integer else options
-        return NumberOptions(rounded, path.upper() if len(options) > 1 else "", names)
+        self._busy.discard(path)
+        return _one_of(place, parts)
 
-    def _of_table(self, place: Place, found: Sequence[float]) -> NumberOptions:
-        """Return the elements of a table that nothing writes."""
-        values = (
-            tuple(each for each in found if isinstance(each, int | float)) if isinstance(found, list) else ()
-        )
-        if not place.indices:
-            return NumberOptions(values) if len(values) == 1 else NONE
-        at = place.fixed_index
-        if at is not None:
-            return NumberOptions((values[at],)) if 0 <= at < len(values) else NONE
-        names = tuple(f"{place.leaf.path}[{at}] = {value:.10g}" for at, value in enumerate(values))
-        return NumberOptions(values[:MOST], place.text.upper() if len(values) > 1 else "", names[:MOST])
 
-    @staticmethod
-    def _calculated(operand: Calculation, parts: list[NumberOptions]) -> NumberOptions:
-        """Return the results for each option of the one source in an expression."""
-        several = [each for each in parts if len(each.options) > 1]
-        if not all(each.options for each in parts) or len({each.source for each in several}) > 1:
-            return NONE
-        whole = operand.name == "/" and all(map(is_whole, operand.operands))
-        results = []
-        for at in range(len(several[0].options) if several else 1):
-            given = [each.options[at] if len(each.options) > 1 else each.options[0] for each in parts]
-            try:
-                result = OPERATIONS[operand.name](*given)
-            except (ArithmeticError, ValueError):
-                return NONE
-            results.append(math.trunc(result) if whole else result)
-        first = several[0] if several else NONE
-        return NumberOptions(tuple(results), first.source, first.names)
+def _one_of(place: Place, parts: Sequence[NumberOptions]) -> NumberOptions:
+    """Return the options of a number to which one of the parts is written."""
+    options = [value for each in parts for value in each.options][:MOST]
+    names = [name for each in parts for name in each.names or _names(place.leaf.path, each.options)]
+    if place.type.is_integer:
+        options = list(map(round, options))
+    source = path_of(place) if len(options) > 1 else ""
+    return NumberOptions(tuple(options), source, tuple(names[:MOST]))
+
+
+def _names(text: str, options: Iterable[float]) -> Iterator[str]:
+    return (f"{text} = {value:.10g}" for value in options)
+
+
+def _of_table(place: Place, found: Sequence[float]) -> NumberOptions:
+    """Return the elements of a table that nothing writes."""
+    values = tuple(found)
+    if not place.indices:
+        return NumberOptions(values) if len(values) == 1 else NONE
+    at = place.fixed_index
+    if at is not None:
+        return NumberOptions((values[at],)) if 0 <= at < len(values) else NONE
+    names = tuple(f"{place.leaf.path}[{number}] = {value:.10g}" for number, value in enumerate(values))
+    return NumberOptions(values[:MOST], place.text.upper() if len(values) > 1 else "", names[:MOST])
+
+
+def _calculated(operand: Calculation, parts: Sequence[NumberOptions]) -> NumberOptions:
+    """Return the results for each option of the one source in an expression."""
+    several = [each for each in parts if len(each.options) > 1]
+    if not all(each.options for each in parts) or len({each.source for each in several}) > 1:
+        return NONE
+    first = several[0] if several else NONE
+    columns = [each.options if len(each.options) > 1 else repeat(each.options[0]) for each in parts]
+    rows = islice(zip(*columns, strict=False), len(first.options) or 1)
+    try:
+        results = tuple(OPERATIONS[operand.name](*given) for given in rows)
+    except (ArithmeticError, ValueError):
+        return NONE
+    if operand.name == "/" and all(map(is_whole, operand.operands)):
+        results = tuple(map(math.trunc, results))
+    return NumberOptions(results, first.source, first.names)

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.fuzz.steady import CHANCE, CLOCK, PROCESS, THREADS, NondeterminismSources
+from scanrack.jobs.fuzz.nondeterminism import CHANCE, CLOCK, PROCESS, THREADS, NondeterminismSources
 from typer.testing import CliRunner
 
 RACK = """program = "line.py"

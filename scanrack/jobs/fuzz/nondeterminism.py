@@ -7,8 +7,9 @@
     threading.Thread.start                        threads
     os.environ, os.getpid, open, id, hash         state of the process
 
-A profile function sees the calls while the program is loaded and while it is called. It sees only executed
-code, and no order of a set; it therefore explains a difference between two runs, but can't replace them.
+A profile function sees the calls while the program is loaded and while it is called. It sees executed code
+only, and not the order of a set: it explains a difference between two runs, but does not prove that there is
+none.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ NAMES = {
 }
 """Source of single functions, which override their module."""
 
-STEADY = {
+DETERMINISTIC = {
     "time": {"strftime", "strptime", "mktime", "gmtime", "asctime"},
     "os": {"fspath", "_fspath"},
     "posix": {"fspath"},
@@ -162,11 +163,11 @@ class _CallRecorder(LogicWrapper):
 def _of_module(module: str, name: str) -> str | None:
     if (module, name) in NAMES:
         return NAMES[module, name]
-    return None if name in STEADY.get(module, ()) or name.startswith("<") else MODULES.get(module)
+    return None if name in DETERMINISTIC.get(module, ()) or name.startswith("<") else MODULES.get(module)
 
 
 def _module_generator() -> Random:
-    """Return the generator behind `random.random`."""
+    """Return the generator of `random.random`."""
     import random
 
     return random.random.__self__  # type: ignore[attr-defined, no-any-return]
