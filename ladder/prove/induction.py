@@ -146,11 +146,8 @@ class _Proof:
             self.key, self.bad = self.target, system.after(self.target)
         else:
             self.bad = self.target
-        own, system.contract = system.contract, system.narrowed([self.bad])
-        try:
+        with system.narrowing([self.bad]):
             self._answer(system.cone([self.bad]))
-        finally:
-            system.contract = own
         return result
 
     def _answer(self, cone: dict[str, T]) -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import reduce
+from operator import attrgetter
 from typing import Any, NamedTuple
 
-from ..algebra.terms import FALSE, TRUE, T, and_, variables
+from ..algebra.terms import FALSE, TRUE, T, and_, variables_by_root
 
 Key = tuple[str, int]
 """A place: path of the leaf in capitals, flat index."""
@@ -132,6 +135,7 @@ class System:
         least: least time between scans, in units of `tick_ns`.
         follows: the verdict whether `deep` never holds; None before it is known.
         invariants: found so far, with their work, by contract and cone.
+        variables_known: the variables below terms that were walked, see `cone`.
     """
 
     next: dict[str, T] = field(default_factory=dict)
@@ -149,6 +153,7 @@ class System:
     tick_ns: int = MS
     follows: Any = None
     invariants: dict[tuple[T, frozenset[str]], Any] = field(default_factory=dict)
+    variables_known: dict[T, list[T]] = field(default_factory=dict)
 
     def role(self, name: str) -> str:
         """`state`, `held`, or `free`."""
@@ -159,10 +164,16 @@ class System:
         seen: dict[str, T] = {}
         todo = [*roots, *([] if self.contract is TRUE else [self.contract])]
         while todo:
-            fresh = [v for v in variables(todo) if v.val not in seen]
+            fresh = [v for v in self._variables(todo) if v.val not in seen]
             seen.update((v.val, v) for v in fresh)
             todo = [self.next[v.val] for v in fresh if v.val in self.next]
         return seen
+
+    def _variables(self, terms: Sequence[T]) -> list[T]:
+        """Return the variables below terms, as `variables` does; no term is walked twice."""
+        known = self.variables_known
+        known.update(variables_by_root([t for t in terms if t not in known]))
+        return sorted({v for t in terms for v in known[t]}, key=attrgetter("id"))
 
     def narrowed(self, roots: Iterable[T]) -> T:
         """Return the contract with what counts for terms.
@@ -170,18 +181,26 @@ class System:
         These are the contracts of modules whose inputs decide them, and facts about two unknown values that
         do.
         """
-        roots, contract, left, facts = list(roots), self.contract, [*self.kept], [*self.facts]
+        roots, contract, kept, facts = list(roots), self.contract, [*self.kept], [*self.facts]
         while True:
             cone = self.cone([*roots, contract])
             inputs = {name for name in cone if self.role(name) == "free"}
-            counts = [each for each in left if any(v.val in inputs for v in variables([each]))]
+            counting = [each for each in kept if any(v.val in inputs for v in self._variables([each]))]
             known = [each for each in facts if each[0] <= inputs]
-            if not counts and not known:
+            if not counting and not known:
                 return contract
-            left = [each for each in left if each not in counts]
+            kept = [each for each in kept if each not in counting]
             facts = [each for each in facts if each not in known]
-            for each in (*counts, *[fact for _, fact in known]):
-                contract = and_(contract, each)
+            contract = reduce(and_, [*counting, *[fact for _, fact in known]], contract)
+
+    @contextmanager
+    def narrowing(self, roots: Iterable[T]) -> Iterator[None]:
+        """Assume only what counts for terms, see `narrowed`."""
+        own, self.contract = self.contract, self.narrowed(roots)
+        try:
+            yield
+        finally:
+            self.contract = own
 
     def blame(self, cone: Iterable[str]) -> tuple[str, ...]:
         """Return the instructions that are not modeled and decide a cone."""
