@@ -16,7 +16,7 @@ from typing import Any
 from .algebra.terms import TRUE, T
 from .induction import FUSES, Limits
 from .solving.frames import Frame
-from .solving.solver import SAT, UNSAT, Solver
+from .solving.solver import SAT, UNKNOWN, Solver
 from .system import System
 
 GROUP = 60
@@ -49,22 +49,25 @@ def satisfiable(solver: Solver, formulas: Mapping[T, Any]) -> tuple[set[T], set[
     Returns:
         Those that can, and those whose fuse blew.
     """
-    can: set[T] = set()
-    gave_up: set[T] = set()
-    todo = [each for each in _parts(list(formulas), GROUP) if each]
+    can, gave_up = set[T](), set[T]()
+    todo = [*_parts(list(formulas), GROUP)]
     while todo:
-        part = [t for t in todo.pop() if t not in can]
-        made = [formulas[t] for t in part]
-        answer = solver.check(solver.apply("or", made) if len(made) > 1 else made[0]) if made else UNSAT
+        part = todo.pop()
+        answer = solver.check(_joined(solver, "or", [formulas[t] for t in part]))
         if answer == SAT:
             holding = {t for t in part if solver.found(formulas[t], t)} or {part[0]}
             can |= holding
-            todo.append([t for t in part if t not in holding])
-        elif answer != UNSAT and len(part) > 1:
+            todo += _parts([t for t in part if t not in holding], GROUP)
+        elif answer == UNKNOWN and len(part) > 1:
             todo += _parts(part, -(-len(part) // 2))
-        elif answer != UNSAT:
+        elif answer == UNKNOWN:
             gave_up |= {*part}
     return can, gave_up
+
+
+def _joined(solver: Solver, op: str, made: Sequence[Any]) -> Any:
+    """Return the conjunction or disjunction of one or more truths."""
+    return solver.apply(op, made) if len(made) > 1 else made[0]
 
 
 def _parts(truths: Sequence[T], size: int) -> Iterator[list[T]]:
@@ -145,7 +148,7 @@ class _JointInduction:
             if k < first:
                 solver.check()  # its model is where the search in a longer run begins
             else:
-                breaking = {t: _all_of(solver, [made[t], *unbroken[t]]) for t in unbroken}
+                breaking = {t: _joined(solver, "and", [made[t], *unbroken[t]]) for t in unbroken}
                 can, late = satisfiable(solver, breaking)
                 proved |= {t: k for t in breaking if t not in can and t not in late}
                 gave_up |= late
@@ -159,7 +162,3 @@ class _JointInduction:
 
     def _leave(self, truths: Container[T]) -> None:
         self._left = [t for t in self._left if t not in truths]
-
-
-def _all_of(solver: Solver, made: Sequence[Any]) -> Any:
-    return solver.apply("and", made) if len(made) > 1 else made[0]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import reduce
@@ -14,6 +14,9 @@ from ..algebra.terms import FALSE, TRUE, T, and_, variables_by_root
 
 Key = tuple[str, int]
 """A place: path of the leaf in capitals, flat index."""
+
+Fact = tuple[frozenset[str], T]
+"""A truth of each scan about unknown values, with their names."""
 
 CLOCK = "~LAST_NS"
 """End of the path of a hidden member whose term is the ms since an instant."""
@@ -144,7 +147,7 @@ class System:
     late: set[str] = field(default_factory=set)
     contract: T = TRUE
     kept: list[T] = field(default_factory=list)
-    facts: list[tuple[frozenset[str], T]] = field(default_factory=list)
+    facts: list[Fact] = field(default_factory=list)
     deep: T = FALSE
     havocs: dict[str, str] = field(default_factory=dict)
     key_of: dict[str, Key] = field(default_factory=dict)
@@ -181,17 +184,22 @@ class System:
         These are the contracts of modules whose inputs decide them, and facts about two unknown values that
         do.
         """
-        roots, contract, kept, facts = list(roots), self.contract, [*self.kept], [*self.facts]
+        roots, contract, left = list(roots), self.contract, [*self.kept, *self.facts]
         while True:
-            cone = self.cone([*roots, contract])
-            inputs = {name for name in cone if self.role(name) == "free"}
-            counting = [each for each in kept if any(v.val in inputs for v in self._variables([each]))]
-            known = [each for each in facts if each[0] <= inputs]
-            if not counting and not known:
+            inputs = {name for name in self.cone([*roots, contract]) if self.role(name) == "free"}
+            counting = [each for each in left if self._counts(each, inputs)]
+            if not counting:
                 return contract
-            kept = [each for each in kept if each not in counting]
-            facts = [each for each in facts if each not in known]
-            contract = reduce(and_, [*counting, *[fact for _, fact in known]], contract)
+            left = [each for each in left if each not in counting]
+            contract = reduce(
+                and_, [each[1] if isinstance(each, tuple) else each for each in counting], contract
+            )
+
+    def _counts(self, part: T | Fact, inputs: Set[str]) -> bool:
+        """Whether a contract of a module, or a fact, counts for what some inputs decide."""
+        if isinstance(part, tuple):
+            return part[0] <= inputs
+        return any(v.val in inputs for v in self._variables([part]))
 
     @contextmanager
     def narrowing(self, roots: Iterable[T]) -> Iterator[None]:
