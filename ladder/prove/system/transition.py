@@ -184,7 +184,8 @@ class System:
         These are the contracts of modules whose inputs decide them, and facts about two unknown values that
         do.
         """
-        roots, contract, left = list(roots), self.contract, [*self.kept, *self.facts]
+        roots, contract = list(roots), self.contract
+        left: list[T | Fact] = [*self.kept, *self.facts]
         while True:
             inputs = {name for name in self.cone([*roots, contract]) if self.role(name) == "free"}
             counting = [each for each in left if self._counts(each, inputs)]

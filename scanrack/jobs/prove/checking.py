@@ -17,10 +17,11 @@ import shutil
 import subprocess  # noqa: TID251 - a solver is another program, no helper of ours
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from scanrack.io_images.versions import distribution_version
 
 SECONDS = 60
 """Limit of a question."""
@@ -55,7 +56,7 @@ class Opinion(NamedTuple):
 def solvers() -> list[Solver]:
     """Return the installed solvers: packages first, then programs."""
     found = {
-        name: Solver(f"{name} {version(package)}", answer)
+        name: Solver(f"{name} {distribution_version(package)}", answer)
         for name, package, answer in _PACKAGES
         if find_spec(name)
     }
