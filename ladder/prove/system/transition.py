@@ -6,7 +6,6 @@ import math
 from collections.abc import Iterable, Iterator, Sequence, Set
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import reduce
 from operator import attrgetter
 from typing import Any, NamedTuple
 
@@ -192,9 +191,8 @@ class System:
             if not counting:
                 return contract
             left = [each for each in left if each not in counting]
-            contract = reduce(
-                and_, [each[1] if isinstance(each, tuple) else each for each in counting], contract
-            )
+            for each in counting:
+                contract = and_(contract, each[1] if isinstance(each, tuple) else each)
 
     def _counts(self, part: T | Fact, inputs: Set[str]) -> bool:
         """Whether a contract of a module, or a fact, counts for what some inputs decide."""
