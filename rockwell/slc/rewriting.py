@@ -1,6 +1,6 @@
 """Edited rungs in the text of an export; every other line stays as it is.
 
-A rung takes its lines, from SOR to EOR, the comments before it, and its description behind it.
+A rung takes its lines, from SOR to EOR, the comments before it, and its description after it.
 
     % starts the pump %                        a comment of the rung below
     SOR XIC I:1.0/0 OTE B3:0/0 EOR
@@ -156,7 +156,7 @@ def _with_rung(lines: str, rung: str) -> str:
 
 
 class _RungLines(NamedTuple):
-    """The lines of a rung, from 0: of its comments, of SOR, behind EOR, and behind its description."""
+    """The lines of a rung, from 0: of its comments, of SOR, after EOR, and after its description."""
 
     begin: int
     first: int
@@ -178,7 +178,7 @@ def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[
         return number
 
     def behind(number: int, *, described: bool) -> int:
-        """Return the line behind the comments from a line on: those that describe the rung above, or not."""
+        """Return the line after the comments from a line on: those that describe the rung above, or not."""
         while (line := known.get(after(number))) is not None and not line.words:
             if any(map(DESCRIPTION.search, line.comments)) is not described:
                 break

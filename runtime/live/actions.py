@@ -195,7 +195,7 @@ class Online:
     """Take a step with edited rungs: accept, test, untest, assemble, reopen, cancel or save."""
 
     step: str
-    base: str = ""  # digest of the program's file that was edited; of steps behind accept, the edited file's
+    base: str = ""  # digest of the program's file that was edited; of steps after accept, the edited file's
     rungs: tuple[tuple[str, int, tuple[str, ...]], ...] = ()  # routine, number, and what stands in its place
     tags: tuple[tuple[str, str, str], ...] = ()  # new ones: name, type, program
     by: str = ""  # who, see `Press`
