@@ -128,7 +128,7 @@ def solved(target: Target, seed: int, runs: int) -> Took:
                 kinds,
                 examples=count,
                 start=seed << 32 | state.tasks,
-                corpus=state.kept.share(24).dealt(0, 1),
+                corpus=state.kept.share(24).for_task(0, 1),
                 known=frozenset(state.found),
                 again=again,
                 failed=watch.failed,

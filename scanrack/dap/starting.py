@@ -82,8 +82,8 @@ def _play(adapter: Adapter, job: LoadedRack, wanted: Json) -> None:
     """Run a rack in a session of `scanrack watch`, until the client ends it."""
     from scanrack.jobs.run.build import check_ports
     from scanrack.watch.command import speed_of
-    from scanrack.watch.options import WatchArguments, WatchOptions
     from scanrack.watch.play import watch_job
+    from scanrack.watch.watch_options import WatchArguments, WatchOptions
 
     from .live import REMEMBERED, Live
 

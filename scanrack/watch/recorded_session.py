@@ -33,7 +33,7 @@ from .gate import HOST, KEY_BYTES, Gate, listen
 from .monitors.comparison import OpenedBeside
 from .monitors.monitor import SessionFacts
 from .monitors.trace_monitor import Source, TraceMonitor
-from .options import WatchArguments, WatchOptions
+from .watch_options import WatchArguments, WatchOptions
 
 if TYPE_CHECKING:
     from .play import Play

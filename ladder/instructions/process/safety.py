@@ -99,7 +99,7 @@ def _dcs(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -
         _channels(machine, block, channels, wait)
     if not any(channels):
         block.set(**{"~tested": True, "~free": automatic})
-    restarts = block["~free"] or (rises and not clears)
+    restarts = bool(block["~free"]) or (rises and not clears)
     _switch_dcs(block, active=all(channels), status=status, restarts=restarts, reset=reset)
 
 

@@ -197,13 +197,16 @@ class Output(Signal):
             words, word, mask = logic._places[self.name]
         except KeyError:
             words, word, mask = _place(self, logic)  # which refuses
-        if on is not True and on is not False:
-            if not isinstance(on, _LEVELS):
-                raise TypeError(f"{self.name} = {on!r} is not allowed: an output is True or False")
-            on = bool(on)
-        value = words[word]
-        if (value & mask != 0) is not on:
-            words[word] = value ^ mask
+        if on is False:
+            if words[word] & mask:
+                words[word] ^= mask
+        elif on is True:
+            if not words[word] & mask:
+                words[word] ^= mask
+        elif isinstance(on, _LEVELS):
+            self.__set__(logic, bool(on))
+        else:
+            raise TypeError(f"{self.name} = {on!r} is not allowed: an output is True or False")
 
     def __repr__(self) -> str:
         return f"Output({self.address!r})"

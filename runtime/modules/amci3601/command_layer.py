@@ -22,6 +22,7 @@ from typing_extensions import override
 
 from ...loop.events import Event, JsonValue
 from . import configuring
+from .amci3601_options import Amci3601Options
 from .axis_protocol import Axis
 from .capabilities import AxisRequest, Feature, Refusal
 from .command_words import COMMAND_BITS, CommandWords
@@ -40,7 +41,6 @@ from .operation import Host, Operation
 from .operations.blending import obey_programming
 from .operations.cut_short import CutShort
 from .operations.follower import EncoderFollower, obey_follower
-from .options import Amci3601Options
 from .refusals import faults_of_several
 from .state import ModuleState
 

@@ -32,6 +32,7 @@ from ...kinematics import PICO, stopping_distance
 from ...loop.events import Event, JsonValue
 from ...machine import EncoderSpec
 from ..amci3601.step_generator import StepGenerator
+from .drive_options import DriveOptions
 from .motions import (
     STOP_JOG,
     BlendMove,
@@ -47,7 +48,6 @@ from .motions import (
     profile_of,
 )
 from .nonvolatile import DriveMemory
-from .options import DriveOptions
 from .state import DriveState, StatusLatches
 
 ESTOP = InputBit.ESTOP.value

@@ -51,7 +51,7 @@ def state_of(rack):
 
 
 @pytest.mark.slow
-def test_what_is_mended_is_told_once_and_becomes_a_seed(line):
+def test_what_is_fixed_is_reported_once_and_becomes_a_seed(line):
     rack = line(WATCHES.format(bit="IN_ESTOP"))
     assert fuzz(rack, "--runs", 40, "--only", "inputs").exit_code == 1
     (key, broken), *_none = state_of(rack).found.items()
@@ -65,7 +65,7 @@ def test_what_is_mended_is_told_once_and_becomes_a_seed(line):
     assert state_of(rack).corpus[key] == broken.scenario
     assert "held          commands-end, no-command-error, no-fault," in second.stdout
     report = rack.parent / "out" / "no-fault" / "report.txt"
-    assert report.read_text(encoding="utf-8").startswith("Mended: ")
+    assert report.read_text(encoding="utf-8").startswith("Fixed: ")
     assert "mended:" not in fuzz(rack, "--runs", 5, "--only", "inputs").stdout
 
 

@@ -23,7 +23,7 @@ from ..capabilities import (
     speed_of,
     unless,
 )
-from .options import AmciDriveOptions
+from .amci_drive_options import AmciDriveOptions
 from .units import exact_jerk, jerk_is_exact
 
 SEGMENTS_MAX = 16

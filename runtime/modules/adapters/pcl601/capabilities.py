@@ -27,7 +27,7 @@ from ..capabilities import (
     too_fast,
     unless,
 )
-from .options import Pcl601Options
+from .pcl601_options import Pcl601Options
 from .units import BASE_MAX, SPEED_MAX, STEPS_MAX, drive_for
 
 EITHER_LIMIT = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value

@@ -12,7 +12,7 @@ from ..linked_axis import LinkedAxis
 from ..task import TaskKind
 from .capabilities import Pcl601Capabilities, polls_mark
 from .driver import BOTH_SIDES, Pcl601Driver
-from .options import Pcl601Options
+from .pcl601_options import Pcl601Options
 from .units import Drive, drive_for
 
 WIRED_INPUTS = {

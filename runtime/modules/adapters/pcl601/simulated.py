@@ -26,7 +26,7 @@ from ....machine.contacts import GROUND, OPEN, Contact, Parallel, contacts_of
 from ..plant import Plant, switches_of
 from .capabilities import hears_external
 from .driver import MARK_OUTPUT, PROXIMITY_OUTPUT
-from .options import Pcl601Options
+from .pcl601_options import Pcl601Options
 
 WIRING: dict[InputBit, tuple[str, ...]] = {
     InputBit.HOME: ("home", "in6"),

@@ -29,7 +29,7 @@ from ..capabilities import (
     too_fast,
     unless,
 )
-from .options import Pmc006Options
+from .pmc006_options import Pmc006Options
 from .units import RATE_MIN, SPEED_MAX, START_MAX, START_MIN, speeds_for
 
 FSET_INPUTS = (InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.ESTOP)

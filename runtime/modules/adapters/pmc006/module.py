@@ -3,8 +3,8 @@
 from ..module import AdapterKind
 from .capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
 from .driver import LINE_FORMAT, Pmc006Driver
-from .options import Pmc006Options
 from .pmc006_axis import Pmc006Axis
+from .pmc006_options import Pmc006Options
 from .simulated import SimulatedPmc006
 
 PMC006 = AdapterKind(

@@ -13,7 +13,7 @@ from ..linked_axis import LinkedAxis
 from ..task import Task, TaskKind
 from .capabilities import FSET_INPUTS, SHARED, Pmc006Capabilities
 from .driver import Pmc006Driver
-from .options import Pmc006Options
+from .pmc006_options import Pmc006Options
 from .units import fitted, speeds_for
 
 CW_LIMIT = InputBit.CW_LIMIT.value

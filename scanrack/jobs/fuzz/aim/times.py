@@ -1,7 +1,7 @@
 """The times of a program: presets of its timers, texts such as "50 ms", numbers that it compares.
 
-Whoever operates a machine waits as long as its program makes him wait. What a program only counts
-(`if age > 20`) is taken for scans.
+An operator waits as long as the program makes him wait. Numbers that a program compares (`if age > 20`) are
+taken as scans.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MOST_TIMES = 40
 MS = 1_000_000
 
 SHORTEST_SCANS = 3
-"""Number of scans below which a time is met by chance."""
+"""Number of scans below which a random draw meets a time."""
 
 
 def times_of(logic: ScanLogic, scan_ns: int, scans: int) -> tuple[int, ...]:

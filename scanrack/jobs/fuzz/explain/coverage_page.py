@@ -49,8 +49,8 @@ def save_coverage(
     Raises:
         OSError: it can't be written.
     """
-    said = f"{coverage_line(lines)}, in {runs:,} runs that showed something new."
-    parts = [_Part("", said, map(_row, lines))]
+    text = f"{coverage_line(lines)}, in {runs:,} runs that showed something new."
+    parts = [_Part("", text, map(_row, lines))]
     if never:
         heading = f"Error rules that never fired: {len(never)} of {rules}"
         parts.append(_Part(heading, "", map(_rule, never)))
@@ -84,7 +84,7 @@ class _Part(NamedTuple):
     """A part of a page."""
 
     heading: str
-    said: str
+    text: str
     rows: Iterable[str]
 
 
@@ -99,8 +99,8 @@ def _lines(title: str, parts: Iterable[_Part]) -> Iterator[str]:
     for part in parts:
         if part.heading:
             yield f"<h2>{escape(part.heading)}</h2>"
-        if part.said:
-            yield f"<p>{part.said}</p>"
+        if part.text:
+            yield f"<p>{part.text}</p>"
         yield "<ol>"
         yield from part.rows
         yield "</ol>"

@@ -16,7 +16,7 @@ Note = Callable[[str, Hashable, int], None]
 
 
 def sometimes(condition: Condition) -> Invariant:
-    """Name what a good search must see; the function's docstring is the sentence.
+    """Name a condition that a good search must reach; the function's docstring is the sentence.
 
     A run that sees it first is kept, and varied from that scan on. The summary says what was never seen;
     `scanrack fuzz --strict` then ends with exit status 3.
