@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from random import Random
 from typing import Any
 
@@ -158,9 +158,17 @@ class Draws:
         self._rack, self._rungs, self._settings = _RackParts.of(spec), rungs, settings
         self.contacts = Contacts(spec, self._kinds)
         self.times: tuple[int, ...] = ()  # of the program, ns
-        self._all_events = [make for weight, make in self._makers() for _ in range(weight)]
         self._events = self._all_events  # of the present scenario
-        self._conditions = list(self._untimed())
+
+    @cached_property
+    def _all_events(self) -> list[Make]:
+        """The possible events, each as often as its weight says."""
+        return [make for weight, make in self._makers() for _ in range(weight)]
+
+    @cached_property
+    def _conditions(self) -> list[Callable[[Scenario], Scenario]]:
+        """The possible conditions of a whole run."""
+        return list(self._untimed())
 
     def scenario(self, edges: Edges = NO_EDGES, base: Scenario | None = None) -> Scenario:
         """Return a scenario of up to seven parts, or a variant of another one."""
