@@ -37,7 +37,7 @@ _RUNG = re.compile(rf"{_COMMENT}|\bSOR\b(?:{_COMMENT}|(?!\bEOR\b)[^%])*+\bEOR\b"
 def program_text(text: str, specs: Mapping[str, Spec]) -> str:
     """Return a rung whose addresses may be those of RSLogix 500 in the notation of programs.
 
-    >>> from ...ladder.instructions.slc import SLC_SPECS
+    >>> from scanrack.ladder.instructions.slc import SLC_SPECS
     >>> program_text("XIC(B3/17)COP(#N7:0,#N7:[N7:9],5);", SLC_SPECS)
     'XIC(B3:1/1)COP(N7:0,N7[N7:9],5);'
     """
