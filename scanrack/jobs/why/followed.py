@@ -7,7 +7,7 @@ instead, see `input_replay`; so is a program that writes its inputs, or has rout
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, islice
+from itertools import chain
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -130,7 +130,6 @@ class _RecordedInputs:
         self.recording = recording
         self._own = [recording.span((int(leaf.slot or 0), "in")) for leaf in own]
         self._faults = _link_faults(recording, _faults(debugger))
-        self._chunks: dict[int, list[ScanInputs]] = {}
         self.block, self.runs = b"", False
 
     def are_of_every_scan(self) -> bool:
@@ -141,18 +140,20 @@ class _RecordedInputs:
 
     def from_to(self, first: int, last: int) -> Iterator[ScanInputs]:
         """Yield the inputs of some rows."""
-        for number in range(first // CHUNK_SCANS, last // CHUNK_SCANS + 1):
-            start, blocks = CHUNK_SCANS * number, memory_blocks(self.recording.scans.chunk(number))
-            pairs = zip(blocks, self._chunk(number), strict=True)
-            for self.block, inputs in islice(pairs, max(0, first - start), last + 1 - start):
+        for columns in self._parts(first, last):
+            for self.block, inputs in zip(memory_blocks(columns), self._made(columns), strict=True):
                 self.runs = inputs.images is not None
                 yield inputs
 
     def between(self, first: int, last: int) -> Iterator[ScanInputs]:
         """Return the inputs of some rows."""
-        numbers = range(first // CHUNK_SCANS, last // CHUNK_SCANS + 1)
-        parts = ((CHUNK_SCANS * number, self._chunk(number)) for number in numbers)
-        return chain.from_iterable(part[max(0, first - start) : last + 1 - start] for start, part in parts)
+        return chain.from_iterable(map(self._made, self._parts(first, last)))
+
+    def _parts(self, first: int, last: int) -> Iterator[Columns]:
+        """Yield some rows, those of a chunk together."""
+        for number in range(first // CHUNK_SCANS, last // CHUNK_SCANS + 1):
+            start = CHUNK_SCANS * number
+            yield self.recording.scans.chunk(number).rows(max(0, first - start), last + 1 - start)
 
     def plain(self, first: int, last: int) -> PlainInputs | None:
         """Return the inputs of some rows as arrays; None of the first scan, and of those with other inputs.
@@ -166,11 +167,6 @@ class _RecordedInputs:
             return None
         spans = [slice(span.start // 2, span.stop // 2) for span in self._own]
         return PlainInputs(columns.time_ns[rows], tuple(columns.words[rows, span] for span in spans))
-
-    def _chunk(self, number: int) -> list[ScanInputs]:
-        if number not in self._chunks:
-            self._chunks[number] = self._made(self.recording.scans.chunk(number))
-        return self._chunks[number]
 
     def _made(self, columns: Columns) -> list[ScanInputs]:
         own, faults, flags = self._own, self._faults, columns.flags.tolist()
