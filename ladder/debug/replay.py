@@ -169,8 +169,8 @@ class Replayer:
     def _search(self, cells: Sequence[Cell], end: int) -> int | None:
         """Return the last change, without what was found before.
 
-        A stretch whose snapshots have other values holds a change. In the stretches after it the values can only
-        have changed and changed back.
+        A stretch whose snapshots have other values holds a change. In the stretches after it the values can
+        only have changed and changed back.
         """
 
         def read(engine: WatchedEngine) -> list[Value]:

@@ -151,7 +151,7 @@ def _padded(inputs: Sequence[PlainInputs], most: int) -> tuple[Any, list[Any]]:
 
 
 def _words(rows: Any) -> list[Any]:
-    """Return the words of an image: an array over the lanes, or one number if it is the same in all of them."""
+    """Return the words of an image: an array over the lanes, or one number if all lanes share it."""
     shared = (rows == rows[:, :1]).all(axis=1).tolist()
     return [
         int(word[0]) if is_shared else word.astype(np.int64)

@@ -29,27 +29,24 @@ def code_of(lowered: LoweredProgram, loaded: Set[str]) -> Any:
     names = {each.name for each in routines}
     if "scan" not in names:
         return None
-    constants = _constant_arguments(routines)
-    text = "\n".join(
-        line
-        for each in routines
-        for line in _Translator(each, used, loaded, names, constants[each.name]).lines()
+    assigned = {each.name: {*filter(None, map(_assigned, ast.walk(each)))} for each in routines}
+    constants = _constant_arguments(routines, assigned)
+    translators = (
+        _Translator(each, used, loaded, assigned[each.name], names, constants[each.name]) for each in routines
     )
+    text = "\n".join(line for each in translators for line in each.lines())
     return compile(text, "<lanes>", "exec")
 
 
-def _constant_arguments(routines: Sequence[ast.FunctionDef]) -> dict[str, dict[str, int]]:
-    """Return by routine the arguments that are the same whole number in all calls; mostly where a tag begins."""
-    names = {each.name for each in routines}
-    assigned = {each.name: set[str]() for each in routines}
-    calls: dict[str, list[tuple[str, ast.Call]]] = {name: [] for name in names}  # with the routine that calls
-    for routine in routines:
-        for node in ast.walk(routine):
-            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-                assigned[routine.name].add(node.id)
-            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in names:
-                calls[node.func.id].append((routine.name, node))
-    found: dict[str, dict[str, int]] = {name: {} for name in names}
+def _constant_arguments(
+    routines: Sequence[ast.FunctionDef], assigned: Mapping[str, Set[str]]
+) -> dict[str, dict[str, int]]:
+    """Return by routine the arguments that are the same whole number in all calls.
+
+    They are mostly places where a tag begins.
+    """
+    calls = _calls(routines)
+    found: dict[str, dict[str, int]] = {each.name: {} for each in routines}
     size = -1
     while size < sum(map(len, found.values())):  # a routine passes its own arguments on
         size = sum(map(len, found.values()))
@@ -58,6 +55,16 @@ def _constant_arguments(routines: Sequence[ast.FunctionDef]) -> dict[str, dict[s
                 values = {_whole(call, place, found[caller]) for caller, call in calls[routine.name]}
                 if argument.arg not in assigned[routine.name] and len(values) == 1 and None not in values:
                     found[routine.name][argument.arg] = values.pop()  # type: ignore[assignment]
+    return found
+
+
+def _calls(routines: Sequence[ast.FunctionDef]) -> dict[str, list[tuple[str, ast.Call]]]:
+    """Return the calls of each routine, with the names of the routines that call."""
+    found: dict[str, list[tuple[str, ast.Call]]] = {each.name: [] for each in routines}
+    for routine in routines:
+        for node in ast.walk(routine):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in found:
+                found[node.func.id].append((routine.name, node))
     return found
 
 
@@ -77,12 +84,12 @@ class _Translator:
         function: ast.FunctionDef,
         used: Set[str],
         loaded: Set[str],
+        assigned: Set[str],
         routines: Set[str],
         constants: Mapping[str, int],
     ) -> None:
         self._function, self._routines, self._constants = function, routines, constants
         self._given = [each.arg for each in function.args.args]
-        assigned = set(filter(None, map(_assigned, ast.walk(function))))
         self._shared = sorted(used & loaded - {*self._given})
         self._locals = sorted(assigned - used)
         self._known = {*self._shared, *self._given, *self._locals}
@@ -226,8 +233,9 @@ class _Translator:
         return f"({sign}{self._number(node.operand, mask)})"
 
     def _bin_op(self, node: ast.BinOp, mask: str) -> str:
-        if type(node.op) in _BITWISE:
-            return f"({self._expression(node.left, mask)} {_BITWISE[type(node.op)]} {self._expression(node.right, mask)})"
+        bitwise = _BITWISE.get(type(node.op))
+        if bitwise is not None:
+            return f"({self._expression(node.left, mask)} {bitwise} {self._expression(node.right, mask)})"
         left, right = self._number(node.left, mask), self._number(node.right, mask)
         if isinstance(node.op, ast.Mult):
             return f"times({mask}, {left}, {right})"

@@ -23,8 +23,8 @@ from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.packed import CHUNK_SCANS, memory_blocks
 from scanrack.traces.replay import PackedTrace
 
+from ..record.edits_and_forces import is_edit
 from ..record.link_losses import link_changes
-from ..record.order_repeater import is_edit
 
 Span = tuple[memoryview, slice]
 
@@ -48,6 +48,8 @@ def can_follow(recording: PackedTrace, debugger: Debugger) -> bool:
         return False
     if any(is_edit(each) or each.topic in ("/orders", "/forces") for each in recording.events):
         return False
+    if not any(flag & UNUSUAL for flag in recording.distinct_flags):
+        return True
     # the fault of a link counts as set from outside, before the scan that follows
     links = {each + by for each in _link_faults(recording, _faults(debugger)) for by in (0, 1)}
     for columns in recording.scans.chunks():
@@ -135,14 +137,13 @@ class _RecordedInputs:
     def are_of_every_scan(self) -> bool:
         """Return whether no scan is left out, and the program ran in all of them."""
         numbers = self.recording.numbers
-        flags = {flag for each in self.recording.scans.chunks() for flag in each.flags.tolist()}
-        return numbers[-1] == len(numbers) - 1 and all(map(_runs, flags))
+        return numbers[-1] == len(numbers) - 1 and all(map(_runs, self.recording.distinct_flags))
 
     def from_to(self, first: int, last: int) -> Iterator[ScanInputs]:
         """Yield the inputs of some rows."""
         for columns in self._parts(first, last):
-            for self.block, inputs in zip(memory_blocks(columns), self._made(columns), strict=True):
-                self.runs = inputs.images is not None
+            for block, inputs in zip(memory_blocks(columns), self._made(columns), strict=True):
+                self.block, self.runs = block, inputs.images is not None
                 yield inputs
 
     def between(self, first: int, last: int) -> Iterator[ScanInputs]:
