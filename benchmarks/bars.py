@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -34,6 +35,12 @@ class Bars:
         for each in self._missed:
             print(f"missed: {each}")
         return int(bool(self._missed))
+
+
+def children_s() -> float:
+    """Return the processor time of the ended child processes, s, in whole ticks."""
+    times = os.times()
+    return times.children_user + times.children_system
 
 
 def highest_mib() -> float:

@@ -23,7 +23,7 @@ from pathlib import Path
 from statistics import median
 
 from against import ROOT, archived, has, laid_out
-from bars import Bars
+from bars import Bars, children_s
 
 COMMIT = "8b1b7671"
 LINE = ROOT / "examples/three_stations/line.toml"
@@ -41,10 +41,9 @@ def processor_s(site: Path, words: Sequence[str], folder: str) -> float:
     environment = os.environ | {"PYTHONPATH": str(site)}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
     command = [sys.executable, "-m", "scanrack", *words]
-    before = os.times()
+    before = children_s()
     subprocess.run(command, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
-    after = os.times()
-    return after.children_user + after.children_system - before.children_user - before.children_system
+    return children_s() - before
 
 
 def turns(sites: Sequence[Path], words: Sequence[str], rounds: int, folder: str) -> list[list[float]]:

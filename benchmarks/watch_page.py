@@ -42,6 +42,7 @@ from urllib.parse import urlsplit
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
+from bars import children_s
 from watched_page import Look, Session, frames, open_browser, until, watching, why_not
 from websockets.asyncio.client import connect
 
@@ -298,11 +299,10 @@ def measure_share(look: Look, scans: int) -> None:
     with tempfile.TemporaryDirectory() as folder:
         trace = Path(folder) / "run.mcap"
         for words in ("run", FEEDER, "--scans", scans, "--record", trace, "-q"), ("share", trace):
-            before = os.times()
+            before = children_s()
             command = [sys.executable, "-m", "scanrack", *map(str, words)]
             subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-            after = os.times()
-        used = after.children_user + after.children_system - before.children_user - before.children_system
+            used = children_s() - before
         page, start = trace.with_suffix(".html"), time.monotonic()
         look.browser.get(page.as_uri())
         look.until_there(READY[0])

@@ -28,7 +28,7 @@ from pathlib import Path
 from statistics import median
 
 from against import ROOT, archived, has, laid_out
-from bars import Bars
+from bars import Bars, children_s
 from scanrack import open_bench
 from scanrack.jobs.bench import Bench
 from scanrack.ladder.debug import replay
@@ -83,13 +83,13 @@ def asked(trace: Path, site: Path | None = None) -> float:
         site: folder with the package of a commit; None for the installed one.
     """
     words = [sys.executable, "-m", "scanrack", "why", str(trace), "Feeding"]
-    before = os.times()
+    before = children_s()
     said = subprocess.run(
         words, cwd=trace.parent, env=of(site), capture_output=True, text=True, check=True, encoding="utf-8"
     ).stdout
-    after = os.times()
+    took = children_s() - before
     assert said.splitlines()[-1].startswith("Cause: slot1.status.IN_HOME is on since 10.492 s"), said
-    return after.children_user + after.children_system - before.children_user - before.children_system
+    return took
 
 
 COMMIT, MOST = "8b1b7671", 0.4

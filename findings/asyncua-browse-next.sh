@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
-# What: asyncua's server ignores the maximum of references per node and answers BrowseNext with BadUserAccessDenied
-# Packages:
-#   pypi asyncua 2.1.0
-# Date: 2026-11-29
-# Meets: who tests the browser of an HMI against a folder of many tags
-# Expected: two references and a continuation point, then the others
-# Behavior:
+# what: asyncua's server ignores the maximum of references per node and answers BrowseNext with BadUserAccessDenied
+# date: 2026-11-29
+# meets: who tests the browser of an HMI against a folder of many tags
+# expected: two references and a continuation point, then the others
+# behavior:
 #   A folder with more than five references is browsed with RequestedMaxReferencesPerNode 2: all come at once, without a
 #   continuation point. BrowseNext is not implemented, and the status says that the user has no permission.
-# Scanrack: Its OPC UA server, built on asyncua, adds continuation points and BrowseNext; see [OPC UA](hmi.md#opc-ua)
-# Output:
+# product: Its OPC UA server, built on asyncua, adds continuation points and BrowseNext; see [OPC UA](hmi.md#opc-ua)
+# output:
 #   references: 5 continuation point: None
 #   BrowseNext: BadUserAccessDenied
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install asyncua==2.1.0
 observe python - <<'PY'
 import asyncio
 import logging

@@ -1,20 +1,20 @@
 #!/usr/bin/env bash
-# What: asyncua's DataChangeFilter has the trigger Status, not StatusValue as its source says, and decodes as another class
-# Packages:
-#   pypi asyncua 2.1.0
-# Date: 2026-11-29
-# Meets: who subscribes with a deadband
-# Expected: StatusValue, as its comment says; and isinstance holds after decoding
-# Behavior:
+# what: asyncua's DataChangeFilter has the trigger Status, not StatusValue as its source says, and decodes as another class
+# date: 2026-11-29
+# meets: who subscribes with a deadband
+# expected: StatusValue, as its comment says; and isinstance holds after decoding
+# behavior:
 #   The class in uaprotocol_hand has the comment Default is StatusValue and a class attribute without annotation, which is
 #   no default of a dataclass: a new filter has the trigger Status, which stands for changes of the status alone. A decoded
 #   filter is of the generated class of the same name, and isinstance with ua.DataChangeFilter is False.
-# Scanrack: Its OPC UA server recognizes a filter by the name of its class; see [OPC UA](hmi.md#opc-ua)
-# Output:
+# product: Its OPC UA server recognizes a filter by the name of its class; see [OPC UA](hmi.md#opc-ua)
+# output:
 #   new: Status
 #   read: Status 1 0.5
 #   same class: False isinstance: False
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install asyncua==2.1.0
 observe python - <<'PY'
 from asyncua import ua
 from asyncua.common.utils import Buffer

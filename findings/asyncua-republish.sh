@@ -1,20 +1,20 @@
 #!/usr/bin/env bash
-# What: asyncua's server answers Republish with Good and an empty message for any sequence number
-# Packages:
-#   pypi asyncua 2.1.0
-# Date: 2026-11-29
-# Meets: an HMI that lost its connection and fetches what it missed
-# Expected: the message, or BadMessageNotAvailable as Part 4, 5.13.6 says
-# Behavior:
+# what: asyncua's server answers Republish with Good and an empty message for any sequence number
+# date: 2026-11-29
+# meets: an HMI that lost its connection and fetches what it missed
+# expected: the message, or BadMessageNotAvailable as Part 4, 5.13.6 says
+# behavior:
 #   Republish of number 1 twice, and of 99, which was never sent: each is answered with ServiceResult Good, sequence number 0
 #   and no notification. A client takes that as received and goes on without the values of the outage.
-# Scanrack: Its OPC UA server, built on asyncua, answers the message or BadMessageNotAvailable itself; see [OPC UA](hmi.md#opc-ua)
-# Output:
+# product: Its OPC UA server, built on asyncua, answers the message or BadMessageNotAvailable itself; see [OPC UA](hmi.md#opc-ua)
+# output:
 #   changed to 1.0
 #   1 Good 0 []
 #   1 Good 0 []
 #   99 Good 0 []
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install asyncua==2.1.0
 observe python - <<'PY'
 import asyncio
 import logging

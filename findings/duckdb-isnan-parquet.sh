@@ -1,19 +1,15 @@
 #!/usr/bin/env bash
-# What: DuckDB finds no NaN in Parquet files of pyarrow and polars: their statistics leave NaN out
-# Packages:
-#   pypi pyarrow 26.0.1
-#   pypi polars 2.1.0
-#   pypi duckdb 2.0.1
-# Date: 2026-11-29
-# Meets: who filters an exported recording for missing or faulty measurements
-# Expected: every reader finds the two NaN, since minimum and maximum say nothing about NaN
-# Behavior:
+# what: DuckDB finds no NaN in Parquet files of pyarrow and polars: their statistics leave NaN out
+# date: 2026-11-29
+# meets: who filters an exported recording for missing or faulty measurements
+# expected: every reader finds the two NaN, since minimum and maximum say nothing about NaN
+# behavior:
 #   pyarrow and polars write minimum and maximum of the numbers and ignore NaN. DuckDB orders NaN above all numbers,
 #   trusts the maximum and concludes that no row is NaN: isnan finds none, not isnan finds all rows, the NaN among them,
 #   and level > 100 finds none. DuckDB's own files have no minimum and maximum in a column with NaN; there it finds two.
 #   polars and pyarrow find both NaN in every file.
-# Scanrack: The export writes no statistics of REAL, and a test asks DuckDB, DataFusion, polars and pyarrow; see [export](query.md#export)
-# Output:
+# product: The export writes no statistics of REAL, and a test asks DuckDB, DataFusion, polars and pyarrow; see [export](query.md#export)
+# output:
 #   pyarrow wrote minimum 1.0 maximum 3.0
 #     duckdb isnan(level) 0
 #     duckdb not isnan(level) 5
@@ -32,7 +28,9 @@
 #     duckdb level > 100 2
 #     polars is_nan 2
 #     pyarrow is_nan 2
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pyarrow==26.0.1 polars==2.1.0 duckdb==2.0.1
 observe python - <<'PY'
 import duckdb
 import polars

@@ -1,21 +1,19 @@
 #!/usr/bin/env bash
-# What: the end of a time range is excluded by the MCAP readers of Python and included by @mcap/core
-# Packages:
-#   pypi mcap 1.6.0
-#   pypi small-mcap 0.16.0
-#   npm @mcap/core 2.2.2
-# Date: 2026-11-29
-# Meets: who cuts a recording by time in Python and in a browser
-# Expected: excluded everywhere: the readers come from one project
-# Behavior:
+# what: the end of a time range is excluded by the MCAP readers of Python and included by @mcap/core
+# date: 2026-11-29
+# meets: who cuts a recording by time in Python and in a browser
+# expected: excluded everywhere: the readers come from one project
+# behavior:
 #   Of messages at 10, 20, 30 and 40 the range 10 to 30 has two in mcap (end_time, deprecated) and small-mcap, and three
 #   in @mcap/core.
-# Scanrack: `--range A:B` includes B, in scans and in time; see [the language](query-language.md#the-language)
-# Output:
+# product: `--range A:B` includes B, in scans and in time; see [the language](query-language.md#the-language)
+# output:
 #   mcap [10, 20]
 #   small-mcap [10, 20]
 #   @mcap/core [10, 20, 30]
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install mcap==1.6.0 small-mcap==0.16.0 @mcap/core@2.2.2
 observe python - <<'PY'
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer

@@ -1,22 +1,19 @@
 #!/usr/bin/env bash
-# What: three ROS 2 readers give a field named `in` three ways, and one of them reads no message that has it
-# Packages:
-#   pypi mcap 1.6.0
-#   pypi mcap-ros2-support 0.6.0
-#   pypi rosbags 0.11.9
-#   pypi pybag-sdk 0.13.0
-# Date: 2026-11-29
-# Meets: who reads a recording whose message has a field that is a keyword of Python
-# Expected: all read it, as an attribute that takes getattr
-# Behavior:
+# what: three ROS 2 readers give a field named `in` three ways, and one of them reads no message that has it
+# date: 2026-11-29
+# meets: who reads a recording whose message has a field that is a keyword of Python
+# expected: all read it, as an attribute that takes getattr
+# behavior:
 #   A field of a ROS 2 message may have the name in. mcap-ros2-support gives an attribute that only getattr reaches;
 #   rosbags calls it in_; pybag-sdk makes a dataclass of the message and raises TypeError for the whole topic.
-# Scanrack: The images are `outputs` and `inputs`, and no field of a recording is a keyword; see [traces](traces.md#reading-one-in-python)
-# Output:
+# product: The images are `outputs` and `inputs`, and no field of a recording is a keyword; see [traces](traces.md#reading-one-in-python)
+# output:
 #   mcap-ros2-support: in 5 in_ None
 #   rosbags: in None in_ 5
 #   pybag-sdk: TypeError: Field names must not be keywords: 'in'
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install mcap==1.6.0 mcap-ros2-support==0.6.0 rosbags==0.11.9 pybag-sdk==0.13.0
 observe python - <<'PY'
 from pathlib import Path
 

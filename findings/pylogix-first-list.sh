@@ -1,21 +1,20 @@
 #!/usr/bin/env bash
-# What: pylogix sends 21 requests for its first list of 20 tags and one for the next
-# Packages:
-#   pypi pylogix 1.1.6
-#   pypi cpppo 5.2.5
-# Date: 2026-11-29
-# Meets: who connects for each poll, or compares the load of clients
-# Expected: one or two requests, each time: a list is packed into Multiple Service Packets
-# Behavior:
+# what: pylogix sends 21 requests for its first list of 20 tags and one for the next
+# date: 2026-11-29
+# meets: who connects for each poll, or compares the load of clients
+# expected: one or two requests, each time: a list is packed into Multiple Service Packets
+# behavior:
 #   Before a tag's first read pylogix reads it alone to learn its type, one request for a tag, and then packs the list into
 #   one Multiple Service Packet. The types are kept as long as the object lives, so a program that makes a new PLC object
 #   for each poll pays 21 round trips each time. Counted are SendUnitData frames at a relay before cpppo's server.
-# Scanrack: Its EtherNet/IP server answers both; keep the PLC object between polls: [what surprises](hmi-clients.md#what-surprises)
-# Output:
+# product: Its EtherNet/IP server answers both; keep the PLC object between polls: [what surprises](hmi-clients.md#what-surprises)
+# output:
 #   first list: 21 requests, Success
 #   second list: 1 requests, Success
 #   third list: 1 requests, Success
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pylogix==1.1.6 cpppo==5.2.5
 cat >serve.sh <<'SH'
 exec python -m cpppo.server.enip --no-udp -a "127.0.0.1:$1" $(printf 'tag%d=DINT ' $(seq 0 19)) >server.log 2>&1
 SH

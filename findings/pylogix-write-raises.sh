@@ -1,22 +1,21 @@
 #!/usr/bin/env bash
-# What: pylogix raises struct.error for 1.7 into a DINT, where its other failures are a Status
-# Packages:
-#   pypi pylogix 1.1.6
-#   pypi cpppo 5.2.5
-# Date: 2026-11-29
-# Meets: who writes set points from an HMI and checks Response.Status
-# Expected: a Response with a Status that says so, or 1
-# Behavior:
+# what: pylogix raises struct.error for 1.7 into a DINT, where its other failures are a Status
+# date: 2026-11-29
+# meets: who writes set points from an HMI and checks Response.Status
+# expected: a Response with a Status that says so, or 1
+# behavior:
 #   A tag that is missing gives a Response with a Status and no exception. A value with a fraction for a DINT raises
 #   struct.error: required argument is not an integer, so a loop that checks Status ends there. Nothing is written.
-# Scanrack: Its EtherNet/IP server never gets that write; catch struct.error: [what surprises](hmi-clients.md#what-surprises)
-# Output:
+# product: Its EtherNet/IP server never gets that write; catch struct.error: [what surprises](hmi-clients.md#what-surprises)
+# output:
 #   speed 5 Status: Success
 #   level 1.7 Status: Success
 #   missing 5 Status: Path destination unknown
 #   speed 1.7 struct.error: required argument is not an integer
 #   speed is 5
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pylogix==1.1.6 cpppo==5.2.5
 observe python - <<'PY'
 import socket
 import struct

@@ -1,19 +1,19 @@
 #!/usr/bin/env bash
-# What: pymodbus 3.10.0 reverses the bytes of more than eight coils, in requests, answers and when it reads
-# Packages:
-#   pypi pymodbus 3.10.0
-# Date: 2026-11-29
-# Meets: who pins that version between a client and a device of another make
-# Expected: the first eight coils in the first byte, as the Modbus specification says (6.1, 6.11)
-# Behavior:
+# what: pymodbus 3.10.0 reverses the bytes of more than eight coils, in requests, answers and when it reads
+# date: 2026-11-29
+# meets: who pins that version between a client and a device of another make
+# expected: the first eight coils in the first byte, as the Modbus specification says (6.1, 6.11)
+# behavior:
 #   Coils 0 to 3 of twelve are on. The specification's bytes are 0F 00. Version 3.10.0 writes 00 0F and reads 0F 00 as
 #   coils 8 to 11, so two programs with it agree with each other and with no device. 3.16.1 writes and reads 0F 00.
-# Scanrack: Requires pymodbus 3.15 or later; see [Modbus](hmi.md#modbus)
-# Output:
+# product: Requires pymodbus 3.15 or later; see [Modbus](hmi.md#modbus)
+# output:
 #   answer to 01h: 02 00 0f
 #   request 0Fh: 00 00 00 10 02 00 0f
 #   0f 00 read as coils [8, 9, 10, 11]
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pymodbus==3.10.0
 observe python - <<'PY'
 from pymodbus.pdu import DecodePDU
 from pymodbus.pdu.bit_message import ReadCoilsResponse, WriteMultipleCoilsRequest

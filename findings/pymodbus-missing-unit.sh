@@ -1,20 +1,20 @@
 #!/usr/bin/env bash
-# What: pymodbus answers for a unit that it does not have, with exception 4, also with ignore_missing_devices=True
-# Packages:
-#   pypi pymodbus 3.16.1
-# Date: 2026-11-29
-# Meets: who tests how a master handles a missing unit, on a line with several
-# Expected: exception 0Bh, and no answer with ignore_missing_devices=True, as the option's documentation says
-# Behavior:
+# what: pymodbus answers for a unit that it does not have, with exception 4, also with ignore_missing_devices=True
+# date: 2026-11-29
+# meets: who tests how a master handles a missing unit, on a line with several
+# expected: exception 0Bh, and no answer with ignore_missing_devices=True, as the option's documentation says
+# behavior:
 #   A server with SimDevice(1) gets a request for unit 7. The lookup falls back to unit 0, which is missing, too; the
 #   KeyError becomes exception 4, and the option is never read. Its documentation: True to not send errors on a missing device.
-# Scanrack: Its Modbus server answers any unit number; see [Modbus](hmi.md#modbus)
-# Output:
+# product: Its Modbus server answers any unit number; see [Modbus](hmi.md#modbus)
+# output:
 #   ignore_missing_devices=False, unit 1: [1, 2]
 #   ignore_missing_devices=False, unit 7: exception 4
 #   ignore_missing_devices=True, unit 1: [1, 2]
 #   ignore_missing_devices=True, unit 7: exception 4
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pymodbus==3.16.1
 observe python - <<'PY'
 import asyncio
 import logging

@@ -1,20 +1,20 @@
 #!/usr/bin/env bash
-# What: a pymodbus server answers the first of several requests that arrive in one read and drops the others
-# Packages:
-#   pypi pymodbus 3.16.1
-# Date: 2026-11-29
-# Meets: a Modbus TCP client with several open transactions, which the transaction identifier is for
-# Expected: an answer to each, at least with Modbus TCP
-# Behavior:
+# what: a pymodbus server answers the first of several requests that arrive in one read and drops the others
+# date: 2026-11-29
+# meets: a Modbus TCP client with several open transactions, which the transaction identifier is for
+# expected: an answer to each, at least with Modbus TCP
+# behavior:
 #   Three requests in one segment, with transaction identifiers 1, 2 and 3, get one answer within a second, to the first.
 #   A request after that is answered. With the RTU framer over TCP it is the same.
-# Scanrack: Its Modbus server splits the frames itself and answers each; see [Modbus](hmi.md#modbus)
-# Output:
+# product: Its Modbus server splits the frames itself and answers each; see [Modbus](hmi.md#modbus)
+# output:
 #   socket three at once: 00 01 00 00 00 05 01 03 02 00 0a
 #   socket the third alone: 00 03 00 00 00 05 01 03 02 00 0c
 #   rtu three at once: 01 03 02 00 0a 38 43
 #   rtu the third alone: 01 03 02 00 0c b8 41
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pymodbus==3.16.1
 observe python - <<'PY'
 import asyncio
 

@@ -1,21 +1,21 @@
 #!/usr/bin/env bash
-# What: pymodbus reads the coils of a shared register from bit `address modulo 16` on, against its own documentation
-# Packages:
-#   pypi pymodbus 3.16.1
-# Date: 2026-11-29
-# Meets: who reads inputs as coils from a simulated device
-# Expected: use_bit_addressing=False, so an address names a register, and its coils begin at bit 0
-# Behavior:
+# what: pymodbus reads the coils of a shared register from bit `address modulo 16` on, against its own documentation
+# date: 2026-11-29
+# meets: who reads inputs as coils from a simulated device
+# expected: use_bit_addressing=False, so an address names a register, and its coils begin at bit 0
+# behavior:
 #   The comment in SimDevice says: with use_bit_addressing=False the register is addressed, single bits cannot be.
 #   Register 16 and register 21 both are 0001h. Reading 4 coils at 16 gives the first bit as 1, at 21 bits 5 to 8, so 0.
-# Scanrack: In its Modbus server each BOOL is a coil with one address; see [Modbus](hmi.md#modbus)
-# Output:
+# product: In its Modbus server each BOOL is a coil with one address; see [Modbus](hmi.md#modbus)
+# output:
 #   16 0001h [1, 0, 0, 0]
 #   17 0001h [0, 0, 0, 0]
 #   21 0001h [0, 0, 0, 0]
 #   29 0001h [0, 0, 0, 1]
 #   30 0001h [0, 0, 1, 0]
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pymodbus==3.16.1
 observe python - <<'PY'
 import asyncio
 

@@ -1,22 +1,22 @@
 #!/usr/bin/env bash
-# What: pymodbus applies `count` of a STRING twice: count=3 makes nine copies of the text
-# Packages:
-#   pypi pymodbus 3.16.1
-# Date: 2026-11-29
-# Meets: who simulates a device with text in registers
-# Expected: two copies, as count=2 of INT32 makes two numbers
-# Behavior:
+# what: pymodbus applies `count` of a STRING twice: count=3 makes nine copies of the text
+# date: 2026-11-29
+# meets: who simulates a device with text in registers
+# expected: two copies, as count=2 of INT32 makes two numbers
+# behavior:
 #   SimData(0, values="AB", count=3, datatype=STRING) takes nine registers, count=2 four; INT32 with count=3 takes six
 #   registers, three numbers. So a text with count covers registers that are meant for what comes after it.
-# Scanrack: Its Modbus server maps tags to registers without SimData; see [Modbus](hmi.md#modbus)
-# Output:
+# product: Its Modbus server maps tags to registers without SimData; see [Modbus](hmi.md#modbus)
+# output:
 #   STRING 'AB' count=1: 1 registers
 #   STRING 'AB' count=2: 4 registers
 #   STRING 'AB' count=3: 9 registers
 #   INT32 3 count=1: 2 registers
 #   INT32 3 count=2: 4 registers
 #   INT32 3 count=3: 6 registers
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pymodbus==3.16.1
 observe python - <<'PY'
 import asyncio
 

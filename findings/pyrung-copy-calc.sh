@@ -1,20 +1,19 @@
 #!/usr/bin/env bash
-# What: pyrung's copy clamps 70000 to 32767 where its calc wraps it to 4464
-# Packages:
-#   pypi pyrung 0.15.2
-#   pypi pyclickplc 0.4.1
-# Date: 2026-11-29
-# Meets: who moves a program from Logix, where MOV and CPT treat one value alike
-# Expected: one way for both, and a fault flag for a value that does not fit
-# Behavior:
+# what: pyrung's copy clamps 70000 to 32767 where its calc wraps it to 4464
+# date: 2026-11-29
+# meets: who moves a program from Logix, where MOV and CPT treat one value alike
+# expected: one way for both, and a fault flag for a value that does not fit
+# behavior:
 #   One DINT into an INT: copy stores the nearest number of the destination, calc stores the low sixteen bits. The flag
 #   out_of_range is set after calc and not after copy. In calc `/` truncates -7/2 to -3 while `//` rounds down to -4.
-# Scanrack: MOV and CPT both keep the low bits and record a minor fault: [where instructions end](instructions.md#instructions), [Coming from](coming.md#pyrung)
-# Output:
+# product: MOV and CPT both keep the low bits and record a minor fault: [where instructions end](instructions.md#instructions), [Coming from](coming.md#pyrung)
+# output:
 #   {'copied': 32767} out_of_range False
 #   {'calculated': 4464} out_of_range True
 #   {'slash': -3, 'double': -4} out_of_range False
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pyrung==0.15.2 pyclickplc==0.4.1
 observe python - <<'PY'
 from pyrung import PLC, Dint, Int, Program, Rung, calc, copy
 

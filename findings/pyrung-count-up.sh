@@ -1,17 +1,16 @@
 #!/usr/bin/env bash
-# What: pyrung's count_up, called CTU in its documentation, counts scans and not edges, and beyond its preset
-# Packages:
-#   pypi pyrung 0.15.2
-#   pypi pyclickplc 0.4.1
-# Date: 2026-11-29
-# Meets: who counts parts with a CTU that came from Logix or IEC 61131-3
-# Expected: one count for each rising edge of the rung
-# Behavior:
+# what: pyrung's count_up, called CTU in its documentation, counts scans and not edges, and beyond its preset
+# date: 2026-11-29
+# meets: who counts parts with a CTU that came from Logix or IEC 61131-3
+# expected: one count for each rising edge of the rung
+# behavior:
 #   A sensor that is on for four scans and on again for two counts six with count_up alone and two with rise before it.
-# Scanrack: CTU counts edges, as in Logix: [Coming from](coming.md#pyrung)
-# Output:
+# product: CTU counts edges, as in Logix: [Coming from](coming.md#pyrung)
+# output:
 #   {'alone_Acc': 6, 'alone_Done': True, 'edges_Acc': 2, 'edges_Done': False}
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pyrung==0.15.2 pyclickplc==0.4.1
 observe python - <<'PY'
 from pyrung import PLC, Bool, Counter, Program, Rung, count_up, rise
 

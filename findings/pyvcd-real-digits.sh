@@ -1,20 +1,20 @@
 #!/usr/bin/env bash
-# What: pyvcd writes a real with sixteen digits, so 0.1 + 0.2 reads back as another number
-# Packages:
-#   pypi pyvcd 0.5.1
-# Date: 2026-11-29
-# Meets: who compares an exported VCD file with the recording
-# Expected: seventeen digits or the shortest text that reads back as the same number
-# Behavior:
+# what: pyvcd writes a real with sixteen digits, so 0.1 + 0.2 reads back as another number
+# date: 2026-11-29
+# meets: who compares an exported VCD file with the recording
+# expected: seventeen digits or the shortest text that reads back as the same number
+# behavior:
 #   The writer formats reals with .16g. A double needs up to seventeen digits, so numbers that differ in the last bit
 #   become one, and its own tokenizer reads back another number than was written.
-# Scanrack: The export gives pyvcd reals that format themselves with all digits; see [export](query.md)
-# Output:
+# product: The export gives pyvcd reals that format themselves with all digits; see [export](query.md)
+# output:
 #   0.30000000000000004 reads back as 0.3 other
 #   0.3 reads back as 0.3 same
 #   0.3333333333333333 reads back as 0.3333333333333333 same
 #   3 changes written, 3 read
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pyvcd==0.5.1
 observe python - <<'PY'
 import io
 

@@ -1,15 +1,13 @@
 #!/usr/bin/env bash
-# What: pyvcd sorts scopes by their text, so slot10 comes before slot2 in every viewer
-# Packages:
-#   pypi pyvcd 0.5.1
-# Date: 2026-11-29
-# Meets: who exports more than ten modules
-# Expected: scopes in the order of registration
-# Behavior:
+# what: pyvcd sorts scopes by their text, so slot10 comes before slot2 in every viewer
+# date: 2026-11-29
+# meets: who exports more than ten modules
+# expected: scopes in the order of registration
+# behavior:
 #   Scopes are written in the order of their names as text, whatever the order of registration. Variables inside
 #   a scope keep their order of registration.
-# Scanrack: Exported scopes come in this order, too: `slot10` is before `slot2`; see [export](query.md)
-# Output:
+# product: Exported scopes come in this order, too: `slot10` is before `slot2`; see [export](query.md)
+# output:
 #   module rack
 #   module slot1
 #   wire 1 ! run
@@ -20,7 +18,9 @@
 #   module slot2
 #   wire 1 # run
 #   wire 1 $ home
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pyvcd==0.5.1
 observe python - <<'PY'
 import io
 

@@ -1,18 +1,17 @@
 #!/usr/bin/env bash
-# What: pywellen reads -1 of a VCD integer as 4294967295
-# Packages:
-#   pypi pyvcd 0.5.1
-#   pypi pywellen 0.25.7
-# Date: 2026-11-29
-# Meets: who reads a position from a VCD file with Python
-# Expected: the type integer of IEEE 1364 is signed, so -1
-# Behavior:
+# what: pywellen reads -1 of a VCD integer as 4294967295
+# date: 2026-11-29
+# meets: who reads a position from a VCD file with Python
+# expected: the type integer of IEEE 1364 is signed, so -1
+# behavior:
 #   A variable of type integer with 32 bits, as a VCD writer makes it of -1. pywellen knows the type and gives the bits as
 #   an unsigned number.
-# Scanrack: A position is a 32-bit integer in the export: in pywellen subtract 2**32 from numbers of 2**31 and more; see [export](query.md#what-readers-of-vcd-make-of-it)
-# Output:
+# product: A position is a 32-bit integer in the export: in pywellen subtract 2**32 from numbers of 2**31 and more; see [export](query.md#what-readers-of-vcd-make-of-it)
+# output:
 #   position Integer [0, 4294967295, 1]
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pyvcd==0.5.1 pywellen==0.25.7
 observe python - <<'PY'
 import pywellen
 from vcd import VCDWriter

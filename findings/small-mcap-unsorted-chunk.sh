@@ -1,21 +1,20 @@
 #!/usr/bin/env bash
-# What: small-mcap sorts the messages of a chunk by time in reverse, and not forward
-# Packages:
-#   pypi mcap 1.6.0
-#   pypi small-mcap 0.16.0
-# Date: 2026-11-29
-# Meets: who merges recordings or logs several sources into one file
-# Expected: by log time, as mcap does
-# Behavior:
+# what: small-mcap sorts the messages of a chunk by time in reverse, and not forward
+# date: 2026-11-29
+# meets: who merges recordings or logs several sources into one file
+# expected: by log time, as mcap does
+# behavior:
 #   The messages of one chunk have the times 10, 30, 20, 40. mcap sorts them by log time. small-mcap gives them as they
 #   lie in the chunk, also for a file with an index; with reverse=True it sorts them, so the one is not the other's reverse.
-# Scanrack: Recordings are written in order of time, so both readers agree; see [traces](traces.md)
-# Output:
+# product: Recordings are written in order of time, so both readers agree; see [traces](traces.md)
+# output:
 #   mcap, reverse False [10, 20, 30, 40]
 #   small-mcap, reverse False [10, 30, 20, 40]
 #   mcap, reverse True [40, 30, 20, 10]
 #   small-mcap, reverse True [40, 30, 20, 10]
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install mcap==1.6.0 small-mcap==0.16.0
 observe python - <<'PY'
 from mcap.reader import make_reader
 from mcap.writer import Writer

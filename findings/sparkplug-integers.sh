@@ -1,17 +1,14 @@
 #!/usr/bin/env bash
-# What: Sparkplug integers lose their sign or their value between pysparkplug and sparkplug-payload
-# Packages:
-#   pypi pysparkplug 0.6.1
-#   npm sparkplug-payload 1.0.3
-# Date: 2026-11-29
-# Meets: who sends tags of a PLC over MQTT from Python to Node-RED, or back
-# Expected: integers of every type survive both ways: both use the protobuf of the Sparkplug specification
-# Behavior:
+# what: Sparkplug integers lose their sign or their value between pysparkplug and sparkplug-payload
+# date: 2026-11-29
+# meets: who sends tags of a PLC over MQTT from Python to Node-RED, or back
+# expected: integers of every type survive both ways: both use the protobuf of the Sparkplug specification
+# behavior:
 #   Python to Node: Int8 -1 arrives as 255 and Int16 -2 as 65534; UInt32 4294967295 arrives as null, since pysparkplug puts
 #   it into the field for 64 bits that the reader does not look at for that type. Node to Python: Int8 -1 is sent with
 #   32 bits, and pysparkplug raises OverflowError for the whole message.
-# Scanrack: Publishes no Sparkplug, and says what a bridge keeps: [what surprises](hmi-clients.md#what-surprises)
-# Output:
+# product: Publishes no Sparkplug, and says what a bridge keeps: [what surprises](hmi-clients.md#what-surprises)
+# output:
 #   Python to Python: INT8 -1
 #   Python to Python: INT16 -2
 #   Python to Python: INT32 -3
@@ -29,7 +26,9 @@
 #   Node to Python: Int8 OverflowError: Int8 overflow with value 4294967295
 #   Node to Python: Int16 OverflowError: Int16 overflow with value 4294967294
 #   Node to Python: Int32 -3
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pysparkplug==0.6.1 sparkplug-payload@1.0.3
 cat >send.py <<'PY'
 import pysparkplug
 from pysparkplug import DataType

@@ -1,20 +1,19 @@
 #!/usr/bin/env bash
-# What: vcdvcd lists a string variable of a VCD file and gives it no values
-# Packages:
-#   pypi pyvcd 0.5.1
-#   pypi vcdvcd 2.6.0
-# Date: 2026-11-29
-# Meets: who reads states or step names of a VCD recording with Python
-# Expected: values of string variables are strings, as GTKWave shows them
-# Behavior:
+# what: vcdvcd lists a string variable of a VCD file and gives it no values
+# date: 2026-11-29
+# meets: who reads states or step names of a VCD recording with Python
+# expected: values of string variables are strings, as GTKWave shows them
+# behavior:
 #   pyvcd writes a variable of type string and its changes as s values. vcdvcd names the signal among its signals and
 #   has no change for it, without an error. Bits and reals of the same file are there.
-# Scanrack: Codes are string variables, which GTKWave shows; what other readers make of them: [export](query.md#what-readers-of-vcd-make-of-it)
-# Output:
+# product: Codes are string variables, which GTKWave shows; what other readers make of them: [export](query.md#what-readers-of-vcd-make-of-it)
+# output:
 #   rack.lamp [(0, '0'), (1, '1')]
 #   rack.step []
 #   rack.level [(0, '0.5'), (2, '1.5')]
-. "$(dirname "$0")/lib.sh"
+folder=$(mktemp -d)
+. "$(dirname "$0")/lib"
+install pyvcd==0.5.1 vcdvcd==2.6.0
 observe python - <<'PY'
 from vcd import VCDWriter
 from vcdvcd import VCDVCD

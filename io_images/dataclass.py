@@ -103,20 +103,25 @@ def _methods(cls: type[Any], chosen: Mapping[str, bool]) -> Iterator[tuple[str, 
         yield from (("__getstate__", _getstate), ("__setstate__", _setstate))
 
 
+def _value_and_default(field: Field[Any], places: dict[str, Any]) -> tuple[str, str]:
+    """Return the value of a field and the default of its parameter as text; bind their names in `places`."""
+    name = field.name
+    if field.default is not MISSING:
+        places[f"default__{name}"] = field.default
+        return name, f"default__{name}"
+    if field.default_factory is not MISSING:
+        places[f"new__{name}"] = field.default_factory
+        return f"new__{name}() if {name} is missing__ else {name}", "missing__"
+    return name, ""
+
+
 def _init(cls: type[Any], name: str) -> Method:
     frozen, slots = cls.__dataclass_params__.frozen, "__slots__" in vars(cls)
     places: dict[str, Any] = {"set__": object.__setattr__, "missing__": MISSING}
     parameters: dict[bool, list[str]] = {False: ["self"], True: []}
     body = []
     for each in fields(cls):
-        value, default = each.name, ""
-        if each.default is not MISSING:
-            default = f"default__{each.name}"
-            places[default] = each.default
-        elif each.default_factory is not MISSING:
-            places[f"new__{each.name}"] = each.default_factory
-            default = "missing__"
-            value = f"new__{each.name}() if {each.name} is missing__ else {each.name}"
+        value, default = _value_and_default(each, places)
         if each.init:
             parameters[bool(each.kw_only)].append(f"{each.name}={default}" if default else each.name)
         else:

@@ -8,6 +8,9 @@ import sys
 from collections.abc import Iterator
 from typing import Any
 
+UNKNOWN = "unknown"
+"""Version of a distribution that is not installed."""
+
 
 def distribution_version(distribution: str) -> str:
     """Return the version of a distribution; "unknown" for one that is not installed.
@@ -33,7 +36,7 @@ def distribution_version(distribution: str) -> str:
     try:
         return version(distribution)
     except PackageNotFoundError:
-        return "unknown"
+        return UNKNOWN
 
 
 def own_project() -> dict[str, Any] | None:

@@ -15,7 +15,6 @@ tasks (`Controller`). Both are logic of a scan. The rooms, each importing only f
 | `files`, `blocks` | `.rung`, `.st` and `.steps` files; the motion blocks of `USE axis3601` |
 | `debug`, `draw` | breakpoints, forces, causes, cross reference; rungs as characters and SVG |
 | `prove` | claims about a program, for every input: a scan on terms, verdicts, monitors |
-| `prove` | one scan as terms, and what follows for any number of scans |
 
 To add an instruction:
 

@@ -22,7 +22,7 @@ from scanrack.io_images.module_words import BitPlace, ModuleWords
 from scanrack.io_images.number_formats import NumberFormat
 from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.module import Follower, ForeseeingModule, Module
-from scanrack.runtime.loop.options import Options
+from scanrack.runtime.loop.module_options import Options
 from scanrack.runtime.modules.amci3601.record import stepper
 from scanrack.runtime.modules.record import ModuleRecord
 

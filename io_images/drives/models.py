@@ -41,7 +41,6 @@ class DriveLimits:
     steps_per_turn: tuple[int, int] = (200, 32_767)  # [EDS]
     counts_per_turn: int = 4_096  # x4 counts, from 0 [EDS; reading R-27]
     idle_percent: int = 100  # from 0 [EDS]
-    dwell_ms: int = 65_535
     homing_timeout_s: int = 300  # ANF2 only
 
 

@@ -119,15 +119,16 @@ def part_at(tag: ListedTag, offset: int, size: int, keep: bytes = b"", *, files:
     """
     kind, dims = _in_words(tag.kind, tag.dims)
     path, mask = "", int.from_bytes(keep or bytes(size), "little") ^ (1 << 8 * size) - 1
+    is_bit = mask.bit_count() == 1
     while True:
         if dims:
             number, inside = divmod(offset, kind.size)
-            if inside + size > kind.size or (kind == DWORD and mask.bit_count() != 1):
+            if inside + size > kind.size or (kind == DWORD and not is_bit):
                 return path
             if kind == DWORD:
                 return f"{path}[{32 * number + _bit(mask, inside)}]"
-            element = f"{'.' if ':' in tag.name else ':'}{number}" if files else _subscripts(number, dims)
-            path, offset, dims = path + element, inside, ()
+            path += _numbered(tag, number) if files else _subscripts(number, dims)
+            offset, dims = inside, ()
         elif isinstance(kind, StructuredKind):
             part = _part_with(kind, offset, size, mask)
             if part is None:
@@ -136,9 +137,15 @@ def part_at(tag: ListedTag, offset: int, size: int, keep: bytes = b"", *, files:
             offset -= part.offset
             if part.bit is not None:
                 return path
+        elif is_bit and kind.bits:
+            return f"{path}{'/' if files else '.'}{_bit(mask, offset)}"
         else:
-            is_bit = mask.bit_count() == 1 and kind.bits
-            return f"{path}{'/' if files else '.'}{_bit(mask, offset)}" if is_bit else path
+            return path
+
+
+def _numbered(tag: ListedTag, number: int) -> str:
+    """Return the text for an element of a data file, or of a word of an image."""
+    return f".{number}" if ":" in tag.name else f":{number}"
 
 
 def _subscripts(number: int, dims: Sequence[int]) -> str:
@@ -151,7 +158,7 @@ def _subscripts(number: int, dims: Sequence[int]) -> str:
 
 
 def _bit(mask: int, offset: int) -> int:
-    """Return the number of the only bit of a mask behind some bytes."""
+    """Return the number of the only bit of a mask after some bytes."""
     return 8 * offset + mask.bit_length() - 1
 
 

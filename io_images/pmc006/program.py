@@ -10,8 +10,8 @@
 
 The manual has no text form (its tool shows a table); this one is the project's.
 The meaning of the options of WAIT and CMP is not printed either: "refer to the
-tool". The readings are `WAIT_OPTIONS` and `CMP_OPTIONS`; the manual's table
-(1-7 and 1-6) precedes its text ("9 options").
+tool". The interpreter's `WAIT_OPTIONS` and `CMP_OPTIONS` are the readings; the manual's
+table (1-7 and 1-6) precedes its text ("9 options").
 """
 
 from __future__ import annotations
@@ -26,27 +26,6 @@ MAX_LINES = 100
 
 EDITOR_MAX_TARGET = 50
 """Maximum jump target in the manual's table [5.1.1]."""
-
-WAIT_OPTIONS: dict[int, str] = {
-    1: "motor idle",
-    2: "EXT1 level",
-    3: "EXT2 level",
-    4: "GPI1 level",
-    5: "GPI2 level",
-    6: "EXT1 flag",
-    7: "EXT2 flag",
-}
-"""Operand of WAIT's comparison with its data (reading)."""
-
-CMP_OPTIONS: dict[int, str] = {
-    1: "counter",
-    2: "EXT1 level",
-    3: "EXT2 level",
-    4: "EXT1 flag",
-    5: "EXT2 flag",
-    6: "all inputs, as instruction x reads them",
-}
-"""Operand of CMP's comparison with its data (reading)."""
 
 
 @dataclass(frozen=True, slots=True)

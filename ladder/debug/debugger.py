@@ -135,7 +135,7 @@ class Debugger:
         self._plain = not (self._remembered or self.interpreted or copies or looking)
 
     def edit(self, program: LadderLogic) -> Edit:
-        """Continue with an edited program, between two scans: an online edit, see `LadderLogic.take_over`.
+        """Continue with an edited program, between two scans: an online edit, see `carry_over`.
 
         Breakpoints are cleared, as are forces of removed tags and the memory of earlier scans.
 

@@ -73,7 +73,10 @@ class _Placer:
         outputs = line.series[inputs:]
         start = picture.width - sum(self._ruler.size(element, room).width for element in outputs)
         self._wire(x, y, start - 1, last)
+        place = len(self.picture.gaps)
         _, last = self._elements(outputs, start, y, last, room)
+        if outputs:
+            self.picture.gaps[place] = x, y  # an element inserted there ends the inputs
         if ends:
             picture.right.append(y)
         else:

@@ -35,16 +35,7 @@ from .compute import store_expression
 
 def _passes(machine: Interpreter, power: bool, control: Control, mode: str, one: Callable[[], bool]) -> None:
     """Do the passes of one scan; `one` operates on the element at POS and returns whether to continue."""
-    rises = power and not control["EN"]
-    under_way = mode.isdigit() and control["EN"] and not control["DN"]
-    if not power and not under_way:
-        _end(control)
-        return
-    if rises:
-        control.set(EN=True)
-        if mode != "INC":
-            control.set(POS=0)
-    if control["DN"] or control["ER"] or (mode == "INC" and not rises):
+    if not _begin_passes(power, control, mode):
         return
     control.check()
     left = int(mode) if mode.isdigit() else control["LEN"] if mode == "ALL" else 1
@@ -55,6 +46,20 @@ def _passes(machine: Interpreter, power: bool, control: Control, mode: str, one:
         control.set(POS=control["POS"] + 1)
         left -= 1
     control.set(DN=control["POS"] >= control["LEN"])
+
+
+def _begin_passes(power: bool, control: Control, mode: str) -> bool:
+    """Set EN and POS by the rung; return whether there are passes in this scan."""
+    rises = power and not control["EN"]
+    under_way = mode.isdigit() and control["EN"] and not control["DN"]
+    if not power and not under_way:
+        _end(control)
+        return False
+    if rises:
+        control.set(EN=True)
+        if mode != "INC":
+            control.set(POS=0)
+    return not control["DN"] and not control["ER"] and (rises or mode != "INC")
 
 
 def _end(control: Control) -> None:

@@ -243,22 +243,18 @@ def _act(machine: Interpreter, chart: LoweredChart, each: ChartAction, _tag: Gro
     """Decide in a scan of its step, or after it, whether the body of an action runs."""
     bits, qualifier = each.bits, each.qualifier
     active = machine.truth(machine.get(each.node.bits["X"]))
-    first = active and machine.truth(machine.get(each.node.bits["new"]))
     if qualifier is Qualifier.R:
         for other in each.resets if active else ():
             _end(machine, chart, other)
         return False
-    stored, on = _number(machine, bits["latch"]) == each.index, _is_on(machine, each)
-    if first and not stored and qualifier is not Qualifier.P0:
-        _show_time(machine, bits, 0)
-        stored = qualifier in (Qualifier.S, Qualifier.SL, Qualifier.SD)
-    elif on or stored or (active and qualifier in (Qualifier.D, Qualifier.DS)):
-        _show_time(machine, bits, _number(machine, bits["ns"]) + _elapsed(machine, chart, bits))
+    first = active and machine.truth(machine.get(each.node.bits["new"]))
+    on = _is_on(machine, each)
+    stored = _time_action(machine, chart, each, active=active, first=first, on=on)
     reached = _number(machine, bits["T"]) >= _number(machine, bits["PRE"])
-    wanted, stored = _WANTED[qualifier](active, first, stored, reached)
+    runs, stored = _DECISIONS[qualifier](active, first, stored, reached)
     if stored:
         machine.put(bits["latch"], each.index)
-    if wanted:
+    if runs:
         _start(machine, each, on=on)
         return each.body is not None
     if on or not stored:
@@ -266,9 +262,23 @@ def _act(machine: Interpreter, chart: LoweredChart, each: ChartAction, _tag: Gro
     return False
 
 
+def _time_action(
+    machine: Interpreter, chart: LoweredChart, each: ChartAction, *, active: bool, first: bool, on: bool
+) -> bool:
+    """Start or advance T; return whether the action is stored."""
+    bits, qualifier = each.bits, each.qualifier
+    stored = _number(machine, bits["latch"]) == each.index
+    if first and not stored and qualifier is not Qualifier.P0:
+        _show_time(machine, bits, 0)
+        return qualifier in (Qualifier.S, Qualifier.SL, Qualifier.SD)
+    if on or stored or (active and qualifier in (Qualifier.D, Qualifier.DS)):
+        _show_time(machine, bits, _number(machine, bits["ns"]) + _elapsed(machine, chart, bits))
+    return stored
+
+
 _Decision = Callable[[bool, bool, bool, bool], tuple[bool, bool]]
 
-_WANTED: Mapping[Qualifier, _Decision] = {
+_DECISIONS: Mapping[Qualifier, _Decision] = {
     Qualifier.N: lambda active, _first, _stored, _reached: (active, False),
     Qualifier.P1: lambda _active, first, _stored, _reached: (first, False),
     Qualifier.P: lambda _active, first, _stored, _reached: (first, False),

@@ -58,7 +58,7 @@ def _compare(
     if search["EN"]:
         return
     search.set(EN=True, FD=False)
-    if search["LEN"] <= 0 or search["POS"] < 0 or results["LEN"] <= 0 or results["POS"] < 0:
+    if any(each["LEN"] <= 0 or each["POS"] < 0 for each in (search, results)):
         search.set(ER=True)
         return
     here, there, numbers = _Bits(machine, source), _Bits(machine, reference), Elements(machine, result)

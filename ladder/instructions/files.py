@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
-from math import inf
+from math import isfinite
 
 from ..compiler.files import ByteEnd, byte_end, plus
 from ..compiler.rungs import RungWriter
@@ -55,8 +55,8 @@ def _byte_count(rungs: RungWriter, length: Resolved, target: ByteEnd, *source: B
     """Return text for the number of bytes to write: a number, or a variable that may be 0 or negative."""
     ends = (target, *source)
     if isinstance(length, Constant):
-        wanted = int(length.value) * target.size
-        listed = [str(wanted), *(each.left for each in ends if wanted > each.surely)]
+        size = int(length.value) * target.size
+        listed = [str(size), *(each.left for each in ends if size > each.surely)]
     else:
         text = f"{rungs.values.term(length, LINT.bits).text} * {target.size}"
         listed = [text, *(each.left for each in ends)]
@@ -103,10 +103,9 @@ def _write_slices(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion, l
         return True
     origin, goal = source.parts[0].leaf, target.parts[0].leaf
     text = _write_slice(rungs, origin, first, count)
-    if _is_view(rungs, origin) and not _is_view(rungs, goal):
-        text += ".tolist()"
-    if _is_view(rungs, goal) and not _is_view(rungs, origin):
-        text = f'array("{goal.type.code}", {text})'
+    from_view, to_view = _is_view(rungs, origin), _is_view(rungs, goal)
+    if from_view != to_view:
+        text = f"{text}.tolist()" if from_view else f'array("{goal.type.code}", {text})'
     rungs.writer.line(f"{_write_slice(rungs, goal, at, count)} = {text}")
     return True
 
@@ -174,13 +173,17 @@ def _write_list_filled(rungs: RungWriter, source: Resolved, region: ArrayRegion,
     if not isinstance(source, Constant) or not isinstance(length, Constant):
         return False
     count = min(int(length.value), region.fixed_left(first))
+    if count < 1:
+        return True
     single = isinstance(source.value, float) and _width_filled(source, region) == SINGLE
     value = converted(kind, real(source.value) if single else source.value)
-    if count > 0 and value == value and abs(value) != inf:
-        many = f"[{value!r}] * {count}"
-        row = f'array("{kind.code}", {many})' if _is_view(rungs, leaf) else many
-        rungs.writer.line(f"{_write_slice(rungs, leaf, first, count)} = {row}")
-    return count < 1 or (value == value and abs(value) != inf)
+    if not isfinite(value):
+        return False
+    row = f"[{value!r}] * {count}"
+    if _is_view(rungs, leaf):
+        row = f'array("{kind.code}", {row})'
+    rungs.writer.line(f"{_write_slice(rungs, leaf, first, count)} = {row}")
+    return True
 
 
 def _width_filled(source: Resolved, region: ArrayRegion) -> int:

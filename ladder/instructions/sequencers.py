@@ -23,8 +23,8 @@ def _sqi(machine: Interpreter, table: Resolved, mask: Resolved, source: Resolved
     control.set(ER=wrong)
     if wrong:
         return False
-    wanted = machine.whole(Elements(machine, table)[position])
-    return (machine.integer(source) ^ wanted) & machine.integer(mask) == 0
+    entry = machine.whole(Elements(machine, table)[position])
+    return (machine.integer(source) ^ entry) & machine.integer(mask) == 0
 
 
 # --- SQO, SQL: one step further when the rung becomes true

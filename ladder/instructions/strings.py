@@ -78,20 +78,26 @@ def _row(
         texts = {} if rungs.notes.forced else rungs.writer.texts()
         given = [_write_value(rungs, each, width, texts) for each in sources]
         read = [text for text, each in zip(given, sources, strict=True) if isinstance(each, Group)]
-        call = f"string_{name}(faults, {', '.join([str(rungs.values.site), *given])}"
-        if typed and isinstance(target, Place):
-            call += f", types[{target.type.name!r}], {target.text!r}"
-        inline = _INLINE.get(name) if _is_inline(name, sources[0], target) else None
+        typed_target = target if typed else None
+        call = _call(name, [str(rungs.values.site), *given], typed_target)
+        if name in _INLINE and _is_inline(name, sources[0], target):
+            call = _INLINE[name].format(*given, call=call)
         with _if_all(rungs, read):
-            text = inline.format(*given, call=f"{call})") if inline else f"{call})"
-            result = rungs.values.keep(text)
-            with nullcontext() if name in _NEVER_NONE else _if_all(rungs, [result]):
+            result = rungs.values.keep(call)
+            with _if_all(rungs, [] if name in _NEVER_NONE else [result]):
                 stored = _write_result(rungs, target, result, code)
         if read and stored:
             rungs.writer.line(f"else: {result} = None")
         rungs.writer.keep_texts(_left(rungs, texts, target, stored, result))
 
     return action(name, *uses, run=run, write=write, faults=False)
+
+
+def _call(name: str, arguments: list[str], typed: Resolved | None) -> str:
+    """Return the call of a function of `state.characters`; some convert to the type of their target."""
+    if isinstance(typed, Place):
+        arguments += [f"types[{typed.type.name!r}]", repr(typed.text)]
+    return f"string_{name}(faults, {', '.join(arguments)})"
 
 
 def _is_inline(name: str, source: Resolved, target: Resolved) -> bool:
@@ -110,7 +116,7 @@ def _if_all(rungs: RungWriter, texts: list[str]) -> AbstractContextManager[None]
 def _left(
     rungs: RungWriter, texts: dict[str, str], target: Resolved, stored: StringPlace | None, result: str
 ) -> dict[str, str]:
-    """Return the strings in variables behind an instruction that had `texts`."""
+    """Return the strings in variables after an instruction that had `texts`."""
     if stored is not None:
         return {**texts, str(stored): result} if stored.at.isdigit() else {}
     assert isinstance(target, Place)

@@ -7,7 +7,7 @@ owns the module's words; the routine `Axes3601` calls all of them. Motion instru
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from scanrack.io_images.dataclass import dataclass
@@ -142,7 +142,7 @@ def _number(lowered: LoweredProgram, settings: Mapping[str, AxisSettings], data:
     """Number the axes, coordinate systems and controls of a program with motion instructions."""
     numbers = {path: number for number, path in enumerate(lowered.axes, 1)}
     lowered.presets |= {(f"{path}.~axis", 0): number for path, number in numbers.items()}
-    if not any(Use.MOTION in step.uses for line in _lines(lowered) for step in line.all_steps):
+    if not _has_motion(lowered):
         return
     parts = [(tag, part) for tag in lowered.layout.tags().values() for part in _parts(tag)]
     axes = [part for tag, part in parts if is_axis(tag.type) and part.path.upper() not in numbers]
@@ -151,14 +151,22 @@ def _number(lowered: LoweredProgram, settings: Mapping[str, AxisSettings], data:
     for number, part in enumerate(axes, 1):
         lowered.presets[f"{part.path}.~axis", part.index] = -number
         numbers.setdefault(part.path.upper(), -number)
-    for numbered in (systems, controls):
-        for number, part in enumerate(numbered, 1):
-            lowered.presets[f"{part.path}.~number", part.index] = number
+    lowered.presets |= _presets(systems) | _presets(controls)
     lowered.ideal = Ideal(
         tuple((each, _settings(each.path.upper(), settings, data)) for each in axes),
         tuple((each, _axes_of(each.path.upper(), numbers, data)) for each in systems),
         tuple(controls),
     )
+
+
+def _has_motion(lowered: LoweredProgram) -> bool:
+    lines = (line for routine in lowered.routines.values() for line in routine.lines)
+    return any(Use.MOTION in step.uses for line in lines for step in line.all_steps)
+
+
+def _presets(parts: Sequence[MotionPart]) -> dict[tuple[str, int], int]:
+    """Return the numbers of coordinate systems or controls by path and index."""
+    return {(f"{part.path}.~number", part.index): number for number, part in enumerate(parts, 1)}
 
 
 def _settings(path: str, settings: Mapping[str, AxisSettings], data: MotionData) -> AxisSettings:

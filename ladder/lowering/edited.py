@@ -120,6 +120,11 @@ class CheckedRung:
     warnings: list[Mistake] = field(default_factory=list)
 
 
+def _places(line: LoweredLine) -> Iterator[object]:
+    """Yield what only one instruction of a program may use, of the instructions of a line."""
+    return (place for step in line.steps for _, _, place in exclusive_places(step))
+
+
 class RungIndex:
     """The rungs of a running program that an edit of other rungs may concern: made once, for many edits."""
 
@@ -130,11 +135,9 @@ class RungIndex:
         self.jumps: dict[str, list[int]] = {}  # lines that jump or call, by routine in capitals
         for name, routine in program.build().routines.items():
             for number, line in enumerate(routine.lines):
-                for step in line.steps:
-                    if step.name in _JUMPS:
-                        self.jumps.setdefault(name, []).append(number)
-                    for _, _, place in exclusive_places(step):
-                        self.places.setdefault(place, []).append((name, number))
+                self.jumps.setdefault(name, []).extend(number for step in line.steps if step.name in _JUMPS)
+                for place in _places(line):
+                    self.places.setdefault(place, []).append((name, number))
         self.warnings = {(each.text, each.rung) for each in program.warnings}
 
 
@@ -218,9 +221,9 @@ class EditedProgram:
         self._lowering.enter(program)
         self._lowering.begin(found)
         lines: list[LoweredLine] = []
-        kept = self._kept.setdefault(found.name.upper(), {})
-        edited = self._edited.setdefault(found.name.upper(), [])
-        running = self._running.routines[found.name.upper()]
+        kept = self._kept.setdefault(name, {})
+        edited = self._edited.setdefault(name, [])
+        running = self._running.routines[name]
         for number in range(BEFORE_FIRST, last + 1):
             if number in edits:
                 new = list(self._lines(edits[number], len(lines)))
@@ -230,14 +233,19 @@ class EditedProgram:
                 line = running.lines[number]
                 kept[number] = line if line.number == len(lines) else replace(line, number=len(lines))
                 lines.append(kept[number])
+        labels = self._labels(found.name, lines)
+        self._changed[name] = replace(running, lines=tuple(lines), labels=labels)
+
+    def _labels(self, name: str, lines: Iterable[LoweredLine]) -> dict[str, int]:
+        """Return the rungs of a routine's labels."""
         labels: dict[str, int] = {}
         for line in lines:
             first = next(iter(line.steps), None)
             if first is not None and first.name == "LBL" and first.operands:
                 if first.operands[0] in labels:
-                    self.mistakes.append(f"label {first.operands[0]} is in {found.name} twice; rename one")
+                    self.mistakes.append(f"label {first.operands[0]} is in {name} twice; rename one")
                 labels[first.operands[0]] = line.number
-        self._changed[found.name.upper()] = replace(running, lines=tuple(lines), labels=labels)
+        return labels
 
     def _lines(self, edit: RungEdit, start: int) -> Iterator[LoweredLine]:
         for text in edit.texts:
@@ -269,14 +277,8 @@ class EditedProgram:
     def _concerned(self) -> dict[str, LoweredRoutine]:
         """Return all routines with the edited lines, and the others that may be wrong because of them."""
         lines = {name: list(own) for name, own in self._edited.items()}
-        wanted = {
-            place
-            for own in self._edited.values()
-            for line in own
-            for step in line.steps
-            for _, _, place in exclusive_places(step)
-        }
-        others = {at for place in wanted for at in self._index.places.get(place, ())}
+        places = {place for own in self._edited.values() for line in own for place in _places(line)}
+        others = {at for place in places for at in self._index.places.get(place, ())}
         others |= {(name, number) for name in self._edited for number in self._index.jumps.get(name, ())}
         for name, number in others:
             kept = self._kept.get(name)

@@ -21,33 +21,43 @@ def moved(before: LadderLogic, after: LadderLogic, edits: Iterable[RungEdit]) ->
     """Return edits of a program as edits of a later one.
 
     An edit follows its rung. One of a rung that is another one there stands at that one; new rungs whose rung
-    is gone stand behind the one before it. What the later program has already is left out.
+    is gone stand after the one before it. What the later program has already is left out.
     """
     old, new = _texts(before), _texts(after)
     found: dict[tuple[str, int], list[str]] = {}
     conflicts = 0
     for routine, number, given, _ in sorted(edits, key=lambda each: each.rung):
-        rungs, texts = new.get(routine.upper(), []), list(given)
-        at, is_there, is_same = _place(old.get(routine.upper(), []), rungs, number)
-        if is_there and (end := _next(old.get(routine.upper(), []), rungs, number)) is not None:
-            first = 0 if number == BEFORE_FIRST else 1
-            if texts[first:] == rungs[at + 1 : end]:  # the same new rungs are there already
-                texts = texts[:first]
-        keeps = number != BEFORE_FIRST and texts[:1] == [old[routine.upper()][number]]
-        if keeps:  # its rung stays, and rungs are new behind it
-            texts[:1] = [rungs[at]] if is_there else []
+        own, rungs = old.get(routine.upper(), []), new.get(routine.upper(), [])
+        at, is_there, is_same = _place(own, rungs, number)
+        texts = list(given)
+        if is_there:
+            texts = _without_known(texts, own, rungs, number, at)
+        keeps = number != BEFORE_FIRST and texts[:1] == [own[number]]
+        if keeps:  # its rung stays, and rungs are new after it
+            texts[:1] = rungs[at : at + 1] if is_there else []
         if is_there:
             conflicts += not is_same and texts != [rungs[at]] and not keeps
         else:
             conflicts += bool(texts)
-            texts = [*found.get((routine, at), rungs[at : at + 1] if at >= 0 else []), *texts]
+            texts = [*found.get((routine, at), _rung_at(rungs, at)), *texts]
         found[routine, at] = texts
     moved_edits = tuple(
         RungEdit(routine, at, tuple(texts))
         for (routine, at), texts in found.items()
-        if texts != (new.get(routine.upper(), [])[at : at + 1] if at >= 0 else [])
+        if texts != _rung_at(new.get(routine.upper(), []), at)
     )
     return MovedEdits(moved_edits, conflicts)
+
+
+def _rung_at(rungs: list[str], at: int) -> list[str]:
+    return rungs[at : at + 1] if at >= 0 else []
+
+
+def _without_known(texts: list[str], own: list[str], rungs: list[str], number: int, at: int) -> list[str]:
+    """Return the texts of an edit without its new rungs if the later program has the same ones."""
+    end = _next(own, rungs, number)
+    first = 0 if number == BEFORE_FIRST else 1
+    return texts[:first] if end is not None and texts[first:] == rungs[at + 1 : end] else texts
 
 
 def _texts(program: LadderLogic) -> dict[str, list[str]]:
@@ -55,7 +65,7 @@ def _texts(program: LadderLogic) -> dict[str, list[str]]:
 
 
 def _next(old: Sequence[str], new: Sequence[str], number: int) -> int | None:
-    """Return where the rung behind one is in a later routine; None if it is not there."""
+    """Return where the rung after one is in a later routine; None if it is not there."""
     if number + 1 >= len(old):
         return len(new)
     at, is_there, _ = _place(old, new, number + 1)

@@ -17,7 +17,8 @@ subscripts only it has `COMPUTED` elements.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain, repeat
 
 from ..instructions import BY_NAME
 from ..model.predefined.block_types import BLOCK_STRUCTURES
@@ -105,6 +106,13 @@ BY_USE: Mapping[Use, DataType] = {
 }
 """Type of an operand by its use."""
 
+_LIKELY: Mapping[Use, DataType | None] = {
+    Use.RESETTABLE: TIMER,
+    Use.PARAMETERS: None,
+    **dict.fromkeys((Use.INTEGER, Use.INTEGER_TARGET, Use.CONSTANT), DINT),
+}
+"""Type that a use suggests, for uses that do not depend on the other operands."""
+
 _BLOCKS: Mapping[str, DataType] = {**BLOCK_STRUCTURES, **SAFETY}
 
 _REGIONS = frozenset({Use.SOURCE, Use.DESTINATION, Use.ARRAY, Use.TABLE})
@@ -188,44 +196,44 @@ class Guesses:
     # --- instructions and statements
 
     def _instruction(self, program: str, instruction: Instruction) -> None:
-        spec = self._specs.get(instruction.name.upper()) or BY_NAME.get(instruction.name)
-        uses = spec.operands if spec else ()
-        if instruction.name == "JSR":
-            uses = (Use.ROUTINE, Use.CONSTANT)
         if instruction.name in ("GSV", "SSV"):
             self._attribute(program, instruction)
-        handed = self._of_call(instruction.name)
-        others = [
-            operand
-            for place, operand in enumerate(instruction.operands)
-            if not (place < len(uses) and (uses[place] in _NAMES or _is_of_structure(uses[place])))
-        ]
+        uses, of_call = self._uses(instruction.name), self._of_call(instruction.name)
+        used = list(zip(instruction.operands, chain(uses, repeat(Use.PARAMETERS)), strict=False))
+        others = [operand for operand, use in used if use not in _NAMES and not _is_of_structure(use)]
         partner = self._partner(program, others)
         found: dict[int, Guess] = {}
-        for place, operand in enumerate(instruction.operands):
-            use = uses[place] if place < len(uses) else Use.PARAMETERS
+        for place, (operand, use) in enumerate(used):
             self._inside(program, operand)
-            if isinstance(operand, Address):
-                if use in _NAMES or (use is Use.KEYWORD and not operand.steps and _is_word(operand)):
-                    continue
-                if place < len(handed):
-                    self.argument(program, operand, *handed[place])
-                    continue
-                here = self._address(program, operand, *self._wanted(use, instruction, partner))
-                if here is None:
-                    continue
-                found[place] = here
-                if use in _REGIONS:
-                    self._region(here, operand, instruction)
-                elif not _ends_in_element(operand):
-                    here.single = True
-            elif isinstance(operand, Operation):
+            if isinstance(operand, Operation):
                 self._operation(program, operand, partner, bits=use in _BITS)
-        if len(found) > 1 and 1 in found and 0 in found:
+            elif not isinstance(operand, Address) or _is_name(operand, use):
+                continue
+            elif place < len(of_call):
+                self.argument(program, operand, *of_call[place])
+            else:
+                here = self._address(program, operand, *self._required(use, instruction, partner))
+                if here is not None:
+                    found[place] = here
+                    self._extent(here, operand, use, instruction)
+        if 0 in found and 1 in found:
             self._pair(instruction, found[0], found[1])
 
+    def _uses(self, name: str) -> Sequence[Use]:
+        if name == "JSR":
+            return Use.ROUTINE, Use.CONSTANT
+        spec = self._specs.get(name.upper()) or BY_NAME.get(name)
+        return spec.operands if spec else ()
+
+    def _extent(self, here: Guess, operand: Address, use: Use, instruction: Instruction) -> None:
+        """Note whether an operand is one element or a region."""
+        if use in _REGIONS:
+            self._region(here, operand, instruction)
+        elif not _ends_in_element(operand):
+            here.single = True
+
     def _pair(self, instruction: Instruction, one: Guess, other: Guess) -> None:
-        """Note that an instruction moves one type: into a queue, or by a copy that alone tells it."""
+        """Note that an instruction moves one type: into a queue, or by a copy, which alone decides it."""
         queue = instruction.name in ("FFL", "FFU", "LFL", "LFU")
         if queue:
             one.same_as(other)
@@ -248,23 +256,20 @@ class Guesses:
         if known is not None and isinstance(beside, Address):
             self._address(program, beside, None, known.type)
 
-    def _wanted(
+    def _required(
         self, use: Use, instruction: Instruction, partner: DataType | None
     ) -> tuple[DataType | None, DataType | None]:
+        """Return the type that a use requires and the one that it suggests."""
         if use is Use.BLOCK:
             return _BLOCKS.get(instruction.name), None
         if use in BY_USE:
             return BY_USE[use], None
-        if use is Use.RESETTABLE:
-            return None, TIMER
-        if use is Use.PARAMETERS:
-            return None, None
+        if use in _LIKELY:
+            return None, _LIKELY[use]
         if use in _MAY_BE_STRUCTURES and isinstance(partner, Structure):
             return partner, None
         if use in _MAY_BE_TEXT:
             return None, STRING if _is_code(instruction) else partner  # DINT, too, without another use
-        if use in (Use.INTEGER, Use.INTEGER_TARGET, Use.CONSTANT):
-            return None, DINT
         return None, REAL if partner is REAL else DINT
 
     def argument(self, program: str, operand: Address, kind: DataType, dims: tuple[int, ...]) -> None:
@@ -275,14 +280,18 @@ class Guesses:
 
     def _region(self, here: Guess, operand: Address, instruction: Instruction) -> None:
         """Note the length of a COP or FLL operand; for other instructions, that the operand is an array."""
+        length = self._length(instruction)
+        if 1 < length <= MOST and (not here.lengths or _ends_in_element(operand)):
+            here.copied = max(here.copied, length)
+
+    def _length(self, instruction: Instruction) -> int:
+        """Return the constant length that an instruction gives, COMPUTED or 0 without one."""
         spec = self._specs.get(instruction.name.upper())
         preset = spec.operands.index(Use.PRESET) if spec and Use.PRESET in spec.operands else -1
         counted = instruction.operands[preset] if preset < len(instruction.operands) else None
-        length = counted.value if isinstance(counted, Number) and isinstance(counted.value, int) else 0
         if instruction.name == "SIZE" or isinstance(counted, Unknown):
-            length = COMPUTED
-        if 1 < length <= MOST and (not here.lengths or _ends_in_element(operand)):
-            here.copied = max(here.copied, length)
+            return COMPUTED
+        return counted.value if isinstance(counted, Number) and isinstance(counted.value, int) else 0
 
     def _partner(self, program: str, operands: Iterable[Operand]) -> DataType | None:
         """Return the type that the other operands suggest: REAL, a string or a structure; else None."""
@@ -296,30 +305,41 @@ class Guesses:
         if isinstance(operand, Characters):
             return STRING if len(operand.value) > CODE else None
         if isinstance(operand, Operation):
-            kinds = [self._kind(program, each) for each in operand.operands]
-            return REAL if REAL in kinds else BOOL if BOOL in kinds and operand.name in _LOGICAL else None
+            return self._kind_of_result(program, operand)
         if not isinstance(operand, Address):
             return None
-        is_bit = bool(operand.steps) and isinstance(operand.steps[-1], BitStep)
-        return BOOL if is_bit else self._known(program, operand) or self._guessed(program, operand)
+        if operand.steps and isinstance(operand.steps[-1], BitStep):
+            return BOOL
+        return self._known(program, operand) or self._guessed(program, operand)
+
+    def _kind_of_result(self, program: str, operation: Operation) -> DataType | None:
+        kinds = [self._kind(program, each) for each in operation.operands]
+        if REAL in kinds:
+            return REAL
+        return BOOL if BOOL in kinds and operation.name in _LOGICAL else None
 
     def _guessed(self, program: str, address: Address) -> DataType | None:
         """Return the type that an earlier use requires, None without one."""
         missing = self._missing(program, address)
-        here = self.found.get(missing[0].upper()) if missing else None
-        kind = here.needed if here else None
-        for step in missing[1] if missing else ():
+        if missing is None:
+            return None
+        name, steps = missing
+        here = self.found.get(name.upper())
+        kind = _needed(here)
+        for step in steps:
             if isinstance(step, SubscriptStep):
                 continue
             if not isinstance(step, MemberStep):
                 return None
             member = kind.member(step.name) if isinstance(kind, Structure) else None
             here = here.members.get(step.name.upper()) if here else None
-            kind = member.type if member is not None else here.needed if here else None
-        if here is None or kind is not None:
-            return kind
-        likely = self._again and here.root.weak == [STRING]
-        return STRING if likely else BOOL if BOOL in here.root.votes else None
+            kind = _needed(here) if member is None else member.type
+        return kind if here is None or kind is not None else self._likely(here)
+
+    def _likely(self, here: Guess) -> DataType | None:
+        if self._again and here.root.weak == [STRING]:
+            return STRING
+        return BOOL if BOOL in here.root.votes else None
 
     def _statement(self, program: str, statement: Statement) -> None:
         if isinstance(statement, Invocation):
@@ -341,13 +361,11 @@ class Guesses:
     def _assignment(self, program: str, statement: Assignment) -> None:
         value, target = statement.value, statement.target
         kind = self._kind(program, target) or self._kind(program, value)
+        structure = kind if isinstance(kind, Structure) else None
         logical = isinstance(value, Operation) and (_is_truth(value) or kind is BOOL)
-        if isinstance(kind, Structure):
-            self._address(program, target, kind, None)
-        else:
-            self._address(program, target, None, BOOL if logical else kind or DINT)
+        self._address(program, target, structure, BOOL if logical else kind or DINT)
         if isinstance(value, Address):
-            self._address(program, value, kind if isinstance(kind, Structure) else None, kind or DINT)
+            self._address(program, value, structure, kind or DINT)
         else:
             self._operation(program, value, REAL if kind is REAL else None, bits=logical)
 
@@ -359,10 +377,8 @@ class Guesses:
                 needed = beside if isinstance(beside, Structure) else None
                 self._address(program, node, needed, BOOL if is_bit else beside or DINT)
             elif isinstance(node, Operation):
-                inner = is_bit and node.name in _LOGICAL
-                inner = inner or (node.name in _RELATIONS and any(map(_is_logical, node.operands)))
                 near = self._partner(program, node.operands) or beside
-                todo += [(each, inner, near) for each in reversed(node.operands)]
+                todo += [(each, _takes_bits(node, is_bit), near) for each in reversed(node.operands)]
 
     def _inside(self, program: str, operand: Operand) -> None:
         for address in addresses_in(operand):
@@ -442,8 +458,24 @@ def _is_truth(value: Operation) -> bool:
     )
 
 
-def _is_word(operand: Address) -> bool:
-    return plain(operand.name) in KEYWORDS
+def _takes_bits(operation: Operation, is_bit: bool) -> bool:
+    """Whether the operands of an operation are bits.
+
+    Args:
+        is_bit: whether its result is one.
+    """
+    if operation.name in _LOGICAL and is_bit:
+        return True
+    return operation.name in _RELATIONS and any(map(_is_logical, operation.operands))
+
+
+def _is_name(operand: Address, use: Use) -> bool:
+    """Whether an operand is a word or the name of something else than a tag."""
+    return use in _NAMES or (use is Use.KEYWORD and not operand.steps and plain(operand.name) in KEYWORDS)
+
+
+def _needed(here: Guess | None) -> DataType | None:
+    return None if here is None else here.needed
 
 
 def _bit_of(step: object) -> int:

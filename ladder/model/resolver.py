@@ -160,6 +160,12 @@ def slot_of_image(name: str) -> int | None:
     return int(local[1]) if local else None
 
 
+def _not_of_module(shown: Address, words: int, *, output: bool) -> AddressError:
+    inputs = "" if output else ", ModuleOK, ConfigError, ConfigMode and Fault"
+    parts = f"Data[0] to Data[{words - 1}], Data0 to Data{words - 1}{inputs}"
+    return AddressError(f"{shown} is not part of a module", f"there are {parts}, and bits of words")
+
+
 class Resolver:
     """Resolves addresses in a memory; tags of `program` precede the controller's."""
 
@@ -309,10 +315,7 @@ class Resolver:
         if name == "FAULT" and not output:
             leaf = self._layout.fault(slot)
             return self._walk(Group(leaf.type, leaf.path, (), (), self._layout, str(shown)), steps[1:])
-        parts = f"Data[0] to Data[{words - 1}], Data0 to Data{words - 1}"
-        if not output:
-            parts += ", ModuleOK, ConfigError, ConfigMode and Fault"
-        raise AddressError(f"{shown} is not part of a module", f"there are {parts}, and bits of words")
+        raise _not_of_module(shown, words, output=output)
 
     def _member_of_card(
         self, slot: int, name: str, member: MemberPlace, steps: tuple[Step, ...], shown: Address
@@ -343,20 +346,21 @@ class Resolver:
         return self._walk(Group(leaf.type, leaf.path, (), leaf.dims, self._layout, str(shown)), steps)
 
     def _by_meaning(self, alias: SlotAlias, steps: tuple[Step, ...], shown: Address) -> Place | Group:
-        names = [step.name.upper() for step in steps[:2] if isinstance(step, MemberStep)]
-        if names and names[0] in ("I", "O"):
-            return self._local(alias.slot, names[0] == "O", steps[1:], shown)
+        first, *others = [step.name.upper() for step in steps[:2] if isinstance(step, MemberStep)] or [""]
+        if first in ("I", "O"):
+            return self._local(alias.slot, first == "O", steps[1:], shown)
         meanings = meanings_of(self._layout.modules.get(alias.slot, PLAIN_WORDS))
-        if not names or names[0] not in meanings:
+        if first not in meanings:
             listed = ", ".join(each.lower() for each in meanings)
             parts = f"parts of {alias.name} are {listed}, I and O"
             raise AddressError(f"{shown} is not part of a module", parts)
-        output, bits = meanings[names[0]]
-        if len(names) < 2 or len(steps) > 2 or names[1] not in bits:
-            close = difflib.get_close_matches(names[1] if len(names) > 1 else "", bits, n=1)
+        output, bits = meanings[first]
+        name = others[0] if others else ""
+        if len(steps) > 2 or name not in bits:
+            close = difflib.get_close_matches(name, bits, n=1)
             hint = f"did you mean {close[0]}" if close else f"bits are {', '.join(bits)}"
-            raise AddressError(f"{shown} is not a bit of {alias.name}.{names[0].lower()}", hint)
-        word, bit = bits[names[1]]
+            raise AddressError(f"{shown} is not a bit of {alias.name}.{first.lower()}", hint)
+        word, bit = bits[name]
         leaf = self._layout.image(alias.slot, output=output)
         return Place(leaf, (constant(word),), constant(bit), str(shown))
 

@@ -14,7 +14,7 @@ that runs.
 from __future__ import annotations
 
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -206,16 +206,10 @@ class _Comparer:
         old, new, pairs = _without_shared(old, new)
         ours = {i: each for i, each in enumerate(old) if isinstance(each, Item)}
         theirs = {k: each for k, each in enumerate(new) if isinstance(each, Item)}
-        by_key: dict[tuple[str, str], list[int]] = defaultdict(list)
-        for i in sorted(ours, reverse=True):
-            by_key[ours[i].key].append(i)
-        added: list[int] = []
-        for k, item in theirs.items():
-            if by_key[item.key]:
-                pairs[k] = by_key[item.key].pop()
-            else:
-                added.append(k)
-        removed = sorted(i for each in by_key.values() for i in each)
+        same = _same_key(ours, theirs)
+        pairs |= same
+        added = [k for k in theirs if k not in same]
+        removed = sorted(ours.keys() - same.values())
         for k, i in _same_content(ours, removed, theirs, added).items():
             pairs[k] = i
             added.remove(k)
@@ -307,6 +301,14 @@ class _Comparer:
     def apart_lines(self) -> Iterator[str]:
         """Yield what is apart, a line for each kind."""
         yield from (f"{what} {', '.join(where)}" for what, where in self._apart.items())
+
+
+def _same_key(ours: Mapping[int, Item], theirs: Mapping[int, Item]) -> dict[int, int]:
+    """Pair items of one kind and name in their order: new places with old ones."""
+    by_key: defaultdict[tuple[str, str], list[int]] = defaultdict(list)
+    for i in sorted(ours, reverse=True):
+        by_key[ours[i].key].append(i)
+    return {k: by_key[item.key].pop() for k, item in theirs.items() if by_key[item.key]}
 
 
 def _without_shared(
@@ -434,9 +436,9 @@ def _name_of(step: Step) -> str:
 def _difference(kind: str, owner: str, old: Step | None, new: Step | None) -> Difference:
     step = new or old
     assert step is not None
-    was = _name_of(old) if old is not None and new is not None and old.number != new.number else ""
-    if step.what == ELEMENT or (kind == CHANGED and old is not None and new is not None):
-        was = ""
+    was = ""
+    if kind == MOVED and step.what != ELEMENT and old is not None and old.number != step.number:
+        was = _name_of(old)
     return Difference(
         kind,
         step.what,

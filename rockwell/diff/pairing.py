@@ -137,25 +137,28 @@ class _Free:
         before, after = [i for i in olds if i in self.old], [k for k in news if k in self.new]
         if not before or not after:
             return
-        words = {id(step): _weights(step.key) for step in self._steps(before, after)}
-        wide = WINDOW if sum(map(len, words.values())) <= MOST_TOKENS else 0
-        ranked = []
-        for number, i in enumerate(before):
-            middle = number * len(after) // len(before)
-            for k in after[max(middle - wide, 0) : middle + wide + 1]:
-                one, other = self._old[i], self._new[k]
-                near = 1.0 if one.comment and one.comment == other.comment else 0.0
-                alike = max(near, _similarity(words[id(one)], words[id(other)]))
-                if alike >= ALIKE:
-                    ranked.append((-alike, abs(i - olds.start - k + news.start), i, k))
+        ranked = [
+            (-alike, abs(i - olds.start - k + news.start), i, k)
+            for i, k, alike in self._similarities(before, after)
+            if alike >= ALIKE
+        ]
         for _, _, i, k in sorted(ranked):
             if i in self.old and k in self.new:
                 self.take(i, k)
                 self.changed.append((i, k))
 
-    def _steps(self, before: list[int], after: list[int]) -> Iterator[Step]:
-        yield from (self._old[i] for i in before)
-        yield from (self._new[k] for k in after)
+    def _similarities(self, before: list[int], after: list[int]) -> Iterator[tuple[int, int, float]]:
+        """Yield pairs of about the same place with their similarity; the same comment makes two equal."""
+        olds = {i: _weights(self._old[i].key) for i in before}
+        news = {k: _weights(self._new[k].key) for k in after}
+        words = sum(map(len, (*olds.values(), *news.values())))
+        wide = WINDOW if words <= MOST_TOKENS else 0
+        for number, i in enumerate(before):
+            middle = number * len(after) // len(before)
+            comment = self._old[i].comment
+            for k in after[max(middle - wide, 0) : middle + wide + 1]:
+                same = comment and comment == self._new[k].comment
+                yield i, k, 1.0 if same else _similarity(olds[i], news[k])
 
 
 def _weights(key: str) -> Counter[str]:

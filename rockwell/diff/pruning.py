@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Container, Iterable
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -60,23 +60,38 @@ class _Element(NamedTuple):
 
 def pruned(old: bytes, new: bytes) -> tuple[PrunedDocument, PrunedDocument]:
     """Return two documents without the elements that both have; whole ones if one has comments."""
-    documents = old, new
-    cut: tuple[list[_Element], list[_Element]] = ([], [])
-    spans: list[list[Span]] = [[(0, len(each))] for each in documents]
+    whole = PrunedDocument(old, []), PrunedDocument(new, [])
+    one, other = _Cutting(old), _Cutting(new)
     for _ in range(_LEVELS):
-        found = [_elements(data, each) for data, each in zip(documents, spans, strict=True)]
-        if None in found:
-            return PrunedDocument(old, []), PrunedDocument(new, [])
-        parts = [each or [] for each in found]
-        common = {each.content for each in parts[0]} & {each.content for each in parts[1]}
-        for number, each in enumerate(parts):
-            cut[number].extend(part for part in each if part.content in common)
-            spans[number] = [(part.begin, part.end) for part in each if part.content not in common]
-    joints = _joints(old, cut[0]) & _joints(new, cut[1])
-    before, after = _without(old, cut[0], joints), _without(new, cut[1], joints)
-    if _has_own_cuts(before) or _has_own_cuts(after):
-        return PrunedDocument(old, []), PrunedDocument(new, [])
-    return before, after
+        ours, theirs = one.elements(), other.elements()
+        if ours is None or theirs is None:
+            return whole
+        common = {each.content for each in ours} & {each.content for each in theirs}
+        one.cut_out(ours, common)
+        other.cut_out(theirs, common)
+    joints = _joints(old, one.cut) & _joints(new, other.cut)
+    before, after = _without(old, one.cut, joints), _without(new, other.cut, joints)
+    return whole if _has_own_cuts(before) or _has_own_cuts(after) else (before, after)
+
+
+class _Cutting:
+    """A document whose elements are cut out level by level."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data = data
+        self._spans: list[Span] = [(0, len(data))]  # in which the next level is
+        self.cut: list[_Element] = []
+
+    def elements(self) -> list[_Element] | None:
+        return _elements(self._data, self._spans)
+
+    def cut_out(self, elements: Iterable[_Element], common: Container[bytes]) -> None:
+        self._spans = []
+        for each in elements:
+            if each.content in common:
+                self.cut.append(each)
+            else:
+                self._spans.append((each.begin, each.end))
 
 
 def _has_own_cuts(document: PrunedDocument) -> bool:

@@ -95,15 +95,9 @@ class Builder:
         found = self._routine(owner, routine)
         record = self._reader.record(owner, routine)
         emptied = self._emptied.setdefault((owner.upper(), routine.upper()), set())
-        if site.tag and (why := self._report.why_not(owner, site.tag)):
-            text, remedy = (
-                f"tag {site.tag} is not declared: {why}",
-                "correct the tag, or stub the instruction",
-            )
-        elif self.offers and (site.tag or _LACKS.search(text)):
-            remedy = f"{remedy}; or let {self.offers} stand in for it"
         if found is None or record is None or number in emptied:
             return False
+        text, remedy = self._explained(owner, text, remedy, site)
         if found.statements is not None:
             if not found.statements:
                 return False
@@ -126,6 +120,14 @@ class Builder:
         else:
             self._replace(owner, routine, without(found))
         return True
+
+    def _explained(self, owner: str, text: str, remedy: str, site: Site) -> tuple[str, str]:
+        """Return text and remedy of a refusal with what the import knows: a tag that it lost, a stand-in."""
+        if site.tag and (why := self._report.why_not(owner, site.tag)):
+            return f"tag {site.tag} is not declared: {why}", "correct the tag, or stub the instruction"
+        if self.offers and (site.tag or _LACKS.search(text)):
+            return text, f"{remedy}; or let {self.offers} stand in for it"
+        return text, remedy
 
     def _refuse_routine(self, owner: str, routine: str, problem: Problem) -> bool:
         found = self._routine(owner, routine)

@@ -85,17 +85,12 @@ def _run(
     try:
         outcome = lockstep(controller or parts.assemble(report, tasks), work)
     except TooLongError as error:
-        owner, routine = owner_of(error.site.routine)
-        if not imported.reader.refuse_routine(owner, routine, error.reason, error.remedy):
-            report.faults[owner] = error.reason
-            return
-        parts = _without(parts, owner, routine)
-        _run(imported, parts, tasks, None, work)
+        _refuse_too_long(imported, parts, tasks, error, work)
         return
     except BuildError as error:  # one of the programs, since each rung can be built
         report.faults[names[0] if names else parts.name] = f"it can't be tried: {error.problems[0].text}"
-        for name in names if len(names) > 1 else ():
-            _run(imported, parts, trial_tasks(parts, [name]), None, work)
+        if len(names) > 1:
+            _run_each(imported, parts, names, work)
         return
     if outcome.fault:
         report.faults[outcome.program or parts.name] = outcome.fault
@@ -106,8 +101,24 @@ def _run(
     elif len(names) == 1:
         report.faults[names[0]] = outcome.difference or outcome.fault
     else:
-        for name in names:
-            _run(imported, parts, trial_tasks(parts, [name]), None, work)
+        _run_each(imported, parts, names, work)
+
+
+def _refuse_too_long(
+    imported: L5xImport, parts: Parts, tasks: Sequence[Task], error: TooLongError, work: Work
+) -> None:
+    """Run the programs of tasks without a routine that is too long."""
+    owner, routine = owner_of(error.site.routine)
+    if imported.reader.refuse_routine(owner, routine, error.reason, error.remedy):
+        _run(imported, _without(parts, owner, routine), tasks, None, work)
+    else:
+        imported.report.faults[owner] = error.reason
+
+
+def _run_each(imported: L5xImport, parts: Parts, names: Iterable[str], work: Work) -> None:
+    """Run each program alone."""
+    for name in names:
+        _run(imported, parts, trial_tasks(parts, [name]), None, work)
 
 
 def _without(parts: Parts, owner: str, routine: str) -> Parts:

@@ -35,7 +35,7 @@ _ATTRIBUTE = re.compile(r"[GS]SV\(\s*Axis\s*,\s*(\w+)\s*,\s*(\w+)\s*,", re.ASCII
 Owned = Iterable[tuple[str, Routine]]
 """Routines, each with its program or add-on."""
 
-Handed = tuple[str, Address, TagRecord]
+Argument = tuple[str, Address, TagRecord]
 """An argument: the program or add-on of the call, the address, the InOut."""
 
 AXES = AXIS_TYPES["AXIS_CIP_DRIVE"]
@@ -69,29 +69,27 @@ class UnknownTypes:
             for member in data_type.members:
                 if self._is_unknown(member.type):
                     yield member.type.upper(), member.type
-        for records in (*self._tags.values(), *self._add_ons.values()):
-            for record in records.values():
-                if self._is_unknown(record.type) and not self._shows(record):
-                    yield record.type.upper(), record.type
+        for record in self._records():
+            if self._is_unknown(record.type) and not self._shows(record):
+                yield record.type.upper(), record.type
 
     def _naming_axis_members(self, document: L5xDocument) -> Iterator[tuple[str, str]]:
         """Yield routines that name axis members beyond `AXIS_TYPES`: owner and name in capitals."""
-        records = [
-            each for scope in (*self._tags.values(), *self._add_ons.values()) for each in scope.values()
-        ]
+        records = list(self._records())
         axes = {each.name.upper() for each in records if each.type.upper() in AXIS_TYPES}
         axes |= {each.name.upper() for each in records if each.target.rpartition(".")[2].upper() in axes}
-        owned = [(each.name, routine) for each in document.programs for routine in each.routines]
-        owned += [(each.name, routine) for each in document.add_ons for routine in each.routines]
-        for owner, routine in owned if axes else ():
-            named = (
-                pair
-                for text in _texts(routine)
-                for pattern in (_MEMBER, _ATTRIBUTE)
-                for pair in pattern.findall(text)
-            )
-            if any(name.upper() in axes and AXES.member(member) is None for name, member in named):
-                yield owner.upper(), routine.name.upper()
+        owned = [(each.name, each.routines) for each in document.programs]
+        owned += [(each.name, each.routines) for each in document.add_ons]
+        for owner, routines in owned if axes else ():
+            for routine in routines:
+                named = _members_named(routine)
+                if any(name.upper() in axes and AXES.member(member) is None for name, member in named):
+                    yield owner.upper(), routine.name.upper()
+
+    def _records(self) -> Iterator[TagRecord]:
+        """Yield all tags and parameters."""
+        for scope in (*self._tags.values(), *self._add_ons.values()):
+            yield from scope.values()
 
     def _is_unknown(self, name: str) -> bool:
         key = name.upper()
@@ -115,10 +113,10 @@ class UnknownTypes:
     def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
         """Define them from their use; return them by name, axes with the added members only."""
         owned = list(routines)
-        handed = [each for owner, routine in owned for each in self._handed(owner, routine)]
+        passed = [each for owner, routine in owned for each in self._arguments_in(owner, routine)]
         self._passed = {
             address.name.upper(): inout.type
-            for owner, address, inout in handed
+            for owner, address, inout in passed
             if not address.steps and not inout.dims and self._record(owner, address.name) is None
         }
         guesses = Guesses(self._use_of, self._known, lambda _name: (), specs)
@@ -127,15 +125,19 @@ class UnknownTypes:
             for owner, routine in owned
             if self.names or (owner.upper(), routine.name.upper()) in self._with_axes
         )
-        parts: dict[str, list[Handed]] = {}
-        for each in handed:
+        parts: dict[str, list[Argument]] = {}
+        for each in passed:
             use = self._use_of(each[0], each[1])
             if use is not None and use[1]:
                 parts.setdefault(use[0].upper(), []).append(each)
         settled: dict[str, DataType] = {}
         for key in self.names:
             self._settle(key, guesses, parts, settled)
-        found = {name: settled[key] for key, name in self.names.items()}
+        return {name: settled[key] for key, name in self.names.items()} | self._extend_axes(guesses)
+
+    def _extend_axes(self, guesses: Guesses) -> dict[str, DataType]:
+        """Add the members in use to the types of axes; return those members by type."""
+        found: dict[str, DataType] = {}
         for name, axis in AXIS_TYPES.items():
             guess = guesses.found.get(name)
             added = guess.type(name) if guess else None
@@ -148,7 +150,7 @@ class UnknownTypes:
         self,
         key: str,
         guesses: Guesses,
-        parts: dict[str, list[Handed]],
+        parts: dict[str, list[Argument]],
         settled: dict[str, DataType],
         depth: int = 0,
     ) -> None:
@@ -167,7 +169,7 @@ class UnknownTypes:
         settled[key] = guess.type(name) if guess else unknown
         self._types.define(name, settled[key])
 
-    def _handed(self, owner: str, routine: Routine) -> Iterator[Handed]:
+    def _arguments_in(self, owner: str, routine: Routine) -> Iterator[Argument]:
         """Yield the arguments of add-on calls in a routine."""
         for instruction in all_instructions([routine]):
             for inout, operand in zip(
@@ -213,6 +215,8 @@ class UnknownTypes:
             return None
 
 
-def _texts(routine: RoutineRecord) -> Iterator[str]:
-    yield from (each.text for each in routine.rungs)
-    yield from (text for text, _ in routine.lines)
+def _members_named(routine: RoutineRecord) -> Iterator[tuple[str, str]]:
+    """Yield tags and members that the texts of a routine name."""
+    for text in (*(each.text for each in routine.rungs), *(text for text, _ in routine.lines)):
+        yield from _MEMBER.findall(text)
+        yield from _ATTRIBUTE.findall(text)

@@ -167,20 +167,24 @@ class _Importer:
             for where, wrong, line in files.data(record):
                 note = self._report.lose if files.has(record.file) else self._report.note
                 note(where, wrong, line)
-        bound = [each for each in files.images if self._is_bound(int(each.split(":")[1]))]
+        bound = [each for each in files.images if self._is_bound(_slot_of(each))]
         for image in files.images:
-            slot = self._document.slots.get(int(image.split(":")[1]))
             if image not in bound:
-                text = "memory: the rack has no module there; a test or a timeline may set it"
-                self._report.note("data", f"{image} is {text}")
-                if slot is not None:
-                    files.image(image, (slot.inputs if image.startswith("I") else slot.outputs) or 0)
+                self._store_image(image, files)
         for tag in files.tags(bound):
             try:
                 program.add(tag)
             except LadderError as error:
                 self._report.lose(tag.name, f"it is not declared: {error}")
         return program
+
+    def _store_image(self, image: str, files: DataFiles) -> None:
+        """Make memory of an image without a module in the rack, of its size in the export."""
+        text = "memory: the rack has no module there; a test or a timeline may set it"
+        self._report.note("data", f"{image} is {text}")
+        slot = self._document.slots.get(_slot_of(image))
+        if slot is not None:
+            files.image(image, (slot.inputs if image.startswith("I") else slot.outputs) or 0)
 
     def _is_bound(self, slot: int) -> bool:
         """Whether a slot's images are the rack's."""
@@ -189,3 +193,8 @@ class _Importer:
         if not self._document.slots:
             return slot > 0
         return slot in self._document.slots and self._document.slots[slot].is_3601
+
+
+def _slot_of(image: str) -> int:
+    """Return the slot of an image such as `I:1`."""
+    return int(image.split(":")[1])

@@ -105,31 +105,49 @@ def rewritten_slc(
     ladders = parse_document(text, "", "").ladders
     lines, places = text.splitlines(keepends=True), dict(_places(text, ladders.values()))
     newline = "\r\n" if "\r\n" in text else "\n"
-    changes: list[tuple[int, int, str]] = []
+    changes: list[_Change] = []
     for edit in edits:
-        number = edit.routine[len(ROUTINE) :]
-        ladder = ladders.get(int(number)) if number.isdigit() else None
-        if ladder is None or not BEFORE_FIRST <= edit.rung < len(ladder.rungs):
-            raise LadderError(f"routine {edit.routine} has no rung {edit.rung} in the file")
+        ladder = _ladder_of(edit, ladders)
         texts = [f"SOR {rung_text(parse_rung(each, specs=specs).series, specs)} EOR" for each in edit.texts]
         place = places.get((ladder.number, max(edit.rung, 0)))
         at = ladder.line if place is None else place.begin
         if place is not None and edit.rung != BEFORE_FIRST:
             at = place.end
-            if texts and not edit.keeps:
-                whole = "".join(lines[place.first : place.last])
-                changes.append((place.first, place.last, _with_rung(whole, texts[0])))
-            elif not texts:
-                changes.append((place.begin, place.end, ""))
+            changes += _replaced(lines, place, texts[:1], keeps=edit.keeps)
             texts = texts[1:]
         added = "".join(f"{each}{newline}" for each in texts)
-        ends = at < len(lines) or text.endswith("\n")  # the line before it
-        changes.append((at, at, added if ends or not added else newline + added))
+        if added and at >= len(lines) and not text.endswith("\n"):
+            added = newline + added
+        changes.append((at, at, added))
     for first, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
         lines[first:end] = [new]
     written = "".join(lines).encode(encoding, errors="surrogateescape")
     lead = BOM_UTF8 * data.startswith(BOM_UTF8)
     return Rewritten(lead + written, tuple(changes_of(edits, tags)))
+
+
+def _ladder_of(edit: RungEdit, ladders: Mapping[int, LadderRecord]) -> LadderRecord:
+    """Return the ladder file of an edit, or raise a LadderError if it has no such rung."""
+    number = edit.routine[len(ROUTINE) :]
+    ladder = ladders.get(int(number)) if number.isdigit() else None
+    if ladder is None or not BEFORE_FIRST <= edit.rung < len(ladder.rungs):
+        raise LadderError(f"routine {edit.routine} has no rung {edit.rung} in the file")
+    return ladder
+
+
+_Change = tuple[int, int, str]
+"""The first line to replace, the one after the last, and the new text."""
+
+
+def _replaced(
+    lines: Sequence[str], place: _RungLines, rung: Sequence[str], *, keeps: bool
+) -> Iterator[_Change]:
+    """Yield the change that removes a rung, or replaces it unless the edit keeps it."""
+    if not rung:
+        yield place.begin, place.end, ""
+    elif not keeps:
+        whole = "".join(lines[place.first : place.last])
+        yield place.first, place.last, _with_rung(whole, rung[0])
 
 
 def _with_rung(lines: str, rung: str) -> str:

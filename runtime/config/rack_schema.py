@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from decimal import Decimal
 from typing import Any
 
@@ -164,6 +164,24 @@ def _without_null(node: Any) -> Any:
     return {key: _without_null(each) for key, each in node.items()}
 
 
+def _each_as_draft4(schemas: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: _as_draft4(each) for name, each in schemas.items()}
+
+
+_DRAFT_4_KEYS: Mapping[str, Callable[[Any, Mapping[str, Any]], dict[str, Any]]] = {
+    "properties": lambda value, _node: {"properties": _each_as_draft4(value)},
+    "$defs": lambda value, _node: {"definitions": _each_as_draft4(value)},
+    "prefixItems": lambda value, _node: {"items": _as_draft4(value), "additionalItems": False},
+    "const": lambda value, _node: {"enum": [value]},
+    "exclusiveMinimum": lambda value, _node: {"minimum": value, "exclusiveMinimum": True},
+    "exclusiveMaximum": lambda value, _node: {"maximum": value, "exclusiveMaximum": True},
+    "if": lambda _value, _node: {},
+    "then": lambda value, node: {"anyOf": [{"not": _as_draft4(node["if"])}, _as_draft4(value)]},
+    "examples": lambda _value, _node: {},
+}
+"""What Draft 4 has for a key, from its value and the schema that has it; other keys are the same."""
+
+
 def _as_draft4(node: Any, *, top: bool = False) -> Any:
     """Return a schema in Draft 4: a reference stands alone, limits that exclude are flags, no `if`."""
     if isinstance(node, list):
@@ -172,20 +190,8 @@ def _as_draft4(node: Any, *, top: bool = False) -> Any:
         return node
     found: dict[str, Any] = {}
     for key, value in node.items():
-        if key == "properties":
-            found[key] = {name: _as_draft4(each) for name, each in value.items()}
-        elif key == "$defs":
-            found["definitions"] = {name: _as_draft4(each) for name, each in value.items()}
-        elif key == "prefixItems":
-            found["items"], found["additionalItems"] = _as_draft4(value), False
-        elif key == "const":
-            found["enum"] = [value]
-        elif key in ("exclusiveMinimum", "exclusiveMaximum"):
-            found[key.replace("exclusiveM", "m")], found[key] = value, True
-        elif key == "then":
-            found["anyOf"] = [{"not": _as_draft4(node["if"])}, _as_draft4(value)]
-        elif key not in ("examples", "if"):
-            found[key] = _as_draft4(value)
+        convert = _DRAFT_4_KEYS.get(key)
+        found |= {key: _as_draft4(value)} if convert is None else convert(value, node)
     if top:
         found["$schema"] = DRAFT_4
     if "$ref" in found:

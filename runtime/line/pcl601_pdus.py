@@ -19,7 +19,7 @@ from typing_extensions import override
 from .modbus_pdus import GuardedDecoder, mismatch
 
 READ_COILS, READ_INPUTS, READ_REGISTERS, READ_INPUT_REGISTERS = 0x01, 0x02, 0x03, 0x04
-WRITE_REGISTER, WRITE_REGISTERS, REPORT_ID = 0x06, 0x10, 0x11
+WRITE_REGISTERS, REPORT_ID = 0x10, 0x11
 READS = (READ_COILS, READ_INPUTS, READ_REGISTERS, READ_INPUT_REGISTERS, REPORT_ID)
 ID_BYTES = 7
 """Length of the PDU that answers 11h."""

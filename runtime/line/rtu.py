@@ -77,7 +77,7 @@ class Framer:
         self._spoilt = False
         self._last_ns = 0
         self._is_quiet = True
-        self._starts: list[int] = []  # places in the buffer behind a silence
+        self._starts: list[int] = []  # places in the buffer after a silence
         self.deadline_ns: int | None = None  # time at which silence ends the frame, None without one
 
     @property
@@ -127,40 +127,50 @@ class Framer:
         """Yield the complete frames; keep what may be the beginning of another one.
 
         Args:
-            final: a silence has passed: look for frames behind what is hardly a beginning, too.
+            final: a silence has passed: look for frames after what is hardly a beginning, too.
         """
         buffer, at, end = bytes(self._buffer), 0, 0
         while at < len(buffer):
-            found = _frame_at(buffer, at)
-            if not found and final and at in self._starts and is_frame(buffer[at:]):
-                found = buffer[at:]  # of a function without a known length
-            if found and self._starts[-1:] > [at] and (start := self._within(buffer, at, found)) is not None:
+            found = self._frame_from(buffer, at, final=final)
+            if found and (start := self._within(buffer, at, found)) is not None:
                 at = start
             elif found:
                 yield found
                 at = end = at + len(found)
-            elif found is not None or (final and not (at in self._starts and _begins(buffer, at))):
+            elif found is not None or (final and not self._may_begin(buffer, at)):
                 at += 1
-            elif (start := self._frame_behind(buffer, at)) is not None:
+            elif (start := self._frame_after(buffer, at)) is not None:
                 at = start
             else:
                 break
         self._drop(max(end, len(buffer) - LONGEST) if final else at)
+
+    def _frame_from(self, buffer: bytes, at: int, *, final: bool) -> bytes | None:
+        """Return the frame that begins at `at`, see `_frame_at`; all of the rest after a silence."""
+        found = _frame_at(buffer, at)
+        if not found and final and at in self._starts and is_frame(buffer[at:]):
+            return buffer[at:]  # of a function without a known length
+        return found
+
+    def _may_begin(self, buffer: bytes, at: int) -> bool:
+        return at in self._starts and _begins(buffer, at)
 
     def _within(self, buffer: bytes, at: int, found: bytes) -> int | None:
         """Return where a frame begins after a silence within another one, and is the likelier of the two.
 
         It is, unless only the other one ends with the bytes that have come.
         """
+        if self._starts[-1:] <= [at]:
+            return None
         end = at + len(found)
-        start = self._frame_behind(buffer, at)
+        start = self._frame_after(buffer, at)
         if start is None or start >= end:
             return None
         inner = _frame_at(buffer, start) or b""
         return None if end == len(buffer) != start + len(inner) else start
 
-    def _frame_behind(self, buffer: bytes, at: int) -> int | None:
-        """Return the first place behind a silence, after `at`, where a frame begins."""
+    def _frame_after(self, buffer: bytes, at: int) -> int | None:
+        """Return the first place after a silence and after `at` where a frame begins."""
         return next((each for each in self._starts if each > at and _frame_at(buffer, each)), None)
 
     def _drop(self, count: int) -> None:

@@ -253,7 +253,7 @@ RECORDED: Mapping[str, type[Action]] = {**ACTIONS, "edit": Edit, "store": Store}
 NAMES: Mapping[type[Action], str] = {kind: name for name, kind in {**RECORDED, **TYPED}.items()}
 
 
-def action_of(said: object, known: Mapping[str, type[Action]] = ACTIONS) -> Action:
+def action_of(message: object, known: Mapping[str, type[Action]] = ACTIONS) -> Action:
     """Return the order of a message.
 
     >>> action_of({"do": "step", "scans": 3})
@@ -265,18 +265,17 @@ def action_of(said: object, known: Mapping[str, type[Action]] = ACTIONS) -> Acti
     Raises:
         ValueError: it is not an order; what is wrong, and what is allowed.
     """
-    if not isinstance(said, Mapping):
+    if not isinstance(message, Mapping):
         raise ValueError("an order is an object with the key do")
-    name = said.get("do")
+    name = message.get("do")
     kind = known.get(name) if isinstance(name, str) else None
     if kind is None:
         raise ValueError(f"no action {_shown(name)}; choose from {', '.join(known)}")
-    given = {key: value for key, value in said.items() if key != "do"}
-    wanted = {each.name: each.default for each in fields(kind)}
-    for key in given:
-        if key not in wanted:
-            raise ValueError(f"{name} has no {_shown(key)}: it has {', '.join(wanted) or 'nothing'}")
-    for key, default in wanted.items():
+    given = {key: value for key, value in message.items() if key != "do"}
+    known_keys = {each.name: each.default for each in fields(kind)}
+    for key in [each for each in given if each not in known_keys]:
+        raise ValueError(f"{name} has no {_shown(key)}: it has {', '.join(known_keys) or 'nothing'}")
+    for key, default in known_keys.items():
         if key not in given and default is MISSING:
             raise ValueError(f"{name} needs {key}")
     return kind(**{key: _checked(f"{name}", key, value) for key, value in given.items()})

@@ -195,13 +195,7 @@ class Attributes:
         """Return the value that is written; refused if it has not the type of the variable."""
         kinds, variant = self._ua.VariantType, given.Value
         has_value = variant is not None and variant.VariantType != kinds.Null
-        has_status = given.StatusCode is not None and given.StatusCode.value
-        # asyncua's client always sends a source timestamp; it is dropped: values have the time of their scan
-        if (
-            has_status
-            or _is_time(given.ServerTimestamp)
-            or (_is_time(given.SourceTimestamp) and not has_value)
-        ):
+        if _sets_more(given, has_value=has_value):
             raise BadStatusError("BadWriteNotSupported")
         kind, rank = kinds[TYPES[variable.type_name]], len(variable.dims)
         if not has_value or variant.Value is None:
@@ -212,6 +206,17 @@ class Attributes:
         if variant.VariantType != kind or found > rank or (found < rank and not is_part):
             raise BadStatusError("BadTypeMismatch")
         return value
+
+
+def _sets_more(given: Any, *, has_value: bool) -> bool:
+    """Whether a write sets a status or a timestamp.
+
+    asyncua's client always sends a source timestamp with a value; it is dropped: values have the time of
+    their scan.
+    """
+    if given.StatusCode is not None and given.StatusCode.value:
+        return True
+    return _is_time(given.ServerTimestamp) or (_is_time(given.SourceTimestamp) and not has_value)
 
 
 def _is_time(stamp: datetime | None) -> bool:

@@ -115,3 +115,8 @@ class Follower(Module, Protocol):
         Raises:
             ValueError: a slot without a module that it can follow.
         """
+
+
+def following(module: Module) -> Follower | None:
+    """Return a module that depends on others, None for the rest; faster than `isinstance`."""
+    return module if hasattr(module, "follows") and hasattr(module, "join") else None  # type: ignore[return-value]

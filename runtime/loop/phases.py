@@ -15,7 +15,7 @@ time: it happens at its instant.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 
 from .events import Event, JsonValue
 from .exchange import Exchange
@@ -188,34 +188,44 @@ class ScanPhases:
 
     def prepare(self, mode: CpuMode, *, tags_set: bool, tags_forced: bool) -> None:
         """List the active phases of the next scan, and the cause of an error in each."""
-        idle = IDLE_PHASES[mode]
-        logic_runs = "logic" not in idle
+        logic_runs = "logic" not in IDLE_PHASES[mode]
         first = logic_runs and self.view.first
-        starting = mode is CpuMode.RUN and not self._modules_run
         news = bool(self._news or self._announced)
         forced_in, forced_out = self._forces.on_inputs, logic_runs and self._forces.on_outputs
-        call_logic = self.call_logic = self._timed_logic if self._watchdog.timed else self.logic
-        send = self._first_output_latch if starting else self.output_latch
-        plan: tuple[tuple[bool, Phase, Cause], ...] = (
-            (not self._pacer.free, self._pace, Cause.MODULE),
-            (True, self.input_latch, Cause.MODULE),
-            (forced_in or forced_out, self.input_forces, Cause.MODULE),
-            (logic_runs, call_logic, Cause.PROGRAM),
-            (forced_out, self.output_forces, Cause.MODULE),
-            ("output_latch" not in idle, send, Cause.MODULE),
-            (news, self.tell_news, Cause.LISTENER),
-            (True, self.record, Cause.LISTENER),
-            (True, self.housekeeping, Cause.MODULE),
-        )
-        self.order = tuple(phase for needed, phase, _ in plan if needed)
-        self.blame = {phase: cause for needed, phase, cause in plan if needed}
+        starting = mode is CpuMode.RUN and not self._modules_run
+        self.call_logic = self._timed_logic if self._watchdog.timed else self.logic
+        plan = [
+            (phase, cause)
+            for is_active, phase, cause in self._plan(mode, starting, news, forced_in, forced_out)
+            if is_active
+        ]
+        self.order = tuple(phase for phase, _ in plan)
+        self.blame = dict(plan)
         self.flags = self._prepared_flags = _flags(
             mode, first, forced_in, forced_out, tags_set or tags_forced
         )
-        if first or starting or news or tags_set or mode is CpuMode.SINGLE_SCAN:
-            self.attention = True
-        special = self.attention or forced_in or forced_out
+        self.attention = any((self.attention, first, starting, news, tags_set, mode is CpuMode.SINGLE_SCAN))
+        special = any((self.attention, forced_in, forced_out))
         self.plain = mode is CpuMode.RUN and self._pacer.free and not special
+
+    def _plan(
+        self, mode: CpuMode, starting: bool, news: bool, forced_in: bool, forced_out: bool
+    ) -> Iterator[tuple[bool, Phase, Cause]]:
+        """Yield the phases in order: whether each is active, and the cause of an error in it."""
+        idle = IDLE_PHASES[mode]
+        yield not self._pacer.free, self._pace, Cause.MODULE
+        yield True, self.input_latch, Cause.MODULE
+        yield forced_in or forced_out, self.input_forces, Cause.MODULE
+        yield "logic" not in idle, self.call_logic, Cause.PROGRAM
+        yield forced_out, self.output_forces, Cause.MODULE
+        yield (
+            "output_latch" not in idle,
+            self._first_output_latch if starting else self.output_latch,
+            Cause.MODULE,
+        )
+        yield news, self.tell_news, Cause.LISTENER
+        yield True, self.record, Cause.LISTENER
+        yield True, self.housekeeping, Cause.MODULE
 
 
 def _flags(mode: CpuMode, first: bool, forced_in: bool, forced_out: bool, outside: bool) -> int:

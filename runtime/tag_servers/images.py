@@ -102,7 +102,7 @@ def _has_profile(words: ModuleWords, profile: str) -> bool:
 
 
 def with_images(listing: Listing, slots: Mapping[int, ModuleWords], profile: str) -> Listing:
-    """Return the tags of a program with those of the slots' images behind them."""
+    """Return the tags of a program with those of the slots' images after them."""
     images = [image_tags(slot, words, files=listing.files, profile=profile) for slot, words in slots.items()]
     tags = (*listing.tags, *(tag for pair in images for tag in pair))
     aliases = (replace(each, target=part_of_image(each.target, slots, profile)) for each in listing.aliases)
@@ -145,6 +145,11 @@ def output_slot(tag: str) -> int | None:
     return int(number) if is_output and number.isascii() and number.isdigit() else None
 
 
+def _image_part(name: str, *, output: bool) -> Part | None:
+    kinds = (_out(WORDS),) if output else (_in(WORDS), _IN_3601)
+    return next((kind.by_name[name] for kind in kinds if name in kind.by_name), None)
+
+
 def image_place(steps: Sequence[PathStep]) -> ImagePlace | None:
     """Return which words of a module of eight words a path names; None for anything else.
 
@@ -158,10 +163,7 @@ def image_place(steps: Sequence[PathStep]) -> ImagePlace | None:
     skipped = 0 if output else FAULT_BYTES
     if len(steps) == 1:
         return ImagePlace(slot, output, -skipped)
-    kinds = (_out(WORDS),) if output else (_in(WORDS), _IN_3601)
-    part = next(
-        (kind.by_name[name] for kind in kinds if (name := str(steps[1]).upper()) in kind.by_name), None
-    )
+    part = _image_part(str(steps[1]).upper(), output=output)
     if part is None or part == _FAULT:
         return None
     at, rest = part.offset - skipped, list(steps[2:])
@@ -170,7 +172,13 @@ def image_place(steps: Sequence[PathStep]) -> ImagePlace | None:
         rest = rest[1:]
     if not rest:
         return ImagePlace(slot, output, at, part.bit)
-    bit = str(rest[0])
-    if len(rest) > 1 or not bit.isdecimal() or int(bit) >= WORD_BITS or part.bit is not None:
+    bit = _bit_number(rest)
+    if bit is None or part.bit is not None:
         return None
-    return ImagePlace(slot, output, at + int(bit) // 8, int(bit) % 8)
+    return ImagePlace(slot, output, at + bit // 8, bit % 8)
+
+
+def _bit_number(steps: Sequence[PathStep]) -> int | None:
+    text = str(steps[0])
+    is_bit = len(steps) == 1 and text.isdecimal() and int(text) < WORD_BITS
+    return int(text) if is_bit else None

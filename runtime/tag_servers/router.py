@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from collections.abc import Callable
 from functools import lru_cache
 from itertools import accumulate, pairwise
 
@@ -56,7 +57,7 @@ BATCH_MOST = 200
 """Requests in a batch."""
 
 PATHS_KEPT = 4096
-"""Paths whose tags are kept: most clients ask for the same ones again and again."""
+"""Paths whose tags are kept: most clients request the same ones again and again."""
 
 OWN_ROUTE = (1, 0)
 """Port and slot of the controller on its backplane."""
@@ -80,13 +81,23 @@ class Router:
         product: str = "1769-L33ER scanrack",
         address: bytes = LOOPBACK,
     ) -> None:
-        self.database, self._address = database, address
+        self.database = database
         self.identity = identity(product.encode("ascii", "replace")[:32])
         self._name = name.encode("ascii", "replace")[:40]
         self._lister = Lister(database)
         self._path = lru_cache(PATHS_KEPT)(parse_path)
         self._target = lru_cache(PATHS_KEPT)(lambda place: database.resolve(self._path(place).steps))
         self._files = DataFiles(database) if database.listing.files else None
+        self._objects: dict[int | None, Callable[[int, Path, bytes, TagSnapshot, int], Answer]] = {
+            SYMBOL: lambda service, path, data, _now, most: self._lister.answer(service, path, data, most),
+            TEMPLATE: lambda service, path, data, _now, most: answer_template(
+                database, service, path, data, most
+            ),
+            IDENTITY: lambda service, path, *_: answer_identity(self.identity, service, path),
+            **dict.fromkeys(INTERFACES, lambda service, path, *_: answer_interface(address, service, path)),
+            CLOCK: lambda service, _path, data, now, most: answer_clock(service, data, now, most),
+            CHANGES: lambda service, _path, data, now, most: answer_changes(service, data, now, most),
+        }
 
     def answer(self, request: bytes, snapshot: TagSnapshot, most: int, depth: int = 0) -> bytes:
         """Return the reply of at most `most` bytes: service, status, data."""
@@ -134,18 +145,8 @@ class Router:
             return TAG_SERVICES[service](self.database, self._target(place), data, snapshot, most)
         if kind == ROUTER and service == BATCH:
             return DONE, self._batch(data, snapshot, most, depth)
-        if kind == SYMBOL:
-            return self._lister.answer(service, path, data, most)
-        if kind == TEMPLATE:
-            return answer_template(self.database, service, path, data, most)
-        if kind == IDENTITY:
-            return answer_identity(self.identity, service, path)
-        if kind in INTERFACES:
-            return answer_interface(self._address, service, path)
-        if kind == CLOCK:
-            return answer_clock(service, data, snapshot, most)
-        if kind == CHANGES:
-            return answer_changes(service, data, snapshot, most)
+        if kind in self._objects:
+            return self._objects[kind](service, path, data, snapshot, most)
         if kind == PROGRAM_NAME and service == GET_ALL:
             return DONE, struct.pack("<H", len(self._name)) + self._name
         if kind == PCCC and service == EXECUTE_PCCC and self._files is not None:

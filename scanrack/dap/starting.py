@@ -30,7 +30,6 @@ _OF_CLIENTS = ("name", "type", "request", "noDebug", "restart", "presentation", 
 def launch(adapter: Adapter, said: Json) -> None:
     """Run a rack, or open a trace."""
     from scanrack.jobs.load.loading import load_job, runs
-    from scanrack.ladder import LadderLogic
 
     wanted = _checked(adapter, said)
     program = text(said, "program")
@@ -38,10 +37,6 @@ def launch(adapter: Adapter, said: Json) -> None:
         attach(adapter, said)
         return
     job = load_job(program)
-    if not isinstance(job.logic, LadderLogic):
-        raise DebugError(
-            f"{job.program.name} is Python without rungs: stepping needs rungs, structured text or a chart"
-        )
     adapter.stop_on_entry = wanted.get("stopOnEntry", True) is True
     adapter.start = lambda adapter: _play(adapter, job, wanted)
 
@@ -82,14 +77,15 @@ def _play(adapter: Adapter, job: LoadedRack, wanted: Json) -> None:
     """Run a rack in a session of `scanrack watch`, until the client ends it."""
     from scanrack.jobs.run.build import check_ports
     from scanrack.watch.command import speed_of
-    from scanrack.watch.options import WatchArguments, WatchOptions
     from scanrack.watch.play import watch_job
+    from scanrack.watch.watch_options import WatchArguments, WatchOptions
 
     from .live import REMEMBERED, Live
 
     live = wanted.get("live") is True
     check_ports(job.spec, realtime=True, live=live)
     record = wanted.get("record")
+    page = wanted.get("page") is True
     asked = WatchArguments(
         rack=str(wanted["program"]),
         speed=str(wanted.get("speed", "1")),
@@ -103,8 +99,8 @@ def _play(adapter: Adapter, job: LoadedRack, wanted: Json) -> None:
         WatchOptions(
             asked,
             speed_of(asked.speed),
-            page=wanted.get("page") is True,
-            door=lambda session, run: Live(adapter, session, run),
+            page=page,
+            door=lambda session, run: Live(adapter, session, run, job, page=page),
             remembered=REMEMBERED,
         ),
     )

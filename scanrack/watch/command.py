@@ -7,7 +7,7 @@ from scanrack.runtime.live.speeds import MAX, SPEED_LEAST, SPEED_MOST
 from scanrack.terminal.grouped import grouped
 from scanrack.terminal.status import BAD_INPUT, complain
 
-from .options import WatchArguments, WatchOptions
+from .watch_options import WatchArguments, WatchOptions
 
 
 def speed_of(text: str) -> float | None:

@@ -42,10 +42,10 @@ from .history.watched_python import PythonNotes
 from .monitor_supervisor import MonitorSupervisor, NoMonitor
 from .monitors.monitor import SessionFacts
 from .monitors.session_monitor import Setup
-from .options import WatchOptions
 from .prepared_run import PreparedRun, Start
 from .python_stops import PythonStops
 from .text import TextView
+from .watch_options import WatchOptions
 
 
 def watch_job(job: LoadedRack, wanted: WatchOptions) -> int:

@@ -48,7 +48,7 @@ def test_a_fault_opens_its_chain_and_a_branch_begins_one_second_before(page, tmp
         page.until_handle("mode", "fault")
         page.until_there("[data-at='Main.2'][data-fault][aria-current]")
         until(lambda: page.run(CAUSES))
-        assert page.run(CAUSES)[-1].startswith("2Place = 4 (1.598 s, Main rung 1: DIV(N,200,Place)")
+        assert page.run(CAUSES)[-1].startswith("2Place = 4 (00:01.598, Main rung 1: DIV(N,200,Place)")
         assert page.run(LINE).startswith("!3MOV(1,A[Place]): A[Place]: subscript 4 is out of range")
         page.press("Branch one second before")
         page.until_scan(298, "paused")  # the fault is in scan 799; a second is 500 scans

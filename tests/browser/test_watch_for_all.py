@@ -56,7 +56,7 @@ def text(page, selector):
 def test_every_control_has_an_accessible_name(opened):
     def nameless():
         controls = opened.run(REACHED)
-        assert len(controls) > 60
+        assert len(controls) > 40
         return [html(each) for each in controls if not each.accessible_name.strip()]
 
     assert steadily(nameless) == []

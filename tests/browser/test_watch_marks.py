@@ -167,3 +167,13 @@ def test_a_branch_says_that_it_runs_and_its_parent_is_marked(page, tmp_path, ses
         page.until_there("[aria-label='Compare with run.mcap']")
         row = page.run("return document.querySelector('.choices li').textContent")
         assert re.fullmatch(r"run\.mcap \d{4}-\d\d-\d\d \d\d:\d\d the parent of this branch", row)
+
+
+def test_a_click_at_a_mark_goes_to_its_scan(marked):
+    place = (
+        "const box = document.querySelector('canvas.mark-axis').getBoundingClientRect();"
+        f"return [8 + {ERROR} / {SCANS - 1} * (box.width - 16) - box.width / 2, 0].map(Math.round)"
+    )
+    axis = marked.browser.find_element("css selector", "canvas.mark-axis")
+    ActionChains(marked.browser).move_to_element_with_offset(axis, *marked.run(place)).click().perform()
+    until(lambda: marked.handle("scan") == str(ERROR))

@@ -95,11 +95,11 @@ def test_an_edit_is_taken_over_and_a_mistake_is_shown(page, rack):
         until(lambda: int(page.value("N") or 0) > 10)
         before = int(page.value("N"))
         (path.parent / "line.rung").write_text(program.format("XIC(Go)OTX(Go);\n"), encoding="utf-8")
-        until(lambda: "The old program goes on" in page.run(NOTICE))
+        until(lambda: "The old program continues" in page.run(NOTICE))
         assert "line.rung:6" in page.run(NOTICE)
         (path.parent / "line.rung").write_text(program.format("XIO(Go)OTE(Go);\n"), encoding="utf-8")
         page.until_there("[data-element='Main.1.0']")
-        until(lambda: "The old program goes on" not in page.run(NOTICE))
+        until(lambda: "The old program continues" not in page.run(NOTICE))
         until(lambda: int(page.value("N") or 0) > before)  # values are kept
 
 

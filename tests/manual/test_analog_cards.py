@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 from scanrack.io_images.cards import KINDS
 from scanrack.io_images.image import Image
+from scanrack.runtime.modules.cards.card_options import CardOptions
 from scanrack.runtime.modules.cards.module import GenericCard
-from scanrack.runtime.modules.cards.options import CardOptions
 
 # 1769-UM002B, table 3.7 (page 3-12) and page 3-10: range, signal, raw, engineering, PID, percent. For 1 V the
 # table prints 6243, 1000, 1, 1 and for 0.5 V raw 3121; the numbers here are proportional, as in other rows.

@@ -10,7 +10,7 @@ import pytest
 from drive_unit import ENABLE, Unit, ready
 from scanrack.io_images.drives.rules import ROWS
 from scanrack.runtime.machine import Jam, MachineSpec
-from scanrack.runtime.modules.drives.options import DriveOptions, SmdOptions
+from scanrack.runtime.modules.drives.drive_options import DriveOptions, SmdOptions
 
 pytestmark = pytest.mark.rules
 

@@ -22,8 +22,8 @@ from scanrack.runtime.loop.exposed import ExposedModule
 from scanrack.runtime.loop.key_switch import KeySwitch
 from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.machine import EncoderSpec, Jam, Machine, MachineSpec, Slip, Switch
+from scanrack.runtime.modules.cards.card_options import Cam, CardOptions, InputPress
 from scanrack.runtime.modules.cards.module import GenericCard
-from scanrack.runtime.modules.cards.options import Cam, CardOptions, InputPress
 from scanrack.traces import ScanRecorder, SlotInfo
 
 TICK_NS = 250_000

@@ -9,8 +9,8 @@ from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime import Contact, SerialBus
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
-from scanrack.runtime.controllers.pmc006.options import Pmc006ControllerOptions
 from scanrack.runtime.controllers.pmc006.pins import Pin
+from scanrack.runtime.controllers.pmc006.pmc006_controller_options import Pmc006ControllerOptions
 from scanrack.runtime.kinematics import FOREVER
 from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
 

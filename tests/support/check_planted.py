@@ -518,341 +518,80 @@ def _planted(program, rows):
 
 
 FURTHER = [
-    Planted("conveyor.rung", "unreachable", "JSR(Outputs,0);\n", "", anywhere=True),
-    Planted(
-        "conveyor.rung",
-        "contradiction",
-        "XIC(Slow.DN)RES(Pieces);",
-        "XIC(Slow.DN)XIO(Slow.DN)RES(Pieces);",
-        anywhere=True,
-    ),
-    Planted("conveyor.rung", "preset-zero", "TON(Slow,500,0)", "TON(Slow,0,0)", anywhere=True),
-    Planted(
-        "conveyor.rung",
-        "input-written",
-        "XIC(Fault)[XIC(Phase),XIC(Overload)]OTE(Beacon);",
-        "XIC(Fault)[XIC(Phase),XIC(Overload)]OTE(Overload);",
-        anywhere=True,
-    ),
-    Planted(
-        "conveyor.rung",
-        "latch-never-cleared",
-        "XIC(Run)XIO(Pieces.DN)OTE(Motor);",
-        "XIC(Run)XIO(Pieces.DN)OTL(Motor);",
-        anywhere=True,
-    ),
-    Planted("conveyor.rung", "recursion", "JSR(Control,0);", "JSR(Control,0);\nJSR(Main,0);", anywhere=True),
-    Planted(
+    ("conveyor.rung", "unreachable", "JSR(Outputs,0);\n", ""),
+    ("conveyor.rung", "recursion", "JSR(Control,0);", "JSR(Control,0);\nJSR(Main,0);"),
+    (
         "conveyor.rung",
         "shorted-branch",
         "XIC(Pieces.DN)OTE(Stack);",
         "XIC(Pieces.DN)[NOP(),XIC(Run)]OTE(Stack);",
-        anywhere=True,
     ),
-    Planted(
-        "conveyor.rung",
-        "constant-condition",
-        "XIC(Pieces.DN)OTE(Stack);",
-        "[XIC(Pieces.DN),XIC(Run),XIO(Run)]OTE(Stack);",
-        anywhere=True,
-    ),
-    Planted(
-        "conveyor.rung",
-        "coil-and-latch",
-        "XIC(Pieces.DN)OTE(Stack);",
-        "XIC(Pieces.DN)OTE(Stack);\nXIC(Fault)OTU(Stack);",
-        anywhere=True,
-    ),
-    Planted(
-        "steps.rung", "constant-condition", "EQU(Step,90)XIC(Start)", "EQU(Step,80)XIC(Start)", anywhere=True
-    ),
-    Planted(
-        "steps.rung",
-        "division-by-zero",
-        "GRT(Cycle,9999)CLR(Cycle);",
-        "GRT(Cycle,9999)DIV(Cycle,0,Cycle);",
-        anywhere=True,
-    ),
-    Planted(
-        "steps.rung",
-        "contradiction",
-        "LIM(20,Step,30)OTE(Valve);",
-        "LIM(20,Step,30)LIM(40,Step,50)OTE(Valve);",
-        anywhere=True,
-    ),
-    Planted("steps.rung", "repeated-coil", "TON(Hold,1500,0)", "TON(Late,10000,0)", anywhere=True),
-    Planted(
-        "steps.rung",
-        "move-over-coil",
-        "EQU(Step,0)OTE(Ready);",
-        "EQU(Step,0)OTE(Ready);\nMOV(Cycle,Local:3:O.Data[0]);",
-        anywhere=True,
-    ),
-    Planted(
-        "steps.rung",
-        "lossy-conversion",
-        "EQU(Step,0)OTE(Ready);",
-        "EQU(Step,0)OTE(Ready);\nMOV(Cycle,Small);",
-        anywhere=True,
-    ),
-    Planted("tank.rung", "division-by-zero", "Level := Sum / 8.0;", "Level := Sum / 0.0;", anywhere=True),
-    Planted(
-        "tank.rung",
-        "repeated-coil",
-        "Alarm := Wait.DN AND Low;",
-        "Alarm := Wait.DN AND Low;\nAlarm := Low;",
-        anywhere=True,
-    ),
-    Planted("tank.rung", "lossy-conversion", "Raw := Local:2:I.Data[0];", "Raw := Level;", anywhere=True),
-    Planted(
+    (
         "tank.rung",
         "coil-and-latch",
         "ELSIF Level > Limits[1] OR High THEN\n    Filling := 0;",
         "ELSIF Level > Limits[1] OR High THEN\n    Alarm := 1;",
-        anywhere=True,
     ),
-    Planted("tank.rung", "constant-condition", "IF NOT Auto THEN", "IF FALSE THEN", anywhere=True),
-    Planted(
-        "tank.rung",
-        "block-twice",
-        "Wait.TimerEnable := Filling;",
-        "Wait.TimerEnable := Filling;\nTONR(Wait);",
-        anywhere=True,
-    ),
-    Planted(
-        "tank.rung",
-        "contradiction",
-        "Pump := Filling AND NOT High;",
-        "Pump := Filling AND NOT Filling;",
-        anywhere=True,
-    ),
-    Planted(
-        "tank.rung",
-        "input-written",
-        "Pump := Filling AND NOT High;",
-        "Pump := Filling AND NOT High; Low := 0;",
-        anywhere=True,
-    ),
-    Planted(
+    ("tank.rung", "constant-condition", "IF NOT Auto THEN", "IF FALSE THEN"),
+    (
         "words_st.rung",
         "out-of-range",
         "axis.O.Data[4] := 5;\n        axis.O.Data[5] := 0;",
         "axis.O.Data[4] := 0;\n        axis.O.Data[5] := 300;",
-        anywhere=True,
     ),
-    Planted("words_st.rung", "no-place", "SLOT axis : 1", "SLOT axis : 2", anywhere=True),
-    Planted(
-        "words_st.rung", "motion-unconfigured", "    COP(Words[0], axis.O.Data[0], 8);\n", "", anywhere=True
-    ),
-    Planted(
-        "jog.rung",
-        "execute-never-falls",
-        "MC_Halt(Halt,Axis,Released);",
-        "MC_Halt(Halt,Axis,Awake);",
-        anywhere=True,
-    ),
-    Planted(
-        "jog.rung",
-        "latch-never-cleared",
-        "[XIC(Right)XIO(Left),XIC(Left)XIO(Right)]OTE(Any)",
-        "[XIC(Right)XIO(Left),XIC(Left)XIO(Right)]OTL(Any)",
-        anywhere=True,
-    ),
-    Planted("jog.rung", "no-place", "SLOT card : 1", "SLOT card : 3", anywhere=True),
-    Planted(
-        "jog.rung", "out-of-range", "XIO(Fast)MOV(200,Speed)", "XIO(Fast)MOV(2000000,Speed)", anywhere=True
-    ),
-    Planted(
-        "two_axes.rung",
-        "motion-unconfigured",
-        "Configure3601(SetB,AxisB,Words,Awake);",
-        "NOP();",
-        anywhere=True,
-    ),
-    Planted(
-        "two_axes.rung",
-        "move-interrupted",
-        "MC_MoveAbsolute(MoveB,AxisB,GoB",
-        "MC_MoveAbsolute(MoveB,AxisA,GoA",
-        anywhere=True,
-    ),
-    Planted(
-        "two_axes.rung",
-        "no-place",
-        "two.I.Data[0],two.O.Data[0]",
-        "one.I.Data[0],one.O.Data[0]",
-        anywhere=True,
-    ),
-    Planted(
-        "two_axes.rung",
-        "block-order",
-        "Amci3601(ModuleB,AxisB,two.I.Data[0],two.O.Data[0]);\n",
-        "",
-        anywhere=True,
-    ),
-    # a value that stays on behind a value that falls, and a state there is none of before the ELSE
-    Planted("blocks_st.rung", "execute-never-falls", "Clear := Start;", "Clear := 1;", at="MC_Reset(Reset"),
-    Planted(
-        "blocks_st.rung",
-        "execute-never-falls",
-        "Going := Run AND Home.Done AND NOT Go.Done;",
-        "IF Run THEN Going := 1; END_IF;",
-        at="MC_MoveAbsolute(Go",
-    ),
-    Planted(
-        "blocks_st.rung",
-        "unreachable",
-        "Moving := Axis.Moving;",
-        "IF Stop THEN Moving := 1; ELSIF NOT Stop THEN Moving := 0; ELSE Target := 9; END_IF;",
-        at="IF Stop THEN Moving",
-    ),
-    Planted("blend.rung", "out-of-range", "Configure.Done,3,20", "Configure.Done,3,0", anywhere=True),
-    Planted("blend.rung", "blend-profile", "[1000, 4000, 2000]", "[1000, 1, 2000]", anywhere=True),
-    Planted("blend.rung", "execute-never-falls", "Axis,Pressed,1", "Axis,Program.Done,1", anywhere=True),
-    Planted("bits.rung", "lossy-conversion", "MOV(Now.Time,Run.PRE);", "MOV(2.75,Run.PRE);", anywhere=True),
-    Planted("addons.rung", "latch-never-cleared", "XIC(Stop)XIO(Trip)OTU(Fault);\n", "", anywhere=True),
-    Planted(
-        "addons.rung",
-        "unused-parameter",
-        "INPUT Trip : BOOL REQUIRED",
-        "INPUT Trip : BOOL REQUIRED\nINPUT Speed : DINT",
-        anywhere=True,
-    ),
-    Planted(
-        "addons.rung",
-        "contradiction",
-        "[XIC(Start),XIC(Run)]XIO(Stop)XIO(Fault)OTE(Run);",
-        "[XIC(Start),XIC(Run)]XIO(Stop)XIC(Stop)OTE(Run);",
-        anywhere=True,
-    ),
-    Planted("addons.rung", "block-twice", "Motor(Main2,One", "Motor(Main1,One", anywhere=True),
-    Planted(
-        "state.py",
-        "contradiction",
-        "state.step == 2 and status.AT_HOME",
-        "state.step == 2 and state.step == 3",
-        anywhere=True,
-    ),
-    Planted(
-        "state.py",
-        "out-of-range",
-        "FindHome(Direction.CCW, 1000,",
-        "FindHome(Direction.CCW, 100,",
-        anywhere=True,
-    ),
-    Planted(
-        "state.py",
-        "motion-unconfigured",
-        "        axis.outputs.load(SETTINGS.to_image())\n",
-        "        axis.outputs.load(Idle().to_image())\n",
-        anywhere=True,
-    ),
-    Planted(
-        "state.py",
-        "no-place",
-        "axis, status = scan.slot[1], StatusView(scan.slot[1].inputs)",
-        "axis, status = scan.slot[7], StatusView(scan.slot[7].inputs)",
-        anywhere=True,
-    ),
-    Planted(
+    ("words_st.rung", "motion-unconfigured", "    COP(Words[0], axis.O.Data[0], 8);\n", ""),
+    ("jog.rung", "no-place", "SLOT card : 1", "SLOT card : 3"),
+    ("two_axes.rung", "no-place", "two.I.Data[0],two.O.Data[0]", "one.I.Data[0],one.O.Data[0]"),
+    ("blend.rung", "out-of-range", "Configure.Done,3,20", "Configure.Done,3,0"),
+    ("blend.rung", "blend-profile", "[1000, 4000, 2000]", "[1000, 1, 2000]"),
+    ("blend.rung", "execute-never-falls", "Axis,Pressed,1", "Axis,Program.Done,1"),
+    ("bits.rung", "lossy-conversion", "MOV(Now.Time,Run.PRE);", "MOV(2.75,Run.PRE);"),
+    (
         "state.py",
         "unknown-attribute",
         "def go(self, step, now_ns):\n        self.step = step",
         "def go(self, step, now_ns):\n        self.stepp = step",
-        anywhere=True,
     ),
-    Planted(
+    (
         "state.py",
         "input-written",
         "start = scan.slot[2].inputs.bit(0, 0)",
         "start = scan.slot[2].inputs.bit(0, 0)\n    scan.slot[2].inputs.set_bit(0, 1, True)",
-        anywhere=True,
     ),
-    Planted(
-        "lights.py",
-        "latch-never-cleared",
-        "self.run = False\n        self.lamp",
-        "pass\n        self.lamp",
-        anywhere=True,
-    ),
-    Planted(
-        "lights.py",
-        "contradiction",
-        "self.lamp = self.run",
-        "self.lamp = self.run and not self.run",
-        anywhere=True,
-    ),
-    Planted("lights.py", "preset-zero", "Counter(12)", "Counter(0)", anywhere=True),
-    Planted(
+    ("lights.py", "latch-never-cleared", "self.run = False\n        self.lamp", "pass\n        self.lamp"),
+    ("lights.py", "contradiction", "self.lamp = self.run", "self.lamp = self.run and not self.run"),
+    ("lights.py", "preset-zero", "Counter(12)", "Counter(0)"),
+    ("lights.py", "not-deterministic", "if self.stop:", "if datetime.now().second > 3:"),
+    (
         "lights.py",
         "block-twice",
         "self.fan = self.cooling(self.run)",
         "self.fan = self.cooling(self.run)\n        self.cooling(self.stop)",
-        anywhere=True,
     ),
-    Planted(
+    (
         "lights.py",
         "repeated-coil",
         "self.fan = self.cooling(self.run)",
         "self.fan = self.cooling(self.run)\n        self.fan = self.run",
-        anywhere=True,
     ),
-    Planted(
-        "lights.py",
-        "unknown-attribute",
-        "self.fan = self.cooling(self.run)",
-        "self.fan = self.cooling(self.runn)",
-        anywhere=True,
-    ),
-    Planted(
-        "lights.py",
-        "division-by-zero",
-        "self.bits = self.raw & 0xFF",
-        "self.bits = self.raw % 0",
-        anywhere=True,
-    ),
-    Planted(
-        "lights.py", "not-deterministic", "if self.stop:", "if datetime.now().second > 3:", anywhere=True
-    ),
-    Planted("pick.py", "motion-unconfigured", "await axis.configure()", "pass", anywhere=True),
-    Planted(
+    (
         "pick.py",
         "move-interrupted",
         "self.z.move_to(500, speed=SPEED // 2, **RATES)",
         "self.x.move_to(500, speed=SPEED // 2, **RATES)",
-        anywhere=True,
     ),
-    Planted("pick.py", "division-by-zero", "SPEED // 2", "SPEED // 0", anywhere=True),
-    Planted("pick.py", "latch-never-cleared", "self.alarm = False\n", "pass\n", anywhere=True),
-    Planted("pick.py", "out-of-range", "SPEED = 4000", "SPEED = 400", anywhere=True),
-    Planted("follow.py", "refused-command", "quadrature_encoder=True, ", "", anywhere=True),
-    Planted(
-        "follow.py",
-        "motion-unconfigured",
-        "await self.belt.configure()\n",
-        "await dwell('1 s')\n",
-        anywhere=True,
-    ),
-    Planted(
+    ("follow.py", "refused-command", "quadrature_encoder=True, ", ""),
+    (
         "follow.py",
         "two-sequences",
         "async with self.lock:\n                await self.belt",
         "if True:\n                await self.belt",
-        anywhere=True,
     ),
-    Planted(
-        "follow.py",
-        "two-sequences",
-        "self.ready = bool(self.belt.state)",
-        "self.busy = bool(self.belt.state)",
-        anywhere=True,
-    ),
-    Planted(
+    (
         "follow.py",
         "lock-order",
         "async with self.lock:\n                self.busy",
         "async with self.lock, self.lock:\n                self.busy",
-        anywhere=True,
     ),
 ]
 """Further ones, in other programs."""
@@ -864,8 +603,16 @@ PLANTED = [
     *_planted("text.rung", TEXT),
     *_planted("function.py", FUNCTION),
     *_planted("sequence.py", SEQUENCE),
-    *(Planted(*each, anywhere=True) for each in (*SHARED, *OF_PYTHON)),
-    *FURTHER,
+    *(Planted(*each, anywhere=True) for each in (*SHARED, *OF_PYTHON, *FURTHER)),
+    # a value that stays on after a value that falls, and a state that is there nowhere before the ELSE
+    Planted("blocks_st.rung", "execute-never-falls", "Clear := Start;", "Clear := 1;", "MC_Reset(Reset"),
+    Planted(
+        "blocks_st.rung",
+        "unreachable",
+        "Moving := Axis.Moving;",
+        "IF Stop THEN Moving := 1; ELSIF NOT Stop THEN Moving := 0; ELSE Target := 9; END_IF;",
+        "IF Stop THEN Moving",
+    ),
     Planted("blocks.rung", "preset-unit", "TON(Blink,250,0)", "TON(Blink,2,0)"),
     Planted("text.rung", "preset-unit", '{"PRE": 500}', '{"PRE": 5}'),
     Planted("sequence.py", "preset-unit", 'dwell("100 ms")', 'dwell("1 ms")'),
@@ -933,8 +680,6 @@ def text_of(planted):
             text = text.replace("TAG ", f"TAG {name} : {kind}\nTAG ", 1)
         elif planted.program.endswith(".rung") and re.search(rf"\b{name}\b", planted.new):
             text = text.replace("TAG Run : BOOL", f"TAG Run : BOOL\nTAG {name} : {kind}", 1)
-    if "Small" in planted.new and "Step" in text and planted.program == "steps.rung":
-        text = text.replace("TAG Cycle", "TAG Small : INT\nTAG Cycle")
     if "datetime" in planted.new:
         text = f"from datetime import datetime\n{text}"
     for module in ("random", "time"):

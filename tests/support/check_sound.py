@@ -50,38 +50,6 @@ XIC(Fault)[XIC(Phase),XIC(Overload)]OTE(Beacon);
 END
 """
 
-STEPS = """\
-PROGRAM press
-ALIAS Start : Local:2:I.Data.0
-ALIAS Down : Local:2:I.Data.1
-ALIAS Up : Local:2:I.Data.2
-ALIAS Guard : Local:2:I.Data.3
-ALIAS Valve : Local:3:O.Data.0
-ALIAS Clamp : Local:3:O.Data.1
-ALIAS Ready : Local:3:O.Data.2
-TAG Step : DINT
-TAG Hold : TIMER
-TAG Cycle : DINT
-TAG Late : TIMER
-
-ROUTINE Main
-XIC(S:FS)MOV(0,Step);
-EQU(Step,0)XIC(Start)XIC(Guard)MOV(10,Step);
-EQU(Step,10)XIC(Guard)MOV(20,Step);
-EQU(Step,20)XIC(Down)MOV(30,Step);
-EQU(Step,30)TON(Hold,1500,0);
-EQU(Step,30)XIC(Hold.DN)MOV(40,Step);
-EQU(Step,40)XIC(Up)ADD(Cycle,1,Cycle)MOV(0,Step);
-NEQ(Step,0)TON(Late,10000,0);
-[XIC(Late.DN),NEQ(Step,0)XIO(Guard)]MOV(90,Step);
-EQU(Step,90)XIC(Start)XIC(Guard)XIC(Up)MOV(0,Step);
-LIM(20,Step,30)OTE(Valve);
-GEQ(Step,10)LES(Step,90)OTE(Clamp);
-EQU(Step,0)OTE(Ready);
-GRT(Cycle,9999)CLR(Cycle);
-END
-"""
-
 TANK = """\
 PROGRAM tank
 ALIAS Auto : Local:2:I.Data.0
@@ -612,7 +580,6 @@ SOUND = {
     **MACHINES,
     **STATIONS,
     "conveyor.rung": CONVEYOR,
-    "steps.rung": STEPS,
     "tank.rung": TANK,
     "words_st.rung": WORDS_ST,
     "jog.rung": JOG,

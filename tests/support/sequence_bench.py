@@ -22,7 +22,7 @@ from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.loop.scan import CpuMode
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
-from scanrack.runtime.modules.cards.options import CardOptions
+from scanrack.runtime.modules.cards.card_options import CardOptions
 
 NO_WATCHDOG = Watchdog(0)
 """For benches that run one scan at a time: arming it costs as much as the scan."""

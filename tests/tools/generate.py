@@ -22,6 +22,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 import answers_page
 import cards_page
+import changes_page
 import check_page
 import clients_tried
 import commands_page
@@ -83,9 +84,17 @@ def _findings() -> Iterator[Generated]:
     yield from _table(findings_page.README, findings_page.readme)
 
 
+def _changes() -> Iterator[Generated]:
+    for file, line in list(changes_page.written_by_hand()):
+        yield Generated(file, f"{line}\n")
+    yield Generated(changes_page.NEXT, changes_page.page(), list(changes_page.mistakes()))
+    yield Generated(changes_page.CHANGELOG, changes_page.changelog())
+
+
 GENERATORS: dict[str, Callable[[], Iterator[Generated]]] = {
     "answers": lambda: _table(answers_page.PAGE, answers_page.written),
     "cards": lambda: _table(cards_page.PAGE, cards_page.written),
+    "changes": _changes,
     "check": lambda: iter([Generated(check_page.PAGE, check_page.page())]),
     "clients": lambda: _table(clients_tried.PAGE, clients_tried.written),
     "commands": lambda: iter([Generated(commands_page.PAGE, commands_page.page())]),

@@ -21,9 +21,8 @@ SUFFIXES = (".md", ".js", ".json", ".toml", ".py", ".rung", ".yml")
 
 
 def pages() -> Iterator[Path]:
-    """Every text of the book, the examples and the editors, and the changelog."""
-    yield ROOT / "CHANGELOG.md"
-    for folder in ("docs", "examples", "editors"):
+    """Every text of the book, the examples and the editors, and the changes that are not released."""
+    for folder in ("changes", "docs", "examples", "editors"):
         for file in sorted((ROOT / folder).rglob("*")):
             if file.suffix in SUFFIXES and "node_modules" not in file.parts:
                 yield file

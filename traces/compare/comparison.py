@@ -139,25 +139,21 @@ def compare_parts(
     fields = [
         field
         for field in all_fields(common, formats)
-        if only is None or (field.slot, field.direction) in only
+        if (only is None or (field.slot, field.direction) in only) and (by_number or field is not TIME)
     ]
-    fields = [field for field in fields if by_number or field is not TIME]
-    fields += [] if tags is None else tags.fields()
-    row = None if tags is None else tags.dtype
-    keyed = (
-        (keyed_by_number(one[1]), keyed_by_number(other[1]))
-        if by_number
-        else (keyed_by_time(one[1], SAME_CLOCK), keyed_by_time(other[1], clock))
-    )
-    a, b = Stream(one[0], both, keyed[0], row), Stream(other[0], both, keyed[1], row)
-    blocks = (
-        blocks_by_number(a, b, block_scans)
-        if by_number
-        else blocks_by_time(a, b, tolerance.time_ns, block_scans)
-    )
+    row = None
+    if tags is not None:
+        fields, row = [*fields, *tags.fields()], tags.dtype
+    if by_number:
+        a, b = (Stream(slots, both, keyed_by_number(parts), row) for slots, parts in (one, other))
+        blocks, counts = blocks_by_number(a, b, block_scans), None
+    else:
+        a = Stream(one[0], both, keyed_by_time(one[1], SAME_CLOCK), row)
+        b = Stream(other[0], both, keyed_by_time(other[1], clock), row)
+        blocks, counts = blocks_by_time(a, b, tolerance.time_ns, block_scans), tolerance.counts
     found, compared = Findings(common), (0, 0)
     for block in blocks:
-        found.add(block.one, block.other, differing(fields, block, None if by_number else tolerance.counts))
+        found.add(block.one, block.other, differing(fields, block, counts))
         compared = compared[0] + block.there.scans, compared[1] + block.back.scans
     return Comparison(
         first=found.first,
@@ -198,18 +194,16 @@ def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> Iterator[Di
     differ: dict[str, tuple[Step, Step]] = {}
     for both in zip_longest(_steps(one), _steps(other)):
         for side, step in enumerate(both):
-            if step is None:
+            if step is None or step.sequence in differ:
                 continue
             queues = waiting.setdefault(step.sequence, (deque(), deque()))
-            if step.sequence in differ:
-                continue
             queues[side].append(step)
             if all(queues):
                 a, b = (queue.popleft() for queue in queues)
                 if a.wait != b.wait or (exact and a.scan != b.scan):
                     differ[step.sequence] = a, b
     for name, queues in waiting.items():
-        first, second = differ.get(name) or [queue[0] if queue else None for queue in queues]
+        first, second = differ.get(name) or map(_next_in, queues)
         if first is not None or second is not None:
             yield name, _wait(first), _wait(second)
 
@@ -217,6 +211,10 @@ def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> Iterator[Di
 def _steps(trace: Trace) -> Iterator[Step]:
     if SEQUENCES.name in trace.head.channels:
         yield from (step_of(event) for event in trace.events() if event.topic == SEQUENCES.name)
+
+
+def _next_in(queue: deque[Step]) -> Step | None:
+    return queue[0] if queue else None
 
 
 def _wait(step: Step | None) -> str:

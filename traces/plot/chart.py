@@ -105,6 +105,11 @@ class Tracks(Generic[C]):
         )
 
 
+def _marks_apart(happened: Sequence[Mark], tracks: Sequence[object]) -> list[Mark]:
+    """Return the marks of the tags' panel: all if it is the only one."""
+    return [mark for mark in happened if mark.of_tags or not tracks]
+
+
 def read_chart(
     trace: Trace,
     maker: Callable[[], CurveMaker[C]],
@@ -149,7 +154,7 @@ def read_chart(
             track.add(block)
         program.add(block)
     happened = [*more, *marks(trace.events(), extent.start_ns, extent.end_ns)]
-    apart = [mark for mark in happened if mark.of_tags or not tracks] if choice.signals else []
+    apart = _marks_apart(happened, tracks) if choice.signals else []
     rest = [mark for mark in happened if mark not in apart]
     panels = [track.panel(marks_of(rest, track.slot, tracks[0].slot)) for track in tracks]
     if choice.signals:

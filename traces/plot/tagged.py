@@ -7,7 +7,7 @@ may choose others by name.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
@@ -32,6 +32,7 @@ CHOSEN_MAX = 200
 """Most tags on a chart."""
 
 C = TypeVar("C")
+L = TypeVar("L", bound=Lane)
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +68,14 @@ def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Seque
     """
     known = catalog.tags
     if patterns:
-        return _asked_for(catalog, known, patterns)
+        return _matching(catalog, known, patterns)
     if len(_fitting(known)) < len(known):
         moving = _changing(trace, known, selection)
         return Choice(shown := _fitting(moving), len(known) - len(shown))
     return Choice(known, 0)
 
 
-def _asked_for(catalog: Catalog, known: Sequence[Signal], patterns: Sequence[str]) -> Choice:
+def _matching(catalog: Catalog, known: Sequence[Signal], patterns: Sequence[str]) -> Choice:
     found: dict[str, Signal] = {}
     for pattern in patterns:
         matches = catalog.tags_named(pattern) or [catalog[pattern]]
@@ -164,22 +165,34 @@ class TagTracks(Generic[C]):
         """Return the contents."""
         moving = [(steady.signal, curve) for steady, curve in self._curves if not steady.same]
         rows = [_lane(signal, finder.steps()) for signal, finder in self._steps]
-        bands = [row for row in rows if isinstance(row, Band)]
-        lanes = [row for row in rows if not isinstance(row, Band)]
-        numbers = [(_title(each.signal), _number(each)) for each, _ in self._curves if each.same]
+        bands, steady_bands = _parted(row for row in rows if isinstance(row, Band))
+        lanes, steady_lanes = _parted(row for row in rows if not isinstance(row, Band))
         outside = _bit("from outside", self._outside.steps())
         return TagParts(
             curves=[(_title(signal), curve.curve()) for signal, curve in moving],
             fractional=[_title(signal) for signal, _ in moving if not signal.bits],
-            bands=[band for band in bands if not band.steady],
-            lanes=[*([outside] if outside.value.any() else []), *(lane for lane in lanes if not lane.steady)],
-            steady=[lane for lane in lanes if lane.steady],
-            unchanged=[
-                *((band.name, band.text(int(band.value[0]))) for band in bands if band.steady),
-                *((lane.name, "on" if lane.value[0] else "off") for lane in lanes if lane.steady),
-                *numbers,
-            ],
+            bands=bands,
+            lanes=[outside, *lanes] if outside.value.any() else lanes,
+            steady=steady_lanes,
+            unchanged=self._unchanged(steady_bands, steady_lanes),
         )
+
+    def _unchanged(self, bands: Iterable[Band], lanes: Iterable[Lane]) -> list[tuple[str, str]]:
+        """Return the tags with one value, and it as text."""
+        return [
+            *((band.name, band.text(int(band.value[0]))) for band in bands),
+            *((lane.name, "on" if lane.value[0] else "off") for lane in lanes),
+            *((_title(each.signal), _number(each)) for each, _ in self._curves if each.same),
+        ]
+
+
+def _parted(rows: Iterable[L]) -> tuple[list[L], list[L]]:
+    """Return the rows that change, and the others."""
+    moving: list[L] = []
+    steady: list[L] = []
+    for row in rows:
+        (steady if row.steady else moving).append(row)
+    return moving, steady
 
 
 def _number(steady: SteadyCheck) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from enum import IntFlag
 
 from scanrack.io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusMsw
@@ -105,30 +105,41 @@ def moded_wording(
         before = (0,) * len(after)  # a configuration can't be compared with commands
     was, now = (_bits_on(module, direction, words) for words in (before, after))
     is_output = direction == "out"
-    parts = [" ".join(now) or "no command"] if is_output else [risen_and_fallen(was, now)]
-    given = is_output and len(set(now) - set(was)) > 0
+    parts = [" ".join(now) or "no command" if is_output else risen_and_fallen(was, now)]
+    is_new = is_output and len(set(now) - set(was)) > 0
     for each in module.quantities_in(direction):
         places = slice(each.word, each.word + each.words)
         changed = list(after[places]) != list(before[places])
-        if not each.counts and (changed or (given and any(after[places]))):
+        if not each.counts and (changed or (is_new and any(after[places]))):
             parts.append(f"{each.name} {value(each, after):,}")
-    return ", ".join(part for part in [*parts, _unnamed(module, direction, before, after)] if part)
+    return ", ".join(filter(None, [*parts, _unnamed(module, direction, before, after)]))
 
 
 def _bits_on(module: ModuleWords, direction: str, words: Words) -> list[str]:
     """Return the names of the bits that are on; a nameless one of a word with names as `status_1.5`."""
     names = module.named(direction)
-    by_word = {
-        word: dict(module.bits("O" if direction == "out" else "I", word)) for word in range(len(names))
-    }
-    return [on for word, bits in by_word.items() if bits for on in _names_on(names[word], bits, words[word])]
+    by_word = _named_bits(module, direction)
+    return [on for word, bits in by_word.items() for on in _names_on(names[word], bits, words[word])]
+
+
+def _named_bits(module: ModuleWords, direction: str) -> dict[int, dict[str, int]]:
+    """Return the bits of the words that have names of bits."""
+    image, words = "O" if direction == "out" else "I", range(len(module.named(direction)))
+    return {word: bits for word in words if (bits := dict(module.bits(image, word)))}
 
 
 def _unnamed(module: ModuleWords, direction: str, before: Words, after: Words) -> str:
     """Return the changes in words that neither have named bits nor are quantities."""
     known = module.covered(direction) | {each.word for each in module.quantities_in(direction)}
-    rest = [word for word in range(len(after)) if word not in known]
+    return _plain_words(module, direction, known, before, after)
+
+
+def _plain_words(
+    module: ModuleWords, direction: str, known: Collection[int], before: Words, after: Words
+) -> str:
+    """Return the changes in words but for the known ones."""
     names = module.named(direction)
+    rest = [word for word in range(len(names)) if word not in known]
     was, now = ([words[word] for word in rest] for words in (before, after))
     return plain_wording([names[word] for word in rest], was, now)
 
@@ -184,18 +195,14 @@ def module_text(
         return input_wording(before, after, slot.words)
     if slot.words.modes is not None:
         return moded_wording(slot.words, direction, before, after, value)
-    image, names = ("O", slot.words.outputs) if direction == "out" else ("I", slot.words.inputs)
-    named = {word: bits for word in range(len(names)) if (bits := dict(slot.words.bits(image, word)))}
+    names, named = slot.words.named(direction), _named_bits(slot.words, direction)
     changed = [
         risen_and_fallen(*(_names_on(names[word], bits, words[word]) for words in (before, after)))
         for word, bits in named.items()
         if before[word] != after[word]
     ]
-    rest = [word for word in range(len(names)) if word not in named]
-    plain = plain_wording(
-        [names[word] for word in rest], [before[word] for word in rest], [after[word] for word in rest]
-    )
-    return ", ".join([*changed, *([plain] if plain else [])])
+    plain = _plain_words(slot.words, direction, named.keys(), before, after)
+    return ", ".join(filter(None, [*changed, plain]))
 
 
 def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:

@@ -150,8 +150,7 @@ class Records:
         if size <= self.size or not self._of_the_end:
             return False
         before = self.spans[-1].end if self.spans else 0
-        chunks = [place for place, span in enumerate(self.spans) if span.opcode == Opcode.CHUNK]
-        again = chunks[-1] if chunks else 0  # new records may belong to the last chunk
+        again = self._last_chunk()  # new records may belong to it
         size, self.spans, notes = self._found(size, self.spans[:again])
         self.notes = [each for each in self.notes if each not in self._of_the_end]
         self.notes += [each for each in notes if each not in self.notes]
@@ -160,6 +159,11 @@ class Records:
         self.sections = [each for each in self.sections if each.span.offset < first]
         self.sections += find_sections(self.file, self.spans[again:])
         return bool(self.spans) and self.spans[-1].end > before
+
+    def _last_chunk(self) -> int:
+        """Return the place of the last chunk among the records, 0 without one."""
+        places = range(len(self.spans) - 1, -1, -1)
+        return next((place for place in places if self.spans[place].opcode == Opcode.CHUNK), 0)
 
     def _found(self, size: int, known: Sequence[Span] = ()) -> tuple[int, list[Span], list[str]]:
         """Return the size of the file without a draft, its records, and its defects."""

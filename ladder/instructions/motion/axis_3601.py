@@ -133,7 +133,6 @@ def _within(value: float, most: int) -> int | None:
 def show(axis: Axis) -> None:
     """Update the tag from the module's inputs, after each scan."""
     state, tag, machine = axis.state, axis.tag, axis.machine
-    status = axis.status
     position = int(state["Position"]) / axis.settings.counts_per_unit
     seconds = (machine.now_ns - int(tag["~shown_ns"])) / 1e9
     velocity = (position - float(tag["~position"])) / seconds if seconds > 0 else 0.0
@@ -145,19 +144,19 @@ def show(axis: Axis) -> None:
         AverageVelocity=velocity,
         **{"~position": position, "~shown_ns": machine.now_ns},
     )
-    running = int(state["Step"]) in (1, 2)
-    kind, words = int(state["RunKind"]), (axis.word(0), axis.word(1))
-    lost = status == 0 and axis.bit("ServoActionStatus")
+    moving = int(state["RunKind"]) if int(state["Step"]) in (1, 2) else None
+    present, word = axis.status != 0, axis.word(0)
+    lost = not present and axis.bit("ServoActionStatus")
     if lost:
         axis.set_bits(ServoActionStatus=False, DriveEnableStatus=False)
     axis.set_bits(
-        MoveStatus=running and kind in (ABSOLUTE, RELATIVE),
-        JogStatus=running and kind == VELOCITY,
-        HomingStatus=running and kind == HOME,
+        MoveStatus=moving in (ABSOLUTE, RELATIVE),
+        JogStatus=moving == VELOCITY,
+        HomingStatus=moving == HOME,
         StoppingStatus=int(state["Step"]) == 3,
-        AxisHomedStatus=status != 0 and not words[0] >> 10 & 1,
-        AccelStatus=status != 0 and bool(words[0] >> 5 & 1),
-        DecelStatus=status != 0 and bool(words[0] >> 6 & 1),
-        PhysicalAxisFault=status == ERROR_STOP,
-        ModuleFault=lost or (status == 0 and axis.bit("ModuleFault")),
+        AxisHomedStatus=present and not word >> 10 & 1,
+        AccelStatus=present and bool(word >> 5 & 1),
+        DecelStatus=present and bool(word >> 6 & 1),
+        PhysicalAxisFault=axis.status == ERROR_STOP,
+        ModuleFault=lost or (not present and axis.bit("ModuleFault")),
     )

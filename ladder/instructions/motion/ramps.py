@@ -8,7 +8,7 @@ r"""Courses of an ideal axis: speeds over time, as closed forms.
 trapezoidal profile, 0.5 the S-curve of 100 % of time. A jerk in % of time is rate² / speed * (200 / % - 1),
 which reaches the rate after %/200 of the ramp [MOTION-RM002, "Profile Operand"].
 
-Everything is a function of the time since the begin, so nothing depends on how often it is asked.
+Everything is a function of the time since the begin, so nothing depends on how often it is computed.
 """
 
 from __future__ import annotations

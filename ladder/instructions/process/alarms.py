@@ -33,9 +33,9 @@ def _copy(machine: Interpreter, alarm: Members, names: Iterable[str], operands: 
 def _requested(alarm: Members, name: str) -> bool:
     """Whether the program (by a rising bit) or the operator requests this."""
     program, before = alarm[f"Prog{name}"], alarm[f"~{name}"]
-    asked = bool(program and not before) or bool(alarm[f"Oper{name}"])
+    requested = bool(program and not before) or bool(alarm[f"Oper{name}"])
     alarm.set(**{f"~{name}": program, f"Oper{name}": False})
-    return asked
+    return requested
 
 
 def _switch(alarm: Members, on: str, off: str, state: str) -> bool:
@@ -111,6 +111,15 @@ def _alma(machine: Interpreter, power: bool, group: Group, source: Resolved, *op
     disabled = _switch(alarm, "Disable", "Enable", "Disabled")
     _switch(alarm, "Suppress", "Unsuppress", "Suppressed")
     acknowledged = _requested(alarm, "AckAll")
+    _levels(machine, alarm, disabled=disabled, acknowledged=acknowledged)
+    _rates(machine, alarm, disabled=disabled, acknowledged=acknowledged)
+    names = (*ALARM_LEVELS, "ROCPos", "ROCNeg")
+    alarm.set(InAlarm=any(alarm[f"{name}InAlarm"] for name in names))
+    alarm.set(AnyInAlarmUnack=any(alarm[f"{name}InAlarmUnack"] for name in names))
+
+
+def _levels(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
+    """Compare the value with its limits; once there is an alarm, another one needs no duration."""
     beyond = {
         name: not disabled and bool(alarm[f"{name}Enabled"]) and _beyond(alarm, name) for name in ALARM_LEVELS
     }
@@ -119,10 +128,6 @@ def _alma(machine: Interpreter, power: bool, group: Group, source: Resolved, *op
     for name in ALARM_LEVELS:
         stays = not disabled and bool(alarm[f"{name}InAlarm"]) and not _inside(alarm, name)
         _level(alarm, name, on=stays or (beyond[name] and (lasts or already)), acknowledged=acknowledged)
-    _rates(machine, alarm, disabled=disabled, acknowledged=acknowledged)
-    names = (*ALARM_LEVELS, "ROCPos", "ROCNeg")
-    alarm.set(InAlarm=any(alarm[f"{name}InAlarm"] for name in names))
-    alarm.set(AnyInAlarmUnack=any(alarm[f"{name}InAlarmUnack"] for name in names))
 
 
 def _beyond(alarm: Members, name: str) -> bool:

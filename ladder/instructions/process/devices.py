@@ -33,12 +33,19 @@ def _mode_alarm(block: FunctionBlock, state: int, commands: Sequence[str]) -> No
     Args:
         commands: inputs of the program, one for each state, or one for two states.
     """
-    asked = sum(int(block[each]) << place for place, each in enumerate(commands))
-    wanted = 1 << state if len(commands) > 1 else state
-    changed = asked ^ int(block["~asked"])
-    alarm = block.on("ModeAlarm") or bool(changed & (asked ^ wanted))
+    requested = sum(int(block[each]) << place for place, each in enumerate(commands))
+    expected = 1 << state if len(commands) > 1 else state
+    changed = requested ^ int(block["~asked"])
+    alarm = block.on("ModeAlarm") or bool(changed & (requested ^ expected))
     free = not (block["ProgOper"] or block["Override"] or block["Hand"])
-    block.set(ModeAlarm=alarm and free and asked != wanted, **{"~asked": asked})
+    block.set(ModeAlarm=alarm and free and requested != expected, **{"~asked": requested})
+
+
+def _has_timed_out(block: FunctionBlock) -> bool:
+    """Return whether a missing feedback is a fault: after FaultTime, or once it has been there."""
+    limit = block.limited("FaultTime", 0.0, math.inf)
+    late = (block.machine.now_ns - int(block["~since_ns"])) / _NS_PER_S >= limit
+    return limit > 0 and (late or not block["~timing"])
 
 
 def _device(states: int) -> Callable[[FunctionBlock], None]:
@@ -50,20 +57,20 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
 
     def commanded(block: FunctionBlock, *, program: bool) -> int | None:
         """Return the state that who has control commands, None for no change."""
-        asked = _one(block, [f"Oper{n}Req" for n in numbers], "OperReqInv")
+        requested = _one(block, [f"Oper{n}Req" for n in numbers], "OperReqInv")
         by_program = _one(block, commands, "ProgCommandInv") if three else int(block["ProgCommand"])
-        state = by_program if program else asked
+        state = by_program if program else requested
         return state if state is not None and block[f"State{state}Perm"] else None
 
     def overriding(block: FunctionBlock, *, first: bool) -> bool:
         """Return whether the device is to be in its override state; an alarm gives the operator control."""
         by_alarm = block.on("FaultAlarm") and block.on("OverrideOnFault")
         begins = first and block.on("OverrideOnInit")
-        asked = block.on("ProgOverrideReq") or by_alarm or begins
+        requested = block.on("ProgOverrideReq") or by_alarm or begins
         if by_alarm or begins:
             block.set(ProgOper=False)
         invalid = three and block.wrong(OverrideStateInv=not 0 <= block["OverrideState"] < states)
-        return asked and not invalid and not block["ProgHandReq"]
+        return requested and not invalid and not block["ProgHandReq"]
 
     def state_of(block: FunctionBlock, before: int, *, first: bool) -> int:
         """Set the mode; return the state that is commanded now."""
@@ -103,9 +110,7 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
             block.set(**{"~timing": True, "~since_ns": block.machine.now_ns})
         if there:
             block.set(**{"~timing": False})
-        limit = block.limited("FaultTime", 0.0, math.inf)
-        late = (block.machine.now_ns - int(block["~since_ns"])) / _NS_PER_S >= limit
-        fault = limit > 0 and not there and (late or not block["~timing"])
+        fault = _has_timed_out(block) and not there
         latched = block.on("FaultAlarm") and block.on("FaultAlarmLatch") and not block["FaultAlmUnlatch"]
         block.set(FaultAlarm=fault or latched, FaultAlmUnlatch=False, **{"~state": state})
         _mode_alarm(block, state, commands)

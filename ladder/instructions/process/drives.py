@@ -49,7 +49,7 @@ def _with_limits(block: FunctionBlock, integral: float, before: float, other: fl
     crossed = block.wrong(HighLowLimsInv=not low < high)
     if not math.isfinite(integral + other):
         return integral, integral + other
-    if (integral > before and block["HoldHigh"]) or (integral < before and block["HoldLow"]):
+    if block.holds(integral - before):
         integral = before
     above, below = crossed or integral + other >= high, crossed or integral + other <= low
     block.set(HighAlarm=above, LowAlarm=below)
@@ -181,29 +181,51 @@ def _s_curve(block: FunctionBlock) -> float:
         return _moved(block, block.real("InitialValue"), 0.0)
     if seconds <= 0:
         return block.real("Out")
-    out, rate = block.real("~exact"), block.real("~rate")
     if not math.isfinite(target):
         return _keep(block, target)
+    if jerk <= 0 or (block["HoldEnable"] and block["HoldMode"]):
+        return _moved(block, block.real("~exact"), 0.0)
+    return _follow(block, target, (up, down), jerk, seconds)
+
+
+def _follow(
+    block: FunctionBlock, target: float, limits: tuple[float, float], jerk: float, seconds: float
+) -> float:
+    """Move Out toward In, or to rest with HoldEnable; return it."""
+    out, rate = block.real("~exact"), block.real("~rate")
     held = block.on("HoldEnable")
-    if jerk <= 0 or (held and block["HoldMode"]):
-        return _moved(block, out, 0.0)
     sign = math.copysign(1, rate if held else target - out)
     speeds_up = out * sign >= 0 if block["AbsAlgRamp"] else sign > 0
-    most, left, along, change = up if speeds_up else down, abs(target - out), rate * sign, jerk * seconds
-    curved = change < most
-    if curved and held:
-        new = max(along - change, 0.0)
-        step = (along + new) / 2 * seconds
-    elif curved:
-        new = _quickest(along, left, most, jerk, seconds)
-        step = (along + new) / 2 * seconds
-        if new <= 0 <= along <= change:
-            new, step = 0.0, left
+    most = limits[0] if speeds_up else limits[1]
+    if held:
+        step, new = _braking_step(rate * sign, most, jerk, seconds)
+        out += sign * step
     else:
-        step = 0.0 if held else min(most * seconds, left)
-        new = most if step < left and not held else 0.0
-    block.set(S_Mode=curved and 0 < new < most)
-    return _moved(block, target if step == left and not held else out + sign * step, new * sign)
+        left = abs(target - out)
+        step, new = _step_toward(rate * sign, left, most, jerk, seconds)
+        out = target if step == left else out + sign * step
+    block.set(S_Mode=jerk * seconds < most and 0 < new < most)
+    return _moved(block, out, new * sign)
+
+
+def _braking_step(rate: float, most: float, jerk: float, seconds: float) -> tuple[float, float]:
+    """Return how far Out moves while its rate falls, and the new rate."""
+    if jerk * seconds >= most:
+        return 0.0, 0.0
+    new = max(rate - jerk * seconds, 0.0)
+    return (rate + new) / 2 * seconds, new
+
+
+def _step_toward(rate: float, left: float, most: float, jerk: float, seconds: float) -> tuple[float, float]:
+    """Return how far Out moves toward In, which is `left` away, and the new rate."""
+    change = jerk * seconds
+    if change >= most:
+        step = min(most * seconds, left)
+        return step, most if step < left else 0.0
+    new = _quickest(rate, left, most, jerk, seconds)
+    if new <= 0 <= rate <= change:
+        return left, 0.0
+    return (rate + new) / 2 * seconds, new
 
 
 def _moved(block: FunctionBlock, out: float, rate: float) -> float:

@@ -26,7 +26,8 @@ from scanrack.io_images.dataclass import dataclass
 from .function_block import FunctionBlock, block_row
 from .measuring import level_alarms, rate_alarms
 
-_MODES = ("CasRat", "Auto", "Manual", "Override", "Hand")
+_REGULATING = ("CasRat", "Auto")
+_MODES = (*_REGULATING, "Manual", "Override", "Hand")
 _ALARMS = (
     *(f"PV{name}Alarm" for name in ("HH", "H", "L", "LL", "ROCPos", "ROCNeg")),
     *(f"Dev{name}Alarm" for name in ("HH", "H", "L", "LL")),
@@ -51,7 +52,7 @@ class _PidLoop:
 
     @property
     def regulates(self) -> bool:
-        return self.mode in ("Auto", "CasRat")
+        return self.mode in _REGULATING
 
     def of_control(self, name: str) -> str:
         """Return the name of an input of who has control."""
@@ -71,25 +72,28 @@ def _check(loop: _PidLoop) -> None:
     )
     spanless = block["CVEUMax"] == block["CVEUMin"]
     loop.bad_cv = block.wrong(CVFaulted=block.on("CVFault"), CVEUSpanInv=spanless)
-    asked = loop.first or block.on("CVInitReq") or was_faulted
-    loop.initializing = asked and not loop.bad_cv
+    requested = loop.first or block.on("CVInitReq") or was_faulted
+    loop.initializing = requested and not loop.bad_cv
+
+
+def _requested(loop: _PidLoop) -> str:
+    """Return Manual, Auto or CasRat as who has control requests; without a request the last one."""
+    block, who = loop.block, "Prog" if loop.program else "Oper"
+    if block[f"{who}ManualReq"]:
+        return "Manual"
+    if block[f"{who}AutoReq"]:
+        return "Auto"
+    if block[f"{who}CasRatReq"] and block["AllowCasRat"]:
+        return "CasRat"
+    return next((each for each in _REGULATING if block[each]), "Manual")
 
 
 def _choose_mode(loop: _PidLoop) -> None:
-    block, who = loop.block, "Prog" if loop.program else "Oper"
-    mode = next((each for each in _MODES if block[each]), "Manual")
-    if mode in ("Override", "Hand"):
-        mode = "Manual"
-    if block[f"{who}ManualReq"]:
-        mode = "Manual"
-    elif block[f"{who}AutoReq"]:
-        mode = "Auto"
-    elif block[f"{who}CasRatReq"] and block["AllowCasRat"]:
-        mode = "CasRat"
+    block = loop.block
+    mode = _requested(loop)
     if mode == "CasRat" and not block["AllowCasRat"]:
         mode = "Auto"
-    stopped = loop.bad_pv or loop.bad_cv or (loop.initializing and block.on("ManualAfterInit"))
-    if stopped and mode in ("Auto", "CasRat"):
+    if loop.bad_pv or loop.bad_cv or (loop.initializing and block.on("ManualAfterInit")):
         mode = "Manual"
     if block["ProgHandReq"]:
         mode = "Hand"
@@ -119,22 +123,27 @@ def _set_point(loop: _PidLoop) -> None:
     """Set SP and the error, in units and in percent of the span of PV."""
     block = loop.block
     ratio = _set_ratio(loop)
-    value = block.real("PV")
-    name = "SPCascade" if loop.mode == "CasRat" else loop.of_control("SP")
-    point = block.real(name) * (ratio if loop.mode == "CasRat" and block["UseRatio"] else 1.0)
+    cascade = loop.mode == "CasRat"
+    name = "SPCascade" if cascade else loop.of_control("SP")
+    point = block.real(name) * (ratio if cascade and block["UseRatio"] else 1.0)
     if block["PVTracking"] and loop.mode == "Manual" and not loop.bad_pv:
-        point = value
-        block.set(SPProg=value, SPOper=value)
+        point = block.real("PV")
+        block.set(SPProg=point, SPOper=point)
     low, high = block.real("SPLLimit"), block.real("SPHLimit")
     loop.setpoint_high, loop.setpoint_low = point > high, point < low
     block.wrong(**{f"{name}Inv": not low <= point <= high})
     point = max(min(point, high), low)
     block.set(SP=point, SPHAlarm=loop.setpoint_high, SPLAlarm=loop.setpoint_low)
-    if loop.program or loop.mode == "CasRat":
+    if loop.program or cascade:
         block.set(SPOper=point)
-    if block.wrong(PVSpanInv=not block["PVEUMin"] < block["PVEUMax"]):
-        return
-    low, span = block.real("PVEUMin"), block.real("PVEUMax") - block.real("PVEUMin")
+    if not block.wrong(PVSpanInv=not block["PVEUMin"] < block["PVEUMax"]):
+        _set_error(loop, point)
+
+
+def _set_error(loop: _PidLoop, point: float) -> None:
+    block = loop.block
+    value, low = block.real("PV"), block.real("PVEUMin")
+    span = block.real("PVEUMax") - low
     error = value - point if block["ControlAction"] else point - value
     loop.error = error * 100 / span
     block.set(E=error, EPercent=loop.error)
@@ -145,18 +154,25 @@ def _gains(block: FunctionBlock) -> list[float]:
     return [block.limited(f"{each}Gain", 0.0, math.inf) for each in "PID"]
 
 
+def _past_errors(loop: _PidLoop, now: dict[str, float]) -> dict[str, tuple[float, float]]:
+    """Return the last two values of the error and of PV, the newer one first; keep those of now."""
+    block = loop.block
+    if loop.first:
+        block.set(**{f"~{each}{n}": value for each, value in now.items() for n in (1, 2)})
+    past = {each: (block.real(f"~{each}1"), block.real(f"~{each}2")) for each in now}
+    if loop.seconds > 0 and not loop.bad_pv and math.isfinite(loop.error):
+        block.set(**{f"~{each}2": values[0] for each, values in past.items()})
+        block.set(**{f"~{each}1": value for each, value in now.items()})
+    return past
+
+
 def _change(loop: _PidLoop) -> float:
     """Return the change of CV in percent by the gains; keep errors and PV for the next calls."""
     block, seconds = loop.block, loop.seconds
     gains = _gains(block)
     percent = block.real("PVPercent") * (1 if block["ControlAction"] else -1)
     now = {"e": loop.error, "q": percent}
-    if loop.first:
-        block.set(**{f"~{each}{n}": value for each, value in now.items() for n in (1, 2)})
-    past = {each: (block.real(f"~{each}1"), block.real(f"~{each}2")) for each in "eq"}
-    if seconds > 0 and not loop.bad_pv and math.isfinite(loop.error):
-        block.set(**{f"~{each}2": values[0] for each, values in past.items()})
-        block.set(**{f"~{each}1": value for each, value in now.items()})
+    past = _past_errors(loop, now)
     dead = _in_deadband(loop, past["e"][0])
     if seconds <= 0 or not loop.regulates or loop.initializing or dead:
         return 0.0
@@ -212,32 +228,24 @@ def _select_cv(loop: _PidLoop) -> tuple[float, float]:
     if block["CVSetPrevious"]:
         before = block.limited("CVPrevious", 0.0, 100.0)
     cv = before + change if loop.seconds > 0 else before
-    if (block["WindupHIn"] and cv > before) or (block["WindupLIn"] and cv < before):
-        cv = before
-    return cv, before
+    return before if block.holds(cv - before, "WindupHIn", "WindupLIn") else cv, before
 
 
-def _limit_cv(loop: _PidLoop) -> None:
-    """Limit CV, set it and CVEU, with their alarms and what other loops need to know."""
+def _limit_change(loop: _PidLoop, cv: float, before: float) -> tuple[float, bool]:
+    """Return CV limited by the rate of its change, and whether it changed faster."""
+    rate = loop.block.limited("CVROCLimit", 0.0, math.inf)
+    limiting = loop.regulates or (loop.mode == "Manual" and loop.block.on("CVManLimiting"))
+    if not limiting or loop.initializing:
+        return cv, False
+    cv = max(min(cv, loop.block.real("CVHLimit")), loop.block.real("CVLLimit"))
+    most = rate * loop.seconds
+    fast = rate > 0 and abs(cv - before) > most and loop.seconds > 0
+    return max(min(cv, before + most), before - most) if fast else cv, fast
+
+
+def _show_cv(loop: _PidLoop, cv: float) -> None:
+    """Set CVEU, and CVOper for a change to Operator Manual without a bump."""
     block = loop.block
-    cv, before = _select_cv(loop)
-    low, high = block.real("CVLLimit"), block.real("CVHLimit")
-    block.wrong(CVLimitsInv=not 0 <= low <= high <= 100)
-    limiting = loop.regulates or (loop.mode == "Manual" and block.on("CVManLimiting"))
-    alarms = {"CVHAlarm": cv > high or cv > 100, "CVLAlarm": cv < low or cv < 0}
-    if loop.first:
-        alarms = dict.fromkeys(alarms, False)
-    cv = max(min(cv, 100.0), 0.0)
-    rate = block.limited("CVROCLimit", 0.0, math.inf)
-    fast = False
-    if limiting and not loop.initializing:
-        cv = max(min(cv, high), low)
-        most = rate * loop.seconds
-        fast = rate > 0 and abs(cv - before) > most and loop.seconds > 0
-        cv = max(min(cv, before + most), before - most) if fast else cv
-    if not math.isfinite(cv):
-        cv = before
-    block.set(CV=cv, CVROCAlarm=fast, CVInitializing=loop.initializing, **alarms)
     if loop.initializing:
         block.set(CVEU=block["CVInitValue"])
     elif not block.wrong(CVEUSpanInv=block["CVEUMax"] == block["CVEUMin"]):
@@ -245,13 +253,35 @@ def _limit_cv(loop: _PidLoop) -> None:
         block.set(CVEU=cv * span / 100 + block.real("CVEUMin"))
     if loop.program or loop.mode != "Manual":
         block.set(CVOper=block["CV"])
-    reverse = block.on("ControlAction")
-    high_end, low_end = ("CVLAlarm", "CVHAlarm") if reverse else ("CVHAlarm", "CVLAlarm")
+
+
+def _limit_cv(loop: _PidLoop) -> None:
+    """Limit CV; set it and CVEU, with their alarms and the bits for other loops."""
+    block = loop.block
+    cv, before = _select_cv(loop)
+    low, high = block.real("CVLLimit"), block.real("CVHLimit")
+    block.wrong(CVLimitsInv=not 0 <= low <= high <= 100)
+    above, below = cv > high or cv > 100, cv < low or cv < 0
+    if loop.first:
+        above = below = False
+    cv, fast = _limit_change(loop, max(min(cv, 100.0), 0.0), before)
+    if not math.isfinite(cv):
+        cv = before
+    block.set(CV=cv, CVROCAlarm=fast, CVInitializing=loop.initializing, CVHAlarm=above, CVLAlarm=below)
+    _show_cv(loop, cv)
+    above, below = (below, above) if block["ControlAction"] else (above, below)
     block.set(
         InitPrimary=loop.mode != "CasRat" or loop.initializing,
-        WindupHOut=loop.setpoint_high or alarms[high_end],
-        WindupLOut=loop.setpoint_low or alarms[low_end],
+        WindupHOut=loop.setpoint_high or above,
+        WindupLOut=loop.setpoint_low or below,
     )
+
+
+def _deviation_limits(block: FunctionBlock) -> dict[str, float]:
+    limits = {name: block.real(f"Dev{name}Limit") for name in ("HH", "H", "L", "LL")}
+    ordered = limits["HH"] >= limits["H"] >= 0 and limits["LL"] >= limits["L"] >= 0
+    block.wrong(DevHLLimitsInv=not ordered)
+    return limits
 
 
 def _alarms(loop: _PidLoop) -> None:
@@ -259,14 +289,12 @@ def _alarms(loop: _PidLoop) -> None:
     band, deviation_band = (block.limited(f"{each}Deadband", 0.0, math.inf) for each in ("PV", "Dev"))
     rates = [block.real(f"PVROC{each}") for each in ("PosLimit", "NegLimit", "Period")]
     block.wrong(PVROCLimitsInv=any(not each >= 0 for each in rates))
-    deviations = {name: block.real(f"Dev{name}Limit") for name in ("HH", "H", "L", "LL")}
-    ordered = deviations["HH"] >= deviations["H"] >= 0 and deviations["LL"] >= deviations["L"] >= 0
-    block.wrong(DevHLLimitsInv=not ordered)
+    deviations = _deviation_limits(block)
+    value, point = block.real("PV"), block.real("SP")
     if loop.first or loop.bad_pv:
         block.set(**dict.fromkeys(_ALARMS, False))
-        rate_alarms(block, block.real("PV"), "PV", first=True)
+        rate_alarms(block, value, "PV", first=True)
         return
-    value, point = block.real("PV"), block.real("SP")
     level_alarms(block, value, "PV", {each: block.real(f"PV{each}Limit") for each in deviations}, band)
     around = {each: point + (limit if each.startswith("H") else -limit) for each, limit in deviations.items()}
     level_alarms(block, value, "Dev", around, deviation_band)

@@ -23,6 +23,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+from ...interpreter.files import Elements
 from .function_block import FunctionBlock, block_row
 
 Polynomial = Sequence[float]
@@ -53,6 +54,21 @@ def _in_delays(polynomial: Polynomial, order: int, seconds: float) -> list[float
     return made
 
 
+def _past(block: FunctionBlock, name: str, order: int) -> list[float]:
+    return [block.real(f"~{name}{n}") for n in range(1, order + 1)]
+
+
+def _remember(
+    block: FunctionBlock, inputs: list[float], outputs: list[float], *, finite: bool, again: bool
+) -> None:
+    """Keep values for the next calls, the newest first; an overflow keeps none, or starts it again."""
+    if finite:
+        block.set(**{f"~x{n}": x for n, x in enumerate(inputs, start=1)})
+        block.set(**{f"~y{n}": y for n, y in enumerate(outputs, start=1)})
+    elif again:
+        block.set(**{"~y1": math.nan})
+
+
 def _filtered(
     block: FunctionBlock,
     value: float,
@@ -69,29 +85,22 @@ def _filtered(
         again: whether it starts again after a value that is not finite.
     """
     order = len(lower) - 1
-    steady = value * upper[0] / lower[0]
     if begin or not math.isfinite(value + block.real("~y1")):
+        steady = value * upper[0] / lower[0]
         block.set(Out=steady)
-        if math.isfinite(value):
-            block.set(**{f"~x{n}": value for n in range(1, order + 1)})
-            block.set(**{f"~y{n}": steady for n in range(1, order + 1)})
-        elif again:
-            block.set(**{"~y1": math.nan})
+        _remember(block, [value] * order, [steady] * order, finite=math.isfinite(value), again=again)
         return steady
     if seconds <= 0:
         return block.real("Out")
     above, below = (_in_delays(each, order, seconds) for each in (upper, lower))
-    inputs = [value, *(block.real(f"~x{n}") for n in range(1, order + 1))]
-    outputs = [block.real(f"~y{n}") for n in range(1, order + 1)]
+    inputs = [value, *_past(block, "x", order)]
+    outputs = _past(block, "y", order)
     out = sum(a * x for a, x in zip(above, inputs, strict=True))
     out = (out - sum(b * y for b, y in zip(below[1:], outputs, strict=True))) / below[0]
     block.set(Out=out)
-    if math.isfinite(block.rounded(out)):  # of an overflow nothing is remembered
-        block.set(**{f"~x{n}": x for n, x in enumerate(inputs[:-1], start=1)})
-        block.set(**{f"~y{n}": y for n, y in enumerate([out, *outputs[:-1]], start=1)})
-    elif again:
-        block.set(**{"~y1": math.nan})
-    return block.rounded(out)
+    rounded = block.rounded(out)
+    _remember(block, inputs[:-1], [out, *outputs[:-1]], finite=math.isfinite(rounded), again=again)
+    return rounded
 
 
 def _lead_lag(block: FunctionBlock) -> float:
@@ -176,26 +185,30 @@ def _derive(block: FunctionBlock) -> float:
     return out
 
 
+def _within_limits(block: FunctionBlock, out: float) -> float:
+    """Set the alarms; return Out within its limits, LowLimit if they are crossed."""
+    low, high = block.real("LowLimit"), block.real("HighLimit")
+    crossed = block.wrong(HighLowLimsInv=not low < high)
+    block.set(HighAlarm=crossed or out >= high, LowAlarm=crossed or out <= low)
+    return low if crossed else min(max(out, low), high)
+
+
 def _integrate(block: FunctionBlock) -> float:
     """Out = Out before + IGain (In + In before)/2 DeltaT, limited; LowLimit if the limits are crossed."""
     first = block.begins()
     seconds = block.seconds(first=first)
     value, gain = block.real("In"), block.limited("IGain", 0.0, math.inf)
-    low, high = block.real("LowLimit"), block.real("HighLimit")
-    crossed = block.wrong(HighLowLimsInv=not low < high)
-    before = block.real("~exact")
-    change = 0.0
-    if first or block["Initialize"]:
+    starts = first or block.on("Initialize")
+    before, change = block.real("~exact"), 0.0
+    if starts:
         before = block.real("InitialValue")
     elif seconds > 0:
         change = gain * (value + block.real("~x1")) / 2 * seconds
-    if (change > 0 and block["HoldHigh"]) or (change < 0 and block["HoldLow"]):
+    if block.holds(change):
         change = 0.0
-    out = before + change
-    block.set(HighAlarm=crossed or out >= high, LowAlarm=crossed or out <= low)
-    out = low if crossed else min(max(out, low), high)
+    out = _within_limits(block, before + change)
     block.set(Out=out)
-    if math.isfinite(out) and math.isfinite(value) and (first or seconds > 0 or block["Initialize"]):
+    if math.isfinite(out) and math.isfinite(value) and (starts or seconds > 0):
         block.set(**{"~exact": out, "~x1": value})
     return out
 
@@ -219,20 +232,23 @@ def _delay(block: FunctionBlock) -> float:
         return block.real("Out")
     wait, size = block.real("Deadtime"), len(buffer)
     invalid = not first and block.wrong(DeadtimeInv=not 0 <= wait <= size * seconds)
-    stored = block.rounded(value)
-    finite = math.isfinite(stored)
     if begin or invalid:
         block.set(Out=value)
-        if finite:
+        stored = block.rounded(value)
+        if math.isfinite(stored):
             for place in range(size):
                 buffer[place] = stored
             block.set(**{"~held": size})
         return value
-    count = math.floor(wait / seconds + 0.5)
+    return _delayed(block, buffer, value, math.floor(wait / seconds + 0.5))
+
+
+def _delayed(block: FunctionBlock, buffer: Elements, value: float, count: int) -> float:
+    """Return Out of `count` calls before; shift the buffer."""
+    stored, out = block.rounded(value), block.real("Out")
     held = min(int(block["~held"]), count)
-    out = block.real("Out")
     oldest = buffer[held - 1] if held else out if math.isfinite(out) else stored
-    if finite:
+    if math.isfinite(stored):
         for place in range(held, count):
             buffer[place] = oldest
         if count > 1:

@@ -70,6 +70,10 @@ class FunctionBlock(Members):
         self.wrong(**{fault or f"{name}Inv": not inside})
         return value if inside else high if value > high else low
 
+    def holds(self, change: float, high: str = "HoldHigh", low: str = "HoldLow") -> bool:
+        """Return whether a bit forbids a change: `high` one that is positive, `low` one that is negative."""
+        return (change > 0 and self.on(high)) or (change < 0 and self.on(low))
+
     def report(self, bits: dict[str, tuple[str, int]]) -> None:
         """Set the status words and bits."""
         faults = {name: self._faults.get(name, False) for name in bits}

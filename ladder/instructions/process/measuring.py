@@ -81,27 +81,28 @@ def _choose(block: FunctionBlock) -> float:
     override = block.on("ProgOverrideReq")
     block.set(Override=override)
     mode, used = int(block["SelectorMode"]), int(block["InsUsed"])
-    faulted = [block.on(f"In{number}Fault") for number in range(1, _MOST_INPUTS + 1)]
     few = block.wrong(InsUsedInv=not 1 <= used <= _MOST_INPUTS)
     most = _MOST_INPUTS if few else used
-    block.wrong(InsFaulted=any(faulted[:most]), SelectorModeInv=not _MANUAL <= mode <= _AVERAGE)
+    faulted = [block.on(f"In{number}Fault") for number in range(1, most + 1)]
+    block.wrong(InsFaulted=any(faulted), SelectorModeInv=not _MANUAL <= mode <= _AVERAGE)
     chosen = {name: int(block[name]) for name in ("ProgSelector", "OperSelector")}
     block.wrong(**{f"{name}Inv": not 0 <= number <= most for name, number in chosen.items()})
     if override or mode == _MANUAL:
         number = chosen["ProgSelector" if program else "OperSelector"]
         if 1 <= number <= most:
             block.set(Out=block[f"In{number}"], SelectedIn=number)
-    elif not few and mode <= _AVERAGE and mode > 0:
-        usable = [number for number in range(1, most + 1) if not faulted[number - 1]]
-        if usable:
-            _by_mode(block, mode, [(block.real(f"In{number}"), number) for number in usable])
+    elif not few and _MANUAL < mode <= _AVERAGE:
+        _by_mode(block, mode, faulted)
     block.clear_requests()
     return block.real("Out")
 
 
-def _by_mode(block: FunctionBlock, mode: int, values: list[tuple[float, int]]) -> None:
-    """Set Out and SelectedIn; SelectedIn is 0 of a mean."""
-    ranked = sorted(values, key=lambda each: (each[0], each[1]))
+def _by_mode(block: FunctionBlock, mode: int, faulted: list[bool]) -> None:
+    """Set Out and SelectedIn by the inputs without a fault, if there is one; SelectedIn is 0 of a mean."""
+    values = [(block.real(f"In{number}"), number) for number, bad in enumerate(faulted, start=1) if not bad]
+    if not values:
+        return
+    ranked = sorted(values)
     if mode == _AVERAGE:
         found = sum(value for value, _ in values) / len(values), 0
     elif mode == _MEDIAN and len(ranked) % 2 == 0:
@@ -186,13 +187,9 @@ def _total(block: FunctionBlock) -> float:
     low = value <= block.real("LowInCutoff")
     block.set(LowInCutoffFlag=low)
     runs, ran_before = block.on("RunStop"), block.on("~running")
-    before = block.real("~x1")
     if not unusable:
         if runs and ran_before and not low and seconds > 0:
-            step = block.real("Gain") * seconds / _UNIT_S[base] * (value + before) / 2
-            if math.isfinite(block.real("~exact") + step):
-                block.set(**{"~exact": block.real("~exact") + step})
-            block.set(Total=block.real("~exact"))
+            _add(block, value, seconds / _UNIT_S[base])
         if math.isfinite(value):
             block.set(**{"~x1": 0.0 if low else value})
     block.set(**{"~running": runs})
@@ -203,11 +200,19 @@ def _total(block: FunctionBlock) -> float:
     return total
 
 
+def _add(block: FunctionBlock, value: float, units: float) -> None:
+    """Add the flow of a time in units of TimeBase to the total."""
+    total = block.real("~exact") + block.real("Gain") * units * (value + block.real("~x1")) / 2
+    if math.isfinite(total):
+        block.set(**{"~exact": total})
+    block.set(Total=block.real("~exact"))
+
+
 def _reset(block: FunctionBlock, *, program: bool) -> None:
     """Reset the total on a rising request of who has control; the operator's is cleared after each call."""
-    asked = block.on("ProgResetReq")
-    by_program = program and asked and not block["~asked"]
-    block.set(**{"~asked": asked}, ProgResetDone=by_program or (asked and block.on("ProgResetDone")))
+    requested = block.on("ProgResetReq")
+    by_program = program and requested and not block["~asked"]
+    block.set(**{"~asked": requested}, ProgResetDone=by_program or (requested and block.on("ProgResetDone")))
     if by_program or (not program and block["OperResetReq"]):
         value = block.real("ResetValue")
         block.set(OldTotal=block["Total"], Total=value, **{"~exact": value})

@@ -67,24 +67,28 @@ def _position(block: FunctionBlock) -> float:
     if first:
         block.set(OpenTime=0.0, CloseTime=0.0)
     cycle, timer, begins = _cycle(block, first=first)
-    valid = _percents(block)
+    valid = _percents(block) and cycle > 0
     most = _time(block, "MaxOnTime", cycle)
-    least, dead = (_time(block, name, most) for name in ("MinOnTime", "Deadtime"))
-    at, wanted = block.real("PositionPercent"), block.real("SPPercent")
+    least, dead = _time(block, "MinOnTime", most), _time(block, "Deadtime", most)
+    at, target = block.real("PositionPercent"), block.real("SPPercent")
     for side, way, ended in (
-        ("Open", wanted - at, block.on("OpenedFB") or at >= 100),
-        ("Close", at - wanted, block.on("ClosedFB") or at <= 0),
+        ("Open", target - at, block.on("OpenedFB") or at >= 100),
+        ("Close", at - target, block.on("ClosedFB") or at <= 0),
     ):
         rate = block.limited(f"{side}Rate", 0.0, math.inf)
-        before = block.real(f"{side}Time")
-        pulse = before
-        if ended or cycle <= 0 or rate <= 0 or not valid:
+        pulse = block.real(f"{side}Time")
+        if ended or rate <= 0 or not valid:
             pulse = 0.0
         elif begins:
-            pulse = min(way / rate + (dead if before < cycle else 0.0), most) if way > 0 else 0.0
-            pulse = pulse if pulse >= least else 0.0
+            pulse = _pulse(way / rate, dead if pulse < cycle else 0.0, least, most)
         block.set(**{f"{side}Time": pulse, f"{side}Out": timer < _ms(pulse)})
     return at
+
+
+def _pulse(needed: float, dead: float, least: float, most: float) -> float:
+    """Return the time of a pulse in s: 0 if it is not needed or too short."""
+    pulse = min(needed + dead, most) if needed > 0 else 0.0
+    return pulse if pulse >= least else 0.0
 
 
 # --- SRTP

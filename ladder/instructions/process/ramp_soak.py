@@ -20,18 +20,24 @@ from .function_block import FunctionBlock, block_row
 _MS_PER_MIN = 60_000
 
 
-def _mode(block: FunctionBlock, *, program: bool, first: bool) -> str:
-    """Return the mode by the requests of who has control."""
+_OF_CONTROL = {True: ("Prog", "Hold"), False: ("Oper", "Manual")}
+"""By whether the program has control: the prefix of its inputs and the mode after an end or a fault."""
+
+
+def _is_usable(value: float) -> bool:
+    return 0 <= float(value) < math.inf
+
+
+def _mode(block: FunctionBlock, *, program: bool, new: bool) -> str:
+    """Return the mode by the requests of who has control; a new block is in Manual."""
+    if new:
+        return "Manual"
     mode = next((each for each in ("Auto", "Hold") if block[each]), "Manual")
-    if program:
-        for each in ("Auto", "Manual", "Hold"):  # the last one has precedence
-            mode = each if block[f"Prog{each}Req"] else mode
-    else:
-        if block["OperAutoReq"]:
-            mode = "Auto"
-        if block["OperManualReq"] or mode == "Hold":
-            mode = "Manual"
-    return "Manual" if first and mode == "Hold" and not program else mode
+    if program:  # the first one has precedence
+        return next((each for each in ("Hold", "Manual", "Auto") if block[f"Prog{each}Req"]), mode)
+    if block["OperManualReq"]:
+        return "Manual"
+    return "Auto" if mode == "Auto" or block["OperAutoReq"] else "Manual"
 
 
 def _begin_segment(block: FunctionBlock, segment: int, out: float) -> None:
@@ -51,6 +57,8 @@ def _automatic(block: FunctionBlock, count: int, minutes: float) -> bool:
     """Execute the profile; return whether it continues."""
     ramps, soaks, _ = block.arrays
     segment = int(block["CurrentSeg"])
+    if segment not in range(count):
+        return False
     out, target = block.real("~exact"), float(soaks[segment])
     difference = abs(out - block.real("PV"))
     if not block["~soaking"]:
@@ -89,47 +97,65 @@ def _manual(block: FunctionBlock, who: str, count: int) -> None:
         block.set(**{"~exact": out})
 
 
-def _step(block: FunctionBlock) -> float:
+def _initialize(block: FunctionBlock) -> bool:
+    """Reset segment and soak time of the inputs with Initialize; return whether Manual ends with it."""
+    if not block["Initialize"]:
+        return False
+    for who in ("Prog", "Oper"):
+        block.set(**{f"CurrentSeg{who}": 0, f"SoakTime{who}": block.arrays[2][0]})
+    return block.on("ManHoldAftInit")
+
+
+def _check(block: FunctionBlock) -> tuple[int, bool, bool]:
+    """Note the faults of the profile and of PV.
+
+    Returns:
+        the number of usable segments, whether NumberOfSegs is valid, and whether Auto is possible
+    """
     ramps, _, times = block.arrays
-    least = min(map(len, block.arrays))
-    if not block["~ran"] and 0 <= float(times[0]) < math.inf:
-        block.set(CurrentSeg=0, SoakTimeProg=times[0], SoakTimeOper=times[0])
-    new = not block["~ran"]
-    first = block.starts()
-    minutes = block.elapsed_ms(first=first) / _MS_PER_MIN
-    program = block.control()
-    mode = "Manual" if new else _mode(block, program=program, first=first)
-    segments = int(block["NumberOfSegs"])
-    few = block.wrong(NumberOfSegsInv=not 1 <= segments <= least)
-    count = least if few else segments
-    usable = range(count)
-    bad = block.wrong(
+    segments, most = int(block["NumberOfSegs"]), min(map(len, block.arrays))
+    valid = not block.wrong(NumberOfSegsInv=not 1 <= segments <= most)
+    count = segments if valid else most
+    faulted = block.wrong(
         PVFaulted=block.on("PVFault"),
-        RampValueInv=any(not 0 <= float(ramps[n]) < math.inf for n in usable),
-        SoakTimeInv=any(not 0 <= float(times[n]) < math.inf for n in usable),
+        RampValueInv=not all(_is_usable(ramps[n]) for n in range(count)),
+        SoakTimeInv=not all(_is_usable(times[n]) for n in range(count)),
     )
-    stopped = "Hold" if program else "Manual"
-    if mode == "Auto" and (few or bad):
-        mode = stopped
-    if block["Initialize"] and mode == "Manual" and not few:
-        for who in ("Prog", "Oper"):
-            block.set(**{f"CurrentSeg{who}": 0, f"SoakTime{who}": times[0]})
-        if block["ManHoldAftInit"]:
-            mode = stopped
-    block.set(Initialize=False)
-    who = "Prog" if program else "Oper"
-    if mode == "Manual":
-        _manual(block, who, count)
-    if mode != "Auto":
-        block.set(GuarRampOn=False, GuarSoakOn=False)
-    elif int(block["CurrentSeg"]) not in usable or not _automatic(block, count, minutes):
-        mode = stopped
+    return count, valid, valid and not faulted
+
+
+def _show(block: FunctionBlock, mode: str, *, program: bool) -> None:
     block.set(**{each: each == mode for each in ("Auto", "Manual", "Hold")})
     block.set(Out=block["~exact"], SoakTimeLeft=block["~left"])
     if mode != "Manual" or program:  # for a change to Operator Manual without a bump
         block.set(
             OutOper=block["Out"], CurrentSegOper=block["CurrentSeg"], SoakTimeOper=block["SoakTimeLeft"]
         )
+
+
+def _step(block: FunctionBlock) -> float:
+    times = block.arrays[2]
+    new = not block["~ran"]
+    if new and _is_usable(times[0]):
+        block.set(CurrentSeg=0, SoakTimeProg=times[0], SoakTimeOper=times[0])
+    first = block.starts()
+    minutes = block.elapsed_ms(first=first) / _MS_PER_MIN
+    program = block.control()
+    who, stopped = _OF_CONTROL[program]
+    mode = _mode(block, program=program, new=new)
+    count, valid, runnable = _check(block)
+    if mode == "Auto" and not runnable:
+        mode = stopped
+    if mode == "Manual" and valid and _initialize(block):
+        mode = stopped
+    block.set(Initialize=False)
+    if mode == "Manual":
+        _manual(block, who, count)
+    if mode != "Auto":
+        block.set(GuarRampOn=False, GuarSoakOn=False)
+    elif not _automatic(block, count, minutes):
+        mode = stopped
+    _show(block, mode, program=program)
     block.clear_requests()
     return block.real("Out")
 

@@ -80,8 +80,8 @@ def _capture(choose: Callable[[float, float], float]) -> Callable[[FunctionBlock
 def _latch(*, set_dominates: bool) -> Callable[[FunctionBlock], None]:
     def step(block: FunctionBlock) -> None:
         first, second = (True, False) if set_dominates else (False, True)
-        asked = {True: block.on("Set"), False: block.on("Reset")}
-        out = first if asked[first] else second if asked[second] else block.on("Out")
+        inputs = {True: block.on("Set"), False: block.on("Reset")}
+        out = first if inputs[first] else second if inputs[second] else block.on("Out")
         block.set(Out=out, OutNot=not out)
 
     return step
@@ -138,23 +138,27 @@ def _generate(block: FunctionBlock) -> float:
     """Interpolate between the points of the selected table; leave Out if it is not usable [p. 60]."""
     table = 2 if block["Select"] else 1
     points = block.arrays[2 * table - 2 : 2 * table]
-    size, value = int(block[f"XY{table}Size"]), block.real("In")
+    size = int(block[f"XY{table}Size"])
     most = min(map(len, points)) if len(points) > 1 else 0
     if block.wrong(**{f"XY{table}SizeInv": not 1 <= size <= most}):
         return block.real("Out")
     xs, ys = ([float(each[n]) for n in range(size)] for each in points)
     if block.wrong(XisOutofOrder=any(not a <= b for a, b in pairwise(xs))):
         return block.real("Out")
-    after = next((n for n, each in enumerate(xs) if value <= each), None)
-    if after is None:
-        out = ys[-1] if value > xs[-1] else value
-    elif after == 0:
-        out = ys[0]
-    else:
-        slope = (ys[after] - ys[after - 1]) / (xs[after] - xs[after - 1])
-        out = slope * (value - xs[after - 1]) + ys[after - 1]
+    out = _interpolated(xs, ys, block.real("In"))
     block.set(Out=out)
     return out
+
+
+def _interpolated(xs: list[float], ys: list[float], value: float) -> float:
+    """Return y of a value; that of the first or last point outside of them, NaN of NaN."""
+    after = next((n for n, each in enumerate(xs) if value <= each), None)
+    if after is None:
+        return ys[-1] if value > xs[-1] else value
+    if after == 0:
+        return ys[0]
+    slope = (ys[after] - ys[after - 1]) / (xs[after] - xs[after - 1])
+    return slope * (value - xs[after - 1]) + ys[after - 1]
 
 
 SCL = block_row("SCL", _scale)

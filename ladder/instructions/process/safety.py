@@ -80,7 +80,7 @@ def _dcs(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -
     function, kind, limit, restart, cold = operands[:5]
     first, second, status, reset = _truths(machine, operands[5:])
     complementary = bool(_number(machine, kind, INPUT_TYPES))
-    automatic, at_once = (bool(_number(machine, each, STARTS)) for each in (restart, cold))
+    automatic, at_once = bool(_number(machine, restart, STARTS)), bool(_number(machine, cold, STARTS))
     wait = machine.integer(limit)
     block.set(EnableIn=power, EnableOut=power, ChannelA=first, ChannelB=second)
     block.set(InputStatus=status, Reset=reset)
@@ -89,18 +89,29 @@ def _dcs(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -
     if not power:
         _forget(machine, group)
         return
-    asked = _rises(block, "reset", reset)
+    rises = _rises(block, "reset", reset)
     channels = first, second != complementary
-    if asked and block["FP"] and status and (block["FaultCode"] == INPUT_OFF or block["~tested"]):
-        asked = False
+    clears = rises and status and _is_clearable(block)
+    if clears:
         block.set(FP=False, FaultCode=0, **{"~apart": False, "~left": 0})
     _status(block, status, at_once)
     if status:
         _channels(machine, block, channels, wait)
     if not any(channels):
         block.set(**{"~tested": True, "~free": automatic})
-    ready = all(channels) and status and not block["FP"] and bool(block["~tested"])
-    on = ready and bool(block["O1"] or block["~free"] or asked)
+    restarts = bool(block["~free"]) or (rises and not clears)
+    _switch_dcs(block, active=all(channels), status=status, restarts=restarts, reset=reset)
+
+
+def _is_clearable(block: Members) -> bool:
+    """Return whether a fault's cause is gone as far as the channels go."""
+    return bool(block["FP"] and (block["FaultCode"] == INPUT_OFF or block["~tested"]))
+
+
+def _switch_dcs(block: Members, *, active: bool, status: bool, restarts: bool, reset: bool) -> None:
+    """Set O1, and DiagnosticCode to what it waits for."""
+    ready = active and status and not block["FP"] and bool(block["~tested"])
+    on = ready and bool(block["O1"] or restarts)
     held = ready and not on and reset
     block.set(O1=on, DiagnosticCode=RESET_HELD if held else 0 if status or block["FP"] else INPUT_OFF)
 
@@ -118,17 +129,22 @@ def _status(block: Members, status: bool, at_once: bool) -> None:
 
 def _channels(machine: Interpreter, block: Members, channels: tuple[bool, bool], wait: int) -> None:
     """Fault on channels that differ too long, or if one cycles while the other stays active."""
-    if channels[0] == channels[1]:
-        if all(channels) and block["~left"] and not block["FP"]:
+    first, second = channels
+    if first == second:
+        if first and block["~left"] and not block["FP"]:
             _differ(block, LEFT + int(block["~left"]) - 1)
-        block.set(**{"~apart": False, "~both": channels[0], "~left": 0})
+        block.set(**{"~apart": False, "~both": first, "~left": 0})
         return
     if block["~both"]:
-        block.set(**{"~both": False, "~left": 2 if channels[0] else 1})
+        block.set(**{"~both": False, "~left": 1 + first})
     if not block["~apart"]:
         block.set(**{"~apart": True, "~since_ns": machine.now_ns})
-    if not block["FP"] and machine.now_ns - int(block["~since_ns"]) >= wait * _NS_PER_MS:
-        _differ(block, DIFFERED if channels[0] else DIFFERED + 1)
+    if not block["FP"] and _lasts(machine, block, wait):
+        _differ(block, DIFFERED + second)
+
+
+def _lasts(machine: Interpreter, block: Members, limit_ms: int) -> bool:
+    return machine.now_ns - int(block["~since_ns"]) >= limit_ms * _NS_PER_MS
 
 
 def _differ(block: Members, code: int) -> None:
@@ -149,42 +165,53 @@ def _crout(machine: Interpreter, power: bool, group: Group, *operands: Resolved)
     if not power:
         _forget(machine, group)
         return
-    asked = _rises(block, "reset", reset)
-    valid = inputs and outputs
-    wanted = bool(block["O1"]) == positive
-    matched = first == wanted and second == wanted
-    if asked and block["FP"] and valid and matched:
+    rises = _rises(block, "reset", reset)
+    off = _status_off(inputs, outputs)
+    expected = bool(block["O1"]) == positive
+    if rises and block["FP"] and (off, first, second) == (0, expected, expected):
         block.set(FP=False, FaultCode=0, **{"~held": actuate})
     if not block["FP"]:
-        if block["~valid"] and not valid:
-            _fault(block, OUTPUT_OFF if inputs else INPUT_OFF)
-        else:
-            _feedback(machine, block, (first, second), wanted, limit)
-    on = actuate and valid and not block["FP"] and not block["~held"]
-    if not actuate:
-        block.set(**{"~held": False})
+        _monitor(machine, block, (first, second), expected, off, limit)
+    held = actuate and bool(block["~held"])
+    _switch(machine, block, actuate and not (off or block["FP"] or held))
+    code = 0 if block["FP"] else off or ACTUATE_HELD * held
+    block.set(DiagnosticCode=code, **{"~valid": not off, "~held": held})
+
+
+def _status_off(inputs: bool, outputs: bool) -> int:
+    """Return the code of the status that is off, 0 if both are on."""
+    if not inputs:
+        return INPUT_OFF
+    return 0 if outputs else OUTPUT_OFF
+
+
+def _switch(machine: Interpreter, block: Members, on: bool) -> None:
     if on != block["O1"]:
         block.set(O1=on, O2=on, **{"~settled": False, "~moved": True, "~since_ns": machine.now_ns})
-    waits = 0 if inputs and outputs else OUTPUT_OFF if inputs else INPUT_OFF
-    waits = waits or (ACTUATE_HELD if block["~held"] else 0)
-    block.set(DiagnosticCode=0 if block["FP"] else waits, **{"~valid": valid})
 
 
-def _feedback(
-    machine: Interpreter, block: Members, feedback: tuple[bool, bool], wanted: bool, limit: int
+def _monitor(
+    machine: Interpreter, block: Members, feedback: tuple[bool, bool], expected: bool, off: int, limit: int
 ) -> None:
-    """Fault on a feedback that follows the outputs too late or changes without them."""
+    """Fault on a status that turns off, and on a feedback that follows the outputs too late or not at all."""
+    if block["~valid"] and off:
+        _fault(block, off)
+        return
     if not block["~powered"]:
         block.set(**{"~powered": True, "~since_ns": machine.now_ns})
-    if feedback == (wanted, wanted):
+    if feedback == (expected, expected):
         block.set(**{"~settled": True})
         return
-    wrong = 0 if wanted not in feedback else 1 if feedback[0] != wanted else 2
-    late = machine.now_ns - int(block["~since_ns"]) >= limit * _NS_PER_MS
+    wrong = _WRONG_FEEDBACK[feedback[0] == expected, feedback[1] == expected]
+    late = _lasts(machine, block, limit)
     if block["~settled"] or (late and not block["~moved"]):
-        _fault(block, (TURNED_OFF if wanted else TURNED_ON) + wrong)
+        _fault(block, (TURNED_OFF if expected else TURNED_ON) + wrong)
     elif late:
-        _fault(block, (NOT_ON if wanted else NOT_OFF) + wrong)
+        _fault(block, (NOT_ON if expected else NOT_OFF) + wrong)
+
+
+_WRONG_FEEDBACK = {(False, False): 0, (False, True): 1, (True, False): 2}
+"""What codes add, by whether feedback 1 and 2 match the outputs."""
 
 
 # --- the rows

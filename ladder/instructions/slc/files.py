@@ -92,8 +92,8 @@ def sequence_compare(
     if not power:
         control.set(EN=False, FD=False)
     elif _step(control):
-        wanted = machine.whole(Elements(machine, file)[control["POS"]])
-        control.set(FD=(machine.integer(source) ^ wanted) & machine.integer(mask) & 0xFFFF == 0)
+        entry = machine.whole(Elements(machine, file)[control["POS"]])
+        control.set(FD=(machine.integer(source) ^ entry) & machine.integer(mask) & 0xFFFF == 0)
 
 
 def sequence_load(

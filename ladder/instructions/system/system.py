@@ -250,9 +250,10 @@ def _resolve(
 ) -> tuple[str, str | Place, str, Place | Group]:
     """Return class, instance and attribute in capitals, and the tag; an axis' instance is its member."""
     kind, instance, name = (str(each).upper() for each in given[:3])
-    if kind in BY_CLASS and isinstance(given[1], Address) and isinstance(given[3], Address):
+    tag = given[3]
+    if kind in BY_CLASS and isinstance(given[1], Address) and isinstance(tag, Address):
         member = _member(resolver, given[1], str(given[2]))
-        return kind, member, name, resolver.memory(given[3], written=written)
+        return kind, member, name, resolver.memory(tag, written=written)
     attribute = _attribute(kind, name)
     if attribute is None or not (written or attribute.write):
         known = _known(kind, written=written)
@@ -261,14 +262,19 @@ def _resolve(
         instance = ""  # there is one
     if instance == THIS:
         instance = program_of(resolver.named(""))
+    _keep(resolver, kind, instance, name)
+    if not isinstance(tag, Address):
+        raise OperandError(f"{tag} is not a tag", "name a tag")
+    return kind, instance, name, resolver.memory(tag, written=written)
+
+
+def _keep(resolver: OperandResolver, kind: str, instance: str, name: str) -> None:
+    """Give a stored attribute, and the offset of the clock, a place in the memory."""
     stored = None if (kind, name) in ATTRIBUTES else stored_value(kind, name)
     if stored is not None:
         resolver.kept(_path(kind, instance, name), stored.initial)
     elif kind == CLOCK:
         resolver.kept(_OFFSET, 0)
-    if not isinstance(given[3], Address):
-        raise OperandError(f"{given[3]} is not a tag", "name a tag")
-    return kind, instance, name, resolver.memory(given[3], written=written)
 
 
 def _member(resolver: OperandResolver, tag: Address, name: str) -> Place:

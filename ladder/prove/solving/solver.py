@@ -10,11 +10,11 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from functools import cache
-from importlib.metadata import version
 from importlib.util import find_spec
 from typing import Any
 
 from scanrack.io_images.installing import how_to_install
+from scanrack.io_images.versions import distribution_version
 
 from ..algebra.meaning import BOOL, F32, INT
 from ..algebra.terms import T
@@ -51,7 +51,7 @@ def bitwuzla_module() -> Any:
 
 def fuse_text() -> str:
     """Return the name of the fuse with the version of the solver: another one may get further."""
-    return f"the solver's fuse (bitwuzla {version('bitwuzla')})"
+    return f"the solver's fuse (bitwuzla {distribution_version('bitwuzla')})"
 
 
 @cache

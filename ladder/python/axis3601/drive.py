@@ -149,7 +149,7 @@ class Drive:
         if self._translation is not None:
             self._translation.reset()
 
-    # -- what is asked of it
+    # -- state, and requests
 
     @property
     def state(self) -> State:
@@ -268,7 +268,7 @@ class Drive:
 
     def _judge(self, now_ns: int) -> None:
         self._quiet = False
-        self.msw = msw = self._in[0]
+        self.msw = self._in[0]
         self.lsw = self._in[1]
         self._settle(now_ns)
         moving = self.moving
@@ -276,19 +276,29 @@ class Drive:
             self._evidence.look(self.kind, self.out, moving=moving, down=self.link.down)
         if self.step == _SENT and self._has_begun(moving):
             self._begin()
-        under_way = self.step == _UNDER_WAY
-        lost = _SENT <= self.step <= HandshakeStep.YIELDING and self.kind is not CONFIGURE and _is_lost(msw)
-        faults = faults_of(msw) | self._unfit() if under_way or lost else 0
-        if under_way and self.kind.alone:
+        if self.step == _UNDER_WAY and self.kind.alone:
             self.out[0] = 0
-        stuck = self._is_stuck(now_ns)
-        if lost or (under_way and faults):
-            self._fail(faults or ErrorId.CONFIG_ERROR)
-        elif under_way and not moving and self._is_done(msw):
+        self._end_command(moving=moving, stuck=self._is_stuck(now_ns))
+
+    def _end_command(self, *, moving: bool, stuck: bool) -> None:
+        """End the command of the words if it has failed, is done, or does not come to an end."""
+        under_way = self.step == _UNDER_WAY
+        if faults := self._command_faults():
+            self._fail(faults)
+        elif under_way and not moving and self._is_done(self.msw):
             self.error_stop = self.error_stop and self.kind not in (RESET, CONFIGURE)
             self._finish(Outcome.DONE, 0)
         elif stuck and (under_way or (self.step == _SENT and self.kind is CONFIGURE)):
-            self._fail(faults_of(msw) | ErrorId.NOT_DONE)
+            self._fail(faults_of(self.msw) | ErrorId.NOT_DONE)
+
+    def _command_faults(self) -> int:
+        """Return the ErrorID of a command that has failed, 0 for one that has not."""
+        commanded = _SENT <= self.step <= HandshakeStep.YIELDING
+        lost = commanded and self.kind is not CONFIGURE and _is_lost(self.msw)
+        if not lost and self.step != _UNDER_WAY:
+            return 0
+        faults = faults_of(self.msw) | self._unfit()
+        return int(ErrorId.CONFIG_ERROR) if lost and not faults else faults
 
     def _unfit(self) -> int:
         """Return the ErrorID of a networked drive that can't move; it has bits for this that a 3601 lacks."""
@@ -342,10 +352,10 @@ class Drive:
 
     def _what_happened(self, error_id: int) -> str:
         """Return the link, its instants, and the status of an axis at rest."""
-        told = [str(self.link)] if error_id & ErrorId.LINK_LOST else []
+        found = [str(self.link)] if error_id & ErrorId.LINK_LOST else []
         if error_id & ErrorId.NOT_DONE:
-            told.append(f"the status is {' '.join(self._status_names())}")
-        return "; ".join(told)
+            found.append(f"the status is {' '.join(self._status_names())}")
+        return "; ".join(found)
 
     def _status_names(self) -> list[str]:
         if self._translation is None:

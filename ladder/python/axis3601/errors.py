@@ -49,8 +49,8 @@ def reasons(error_id: int, detail: str = "") -> str:
     >>> reasons(64, "state ERROR_STOP")
     'the state of the axis does not allow it [ErrorID 64]: state ERROR_STOP'
     """
-    said = ", ".join(words for bit, words in WORDS.items() if error_id & bit)
-    return f"{said} [ErrorID {error_id}]" + (f": {detail}" if detail else "")
+    text = ", ".join(words for bit, words in WORDS.items() if error_id & bit)
+    return f"{text} [ErrorID {error_id}]" + (f": {detail}" if detail else "")
 
 
 class AxisError(Exception):

@@ -23,7 +23,7 @@ from scanrack.io_images.amci3601.words import WORDS_3601, may_be_stepper, profil
 from scanrack.io_images.drives.models import Model
 from scanrack.io_images.drives.status import status_view
 from scanrack.io_images.drives.translation import DriveTranslation, model_of
-from scanrack.io_images.image import Image, signed_word
+from scanrack.io_images.image import WORD_MIN, Image, signed_word
 from scanrack.io_images.module_words import ModuleWords
 from typing_extensions import override
 
@@ -54,7 +54,7 @@ from .stop import Stop
 LEAST_ROUND_TRIP_MS = 10
 """Default round trip: exchange at the ends of the scan."""
 
-_MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
+_MOVING_OR_MODE = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value | WORD_MIN
 
 _CONFIGURES = CommandLsw.ENCODER_MOVE.value
 """Word 1 while a networked drive is configured: a bit that the axis has no other use for."""
@@ -119,8 +119,7 @@ class Axis3601(Device):
     @property
     def moving(self) -> bool:
         """Whether the module reports motion."""
-        word: int = self._words[0]
-        return word & _MOVING != 0 and word >= 0
+        return bool(self._words[0] & _MOVING_OR_MODE > 0)  # negative in configuration mode
 
     @property
     def phase(self) -> int:

@@ -117,8 +117,8 @@ def _reader(image: Image, word: int, bit: int, *, guarded: bool) -> tuple[Callab
     if not guarded or (word == 0 and mask & LIVE_BITS):
         return lambda: words[word] & mask != 0, (words, word, mask)
     if word == 0:
-        wanted = mask | _MODE
-        return lambda: words[0] & wanted == mask, (words, 0, wanted)
+        both_bits = mask | _MODE
+        return lambda: words[0] & both_bits == mask, (words, 0, both_bits)
     both = (image.raw.cast("i"), 0, 1 << _WORD_BITS + bit | _MODE)  # little-endian, see io_images.image
     return lambda: words[word] & mask != 0 and words[0] >= 0, both if word == 1 else None
 
@@ -197,13 +197,16 @@ class Output(Signal):
             words, word, mask = logic._places[self.name]
         except KeyError:
             words, word, mask = _place(self, logic)  # which refuses
-        if on is not True and on is not False:
-            if not isinstance(on, _LEVELS):
-                raise TypeError(f"{self.name} = {on!r} is not allowed: an output is True or False")
-            on = bool(on)
-        value = words[word]
-        if (value & mask != 0) is not on:
-            words[word] = value ^ mask
+        if on is False:
+            if words[word] & mask:
+                words[word] ^= mask
+        elif on is True:
+            if not words[word] & mask:
+                words[word] ^= mask
+        elif isinstance(on, _LEVELS):
+            self.__set__(logic, bool(on))
+        else:
+            raise TypeError(f"{self.name} = {on!r} is not allowed: an output is True or False")
 
     def __repr__(self) -> str:
         return f"Output({self.address!r})"

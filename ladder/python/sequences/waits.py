@@ -153,6 +153,19 @@ LONGEST = 80
 @lru_cache(maxsize=1024)
 def _expression(code: CodeType) -> str:
     """Return the text of a lambda's expression in its file; "" if the file has another one there now."""
+    text = _written_at(code)
+    if not text or len(text) > LONGEST:
+        return ""
+    try:
+        read = compile(f"({text})", "<condition>", "eval")
+    except (SyntaxError, ValueError):
+        return ""
+    names = {*code.co_names, *code.co_freevars}
+    return text if {*read.co_names} == names and _plain(read) == _plain(code) else ""
+
+
+def _written_at(code: CodeType) -> str:
+    """Return what a file has at the places of some code, in one line; "" if nothing is known."""
     spans = [each for each in code.co_positions() if None not in each and each[2] != each[3]]
     if not spans:
         return ""
@@ -160,17 +173,10 @@ def _expression(code: CodeType) -> str:
     end = max((each[1] or 0, each[3] or 0) for each in spans)
     linecache.checkcache(code.co_filename)
     lines = [each.encode() for each in linecache.getlines(code.co_filename)[begin[0] - 1 : end[0]]]
-    if not lines:
-        return ""
-    lines[-1] = lines[-1][: end[1]]
-    lines[0] = lines[0][begin[1] :]
-    text = " ".join(b"".join(lines).decode(errors="replace").split())
-    try:
-        read = compile(f"({text})", "<condition>", "eval")
-    except (SyntaxError, ValueError):
-        return ""
-    same = {*read.co_names} == {*code.co_names, *code.co_freevars} and _plain(read) == _plain(code)
-    return text if same and len(text) <= LONGEST else ""
+    if lines:
+        lines[-1] = lines[-1][: end[1]]
+        lines[0] = lines[0][begin[1] :]
+    return " ".join(b"".join(lines).decode(errors="replace").split())
 
 
 def _plain(code: CodeType) -> set[str]:

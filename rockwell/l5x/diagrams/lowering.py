@@ -107,7 +107,7 @@ class _Lowering:
         for each in self._diagram.nodes.values():
             if each.tag != "IRef" and each.operand:
                 yield each.operand
-            yield from self._values.handed(each).values()
+            yield from self._values.arguments(each).values()
 
     def run(self) -> DiagramText:
         self._latch()
@@ -218,15 +218,15 @@ class _Lowering:
         self._add(node, f"{self._values.text(Pin(node, form.output))} := {text};")
 
     def _add_on(self, node: Node) -> None:
-        arguments = self._known.arguments(node.type)
-        if arguments is None:
+        parameters = self._known.arguments(node.type)
+        if parameters is None:
             raise node.refused(f"no add-on {node.type} in the file")
         self._inputs(node)
-        handed = self._values.handed(node)
-        missing = next((each for each in sorted(self._values.inouts(node)) if each not in handed), None)
+        arguments = self._values.arguments(node)
+        missing = next((each for each in sorted(self._values.inouts(node)) if each not in arguments), None)
         if missing is not None:
             raise node.refused(f"its {missing} has no argument")
-        given = (handed.get(each.name.upper(), f"{node.operand}.{each.name}") for each in arguments)
+        given = (arguments.get(each.name.upper(), f"{node.operand}.{each.name}") for each in parameters)
         call = f"({','.join((node.operand, *given))});"
         off = f"{node.type}{OFF}{call}" if self._known.acts_when_off(node.type) else ""
         self._enabled(node, [f"{node.type}{call}"], off)

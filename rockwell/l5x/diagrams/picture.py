@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain
 
@@ -93,31 +93,31 @@ class _Sheet:
 
     def _pins(self, node: Node, wired: set[str]) -> tuple[tuple[DrawnPin, ...], tuple[DrawnPin, ...]]:
         """Return the pins on the left and on the right: visible or wired ones in the order of the type."""
-        read = {each.name for each in self._diagram.inputs_of(node)}
-        visible = node.record.attributes.get("VisiblePins", "").split()
-        listed = [
-            *node.record.attributes.get("In", "").split(),
-            *node.record.attributes.get("Ret", "").split(),
-        ]
-        names = list(dict.fromkeys((*visible, *listed, *read, *wired)))
+        sources = {each.name: each.source for each in self._diagram.inputs_of(node)}
+        visible, inputs, returns = (_words(node, each) for each in ("VisiblePins", "In", "Ret"))
+        names = list(dict.fromkeys((*visible, *inputs, *returns, *sources, *wired)))
         form = form_of(node)
         order = [each.name for each in form.structure.members] if form else []
-        border = order.index("EnableOut") if "EnableOut" in order else len(order)
         names.sort(key=lambda each: order.index(each) if each in order else len(order))
-        of_add_on = self._values.outputs(node)
-        right = {each for each in names if each in order[border:] or each.upper() in of_add_on} | (
-            wired - read
-        )
-        if node.tag in ("JSR", "SBR"):
-            right |= {each for each in listed if each not in read and node.tag == "SBR"}
-            right |= set(node.record.attributes.get("Ret", "").split()) if node.tag == "JSR" else set()
-        sources = {each.name: each.source for each in self._diagram.inputs_of(node)}
+        right = self._outputs(node, names, order) | (wired - sources.keys())
+        if node.tag == "JSR":
+            right.update(returns)
+        elif node.tag == "SBR":
+            right |= {*inputs, *returns} - sources.keys()
         of_wire = sources if node.tag == "Function" else {}  # a function has no memory of its inputs
-        pins = [
-            (each, DrawnPin(each, self._values.text(of_wire.get(each, Pin(node, each))))) for each in names
-        ]
-        left = tuple(pin for name, pin in pins if name not in right)
-        return left, tuple(pin for name, pin in pins if name in right)
+        pins = {each: DrawnPin(each, self._values.text(of_wire.get(each, Pin(node, each)))) for each in names}
+        left = tuple(pin for name, pin in pins.items() if name not in right)
+        return left, tuple(pin for name, pin in pins.items() if name in right)
+
+    def _outputs(self, node: Node, names: Iterable[str], order: list[str]) -> set[str]:
+        """Return the pins that are outputs by the type of a node."""
+        of_type = order[order.index("EnableOut") :] if "EnableOut" in order else []
+        of_add_on = self._values.outputs(node)
+        return {each for each in names if each in of_type or each.upper() in of_add_on}
+
+
+def _words(node: Node, name: str) -> list[str]:
+    return node.record.attributes.get(name, "").split()
 
 
 def _text(record: ElementRecord) -> DrawnElement:

@@ -29,6 +29,9 @@ RUN = ("Block", "Function", "AddOnInstruction", "JSR", "SBR", "RET")
 _NODES = (*RUN, "IRef", "ORef", "ICon", "OCon")
 _WIRES = ("Wire", "FeedbackWire")
 _REMARKS = ("TextBox", "Attachment", "Description")
+_RANKS = {"SBR": 0, "RET": 2}
+"""Order of elements that could run at once; 1 of all others."""
+
 MOST_ELEMENTS = 20_000
 """Maximum elements and wires of a routine."""
 
@@ -116,6 +119,17 @@ class Diagram:
         self._wires: dict[Key, dict[str, _Wire]] = {}  # by target and pin in capitals
         self._connectors: dict[str, Node] = {}
         self._sources: dict[Key, tuple[Key, str, bool]] = {}  # of each input connector, past connectors
+        self._read_sheets(content)
+        self.inputs: Mapping[Key, tuple[Input, ...]] = {
+            key: tuple(self._input(key, wire) for wire in wires.values())
+            for key, wires in self._wires.items()
+        }
+        self._readers: dict[Key, list[tuple[Node, Input]]] = {}  # by source
+        for reference in sorted(self._of("ORef"), key=lambda each: each.position):
+            for one in self.inputs_of(reference):
+                self._readers.setdefault(one.source.node.key, []).append((reference, one))
+
+    def _read_sheets(self, content: ElementRecord) -> None:
         sheets = [each for each in content.children if each.tag == "Sheet"]
         if sum(1 + len(each.children) for each in sheets) > MOST_ELEMENTS:
             raise DiagramError(f"it has more than {MOST_ELEMENTS:,} elements", Site(line=content.line))
@@ -128,14 +142,6 @@ class Diagram:
             for each in sheet.children:
                 if each.tag in _WIRES:
                     self._wire(number, each)
-        self.inputs: Mapping[Key, tuple[Input, ...]] = {
-            key: tuple(self._input(key, wire) for wire in wires.values())
-            for key, wires in self._wires.items()
-        }
-        self._readers: dict[Key, list[tuple[Node, Input]]] = {}  # by source
-        for reference in sorted(self._of("ORef"), key=lambda each: each.position):
-            for one in self.inputs_of(reference):
-                self._readers.setdefault(one.source.node.key, []).append((reference, one))
 
     def _node(self, sheet: int, record: ElementRecord) -> None:
         if record.tag in (*_WIRES, *_REMARKS):
@@ -217,10 +223,8 @@ class Diagram:
         for key, sources in waits.items():
             for each in sources:
                 after.setdefault(each, []).append(key)
-        rank = {"SBR": 0, "RET": 2}
-        ready = [
-            (rank.get(blocks[key].tag, 1), blocks[key].position, key) for key in blocks if not waits[key]
-        ]
+        ranks = {key: (_RANKS.get(node.tag, 1), node.position, key) for key, node in blocks.items()}
+        ready = [ranks[key] for key in blocks if not waits[key]]
         heapify(ready)
         found: list[Node] = []
         while ready:
@@ -229,7 +233,7 @@ class Diagram:
             for each in after.get(key, ()):
                 waits[each].discard(key)
                 if not waits[each]:
-                    heappush(ready, (rank.get(blocks[each].tag, 1), blocks[each].position, each))
+                    heappush(ready, ranks[each])
         if len(found) < len(blocks):
             raise self._loop({key: sources for key, sources in waits.items() if sources}, blocks)
         return found

@@ -6,7 +6,7 @@ and an integer one is at least a DINT, so that 7 / 2 of two INTs is 3.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 from scanrack.ladder.model.errors import LadderError
@@ -54,7 +54,7 @@ class Values:
     def __init__(self, diagram: Diagram, routine: str, known: DocumentNames) -> None:
         self._diagram, self._routine, self._known = diagram, routine, known
         self._held: dict[Node, Tag] = {}
-        self._handed: dict[Node, Mapping[str, str]] = {}
+        self._arguments: dict[Node, Mapping[str, str]] = {}
 
     @property
     def tags(self) -> list[Tag]:
@@ -75,8 +75,8 @@ class Values:
         except LadderError:
             operand = None
         if not isinstance(operand, Address | (Number if node.tag == "IRef" else Address)):
-            wanted = "a tag or a number" if node.tag == "IRef" else "a tag"
-            raise node.refused(f"{wanted} is needed")
+            needed = "a tag or a number" if node.tag == "IRef" else "a tag"
+            raise node.refused(f"{needed} is needed")
         return operand
 
     def text(self, source: Pin) -> str:
@@ -89,7 +89,7 @@ class Values:
             return f"({node.operand})" if node.operand.startswith("-") else node.operand
         if node.tag in ("JSR", "SBR"):
             return source.name
-        return self.handed(node).get(source.name.upper(), f"{node.operand}.{source.name}")
+        return self.arguments(node).get(source.name.upper(), f"{node.operand}.{source.name}")
 
     def _type(self, source: Pin) -> DataType | None:
         """Return the type of a value, None if it is unknown."""
@@ -110,15 +110,19 @@ class Values:
         assert own is not None
         if own.type is BOOL:
             return BOOL
-        sources = (each.source for each in self._diagram.inputs_of(node))
-        known = (each for each in sources if each.node.tag != "Function" or each.node in self._held)
-        kinds = [self._type(each) for each in known]
+        kinds = list(self._types_of_inputs(node))
         if own.type is REAL and LREAL in kinds:
             return LREAL
         if own.type is REAL and (REAL in kinds or None in kinds):
             return REAL
         wide = (isinstance(each, Elementary) and each.is_integer and each.bits > DINT.bits for each in kinds)
         return LINT if any(wide) else DINT
+
+    def _types_of_inputs(self, node: Node) -> Iterator[DataType | None]:
+        """Yield the types of a node's inputs but for those of functions without a tag yet."""
+        for each in self._diagram.inputs_of(node):
+            if each.source.node.tag != "Function" or each.source.node in self._held:
+                yield self._type(each.source)
 
     # --- parameters of add-ons
 
@@ -131,15 +135,15 @@ class Values:
         arguments = self._known.arguments(node.type) if node.tag == "AddOnInstruction" else None
         return frozenset(each.name.upper() for each in arguments or () if each.usage.upper() == "INOUT")
 
-    def handed(self, node: Node) -> Mapping[str, str]:
+    def arguments(self, node: Node) -> Mapping[str, str]:
         """Return the arguments of InOuts by name in capitals: of the element, or of a wired reference."""
         if node.tag != "AddOnInstruction":
             return {}
-        if node not in self._handed:
-            self._handed[node] = self._handed_to(node)
-        return self._handed[node]
+        if node not in self._arguments:
+            self._arguments[node] = self._read_arguments(node)
+        return self._arguments[node]
 
-    def _handed_to(self, node: Node) -> Mapping[str, str]:
+    def _read_arguments(self, node: Node) -> Mapping[str, str]:
         listed = (each.attributes for each in node.record.children if each.tag == "InOutParameter")
         found = {each.get("Name", "").upper(): each.get("Argument", "") for each in listed}
         inouts = self.inouts(node)

@@ -8,7 +8,7 @@
 
 The bytes are as many as the tag's memory three times: its image, the mask of forced bits, their values.
 
-They are read and listed; a run holds them if it is told to.
+They are read and listed; a run holds them on request.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .raw import RawReader, bytes_in, fits
 from .value_texts import ValueTextError
 
 Force = tuple[str, bool | int | float]
-"""An address behind the tag's name, and its value."""
+"""The rest of an address after the tag's name, and its value."""
 
 _LIST = re.compile(r"\s*\[\s*(-?\d{1,3}(?:\s*,\s*-?\d{1,3})*+)\s*\]\s*")
 _PATTERN = re.compile(r"2#([01.]{1,64})")
@@ -47,24 +47,32 @@ def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], typ
     if shown or len(data) == len(elements):
         yield from shown
         return
-    image = _bytes(next(each for each in elements if each.tag == "ForceData"))
-    count = len(image) // 3
+    yield from _of_image(
+        _bytes(next(each for each in elements if each.tag == "ForceData")), kind, dims, types
+    )
+
+
+def _of_image(image: bytes, kind: DataType, dims: tuple[int, ...], types: Types) -> Iterator[Force]:
+    count, rest = divmod(len(image), 3)
     mask, values = image[count : 2 * count], image[2 * count :]
-    if not any(image) or (len(image) == 3 * count and not any(mask)):
+    if not any(image) or not (rest or any(mask)):
         return
-    if len(image) != 3 * count or not fits(mask, kind, dims, types.layouts):
+    if rest or not fits(mask, kind, dims, types.layouts):
         raise ValueTextError(f"its force data have {len(image)} bytes, which are not three times its memory")
     if not (isinstance(kind, Elementary) or types.layouts.is_known(kind)):
         raise ValueTextError(f"the order of the bytes of a {kind.name} is not known")
     for text, type_, at, bit in _ForceMask(mask, types.layouts).places(kind, dims, 0):
-        size = max(1, type_.bits // 8)
-        place = slice(at, at + size)
-        if bit is not None:
-            if mask[at] >> bit & 1:
-                yield text, bool(values[at] >> bit & 1)
-        elif any(mask[place]):
-            bits = int.from_bytes(mask[place], "little"), int.from_bytes(values[place], "little")
-            yield from _of_bits(text, type_, *bits, size * 8)
+        if bit is None:
+            place = slice(at, at + max(1, type_.bits // 8))
+            yield from _of_bytes(text, type_, mask[place], values[place])
+        elif mask[at] >> bit & 1:
+            yield text, bool(values[at] >> bit & 1)
+
+
+def _of_bytes(text: str, kind: Elementary, mask: bytes, values: bytes) -> Iterator[Force]:
+    if any(mask):
+        bits = int.from_bytes(mask, "little"), int.from_bytes(values, "little")
+        yield from _of_bits(text, kind, *bits, 8 * len(mask))
 
 
 def image_of(forced: Sequence[Data], kind: DataType, layouts: Layouts) -> Any:

@@ -120,9 +120,9 @@ class _Forms:
         inner = next(iter(data.values(zeros=keep)), None)
         if inner is None:
             return None
-        wanted = "Array" if dims else "DataValue" if isinstance(kind, Elementary) else "Structure"
-        if inner.tag != wanted:
-            raise ValueTextError(f"its data are of the form {inner.tag}, not {wanted}")
+        form = "Array" if dims else "DataValue" if isinstance(kind, Elementary) else "Structure"
+        if inner.tag != form:
+            raise ValueTextError(f"its data are of the form {inner.tag}, not {form}")
         return _decorated(inner, kind, dims, how)
 
     def _string(self) -> str | None:
@@ -152,9 +152,9 @@ class _Forms:
         for _form, other in others:
             path = first_difference(self._kind, self._dims, value, other)
             if path is not None:
-                said = (f"{name} {value_at(self._kind, each, path)}" for name, each in found.items())
-                place = "".join(path)
-                self._say(f"its forms differ{place and f' at {place}'}: {', '.join(said)}; the {first} count")
+                forms = (f"{name} {value_at(self._kind, each, path)}" for name, each in found.items())
+                place = f" at {''.join(path)}" if path else ""
+                self._say(f"its forms differ{place}: {', '.join(forms)}; the {first} count")
                 return
 
 
@@ -199,9 +199,7 @@ class _Part(NamedTuple):
 def _structure(values: DecoratedValue, kind: Structure, how: ValueReading) -> Any:
     parts, is_string = _parts(kind)
     if is_string and not _has_elements(values):
-        text = next((each.text for each in values.inner if each.name == "DATA"), None)
-        characters = None if text is None else _cut(_quoted(text), kind)
-        return characters if characters or how.keep else None
+        return _characters(values, kind, how)
     found = {}
     for each in values.inner:
         _, name, text, _, _ = each
@@ -213,12 +211,17 @@ def _structure(values: DecoratedValue, kind: Structure, how: ValueReading) -> An
             value = _decorated(each, member.type, member.dims, how)
         else:
             value = None if text in _ZEROS and not how.keep else scalar(text, plain, how)
-        if value is not None:
-            if wrong:
-                how.say(wrong)
-            else:
-                found[member.name] = value
+        if value is not None and wrong:
+            how.say(wrong)
+        elif value is not None:
+            found[member.name] = value
     return found or None
+
+
+def _characters(values: DecoratedValue, kind: Structure, how: ValueReading) -> str | None:
+    text = next((each.text for each in values.inner if each.name == "DATA"), None)
+    characters = None if text is None else _cut(_quoted(text), kind)
+    return characters if characters or how.keep else None
 
 
 def _has_elements(values: DecoratedValue) -> bool:
@@ -281,8 +284,7 @@ def _array(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: V
         if isinstance(kind, Elementary):
             value = None if text in _ZEROS and not how.keep else scalar(text, kind, how)
         else:
-            structure = next((each for each in inner if each.tag == "Structure"), None)
-            value = None if structure is None else _structure(structure, kind, how)
+            value = next((_structure(each, kind, how) for each in inner if each.tag == "Structure"), None)
         flat[at] = value
         something = something or value is not None
     return nested(flat, kind, dims) if something else None

@@ -83,12 +83,16 @@ def _numbers(names: Sequence[str], bits: int) -> dict[str, int]:
     """Return the bit of each name, without those that are not known."""
     if len(names) == bits:
         return {name: bit for bit, name in enumerate(names)}
-    numbers = [_NUMBER.findall(name) for name in names]
-    if len({_NUMBER.sub("#", name, count=1) for name in names}) == 1 and all(numbers):
-        series = [int(each[0]) for each in numbers]
-        if series == list(range(len(names))) and len(names) > 1:
-            return dict(zip(names, series, strict=True))
+    if len(names) > 1 and _are_series(names):
+        return {name: bit for bit, name in enumerate(names)}
     ends = {name: int(end[1]) for name in names if (end := _AT_END.search(name))}
     places = list(ends.values())
     rising = all(one < after for one, after in pairwise(places))
     return ends if rising and places and len(places) <= places[-1] < bits else {}
+
+
+def _are_series(names: Sequence[str]) -> bool:
+    """Return whether names differ in their first number only, which counts from 0."""
+    numbers = [_NUMBER.search(name) for name in names]
+    series = [int(each[0]) for each in numbers if each]
+    return series == list(range(len(names))) and len({_NUMBER.sub("#", name, count=1) for name in names}) == 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -41,6 +41,8 @@ from .records import (
 )
 from .spans import ROOT
 from .unread import is_add_on, unread
+
+_KINDS = {"RLLContent": "RLL", "STContent": "ST", "FBDContent": "FBD", "SFCContent": "SFC"}
 
 
 def read_document(path: Path) -> L5xDocument:
@@ -227,19 +229,14 @@ class _L5xReader:
             self._rung(each, place) for place, each in enumerate(children(element, "RLLContent", "Rung"))
         ]
         contents = list(element.iterchildren("STContent"))
-        types = [each.get("OnlineEditType", "") for each in contents]
-        chosen = chosen_text(types, tested=tested)
+        types, chosen = _chosen(contents, tested=tested)
         content = contents[chosen] if contents else None
         charts = list(element.iterchildren("SFCContent", "FBDContent"))
-        edits = [each.get("OnlineEditType", "") for each in charts]
-        chart = charts[chosen_text(edits, tested=tested)] if charts else None
-        lines = [("".join(each.itertext()), int(each.sourceline)) for each in children(content, "Line")]
-        if content is not None and not lines:  # by other programs than Studio 5000
+        chart = charts[_chosen(charts, tested=tested)[1]] if charts else None
+        lines = _text_lines(chart.iter("Line") if chart is not None else children(content, "Line"))
+        if content is not None and chart is None and not lines:  # by other programs than Studio 5000
             lines = [(content.text or "", int(content.sourceline))]
-        if chart is not None:
-            lines = [("".join(each.itertext()), int(each.sourceline)) for each in chart.iter("Line")]
-        kinds = {"RLLContent": "RLL", "STContent": "ST", "FBDContent": "FBD", "SFCContent": "SFC"}
-        found = next((kinds[each.tag] for each in element if each.tag in kinds), "RLL")
+        found = next((_KINDS[each.tag] for each in element if each.tag in _KINDS), "RLL")
         return RoutineRecord(
             element.get("Name", ""),
             element.get("Type") or found,
@@ -331,6 +328,16 @@ class _L5xReader:
 
 DEEPEST = 8
 """Levels of elements in a chart that are read: a line of an action is the fifth."""
+
+
+def _chosen(contents: Sequence[Any], *, tested: bool) -> tuple[list[str], int]:
+    """Return the kinds of edits of a routine's contents, and which one runs."""
+    types = [each.get("OnlineEditType", "") for each in contents]
+    return types, chosen_text(types, tested=tested)
+
+
+def _text_lines(elements: Iterable[Any]) -> list[tuple[str, int]]:
+    return [("".join(each.itertext()), int(each.sourceline)) for each in elements]
 
 
 def _element_record(element: Any, depth: int = 0) -> ElementRecord:

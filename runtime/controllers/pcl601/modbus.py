@@ -22,7 +22,7 @@ from collections.abc import Callable, Sequence
 from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu import bit_message as bits
 from pymodbus.pdu import register_message as words
-from scanrack.io_images.pcl601 import FIRMWARE, ROWS, WORD_COUNT, WORDS, Code, Error, Register, with_word
+from scanrack.io_images.pcl601 import FIRMWARE, ROWS, WORD_COUNT, WORDS, Code, Error, Register, Row, with_word
 from scanrack.io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_BITS, OUTPUT_COUNT
 
 from ...line.modbus_pdus import (
@@ -125,11 +125,7 @@ class Modbus:
         if not is_stop:
             self._not_while_program_runs()
         for (row, _), value in zip(targets, values, strict=True):
-            if row.locked and self._controller.busy:
-                self._refuse(DEVICE_BUSY, Error.BUSY)
-            if row.words == 1 and not row.allows(value):
-                is_command = row.register is Register.COMMAND
-                self._refuse(ILLEGAL_VALUE, Error.COMMAND if is_command else Error.RANGE)
+            self._check_value(row, value)
         if not self._position_fits(first, values):
             self._refuse(ILLEGAL_VALUE, Error.RANGE)
         for (row, word), value in zip(targets, values, strict=True):
@@ -138,6 +134,13 @@ class Modbus:
                 self._controller.written(row.register)
         if first == 0:
             self._controller.do(values[0])
+
+    def _check_value(self, row: Row, value: int) -> None:
+        if row.locked and self._controller.busy:
+            self._refuse(DEVICE_BUSY, Error.BUSY)
+        if row.words == 1 and not row.allows(value):
+            is_command = row.register is Register.COMMAND
+            self._refuse(ILLEGAL_VALUE, Error.COMMAND if is_command else Error.RANGE)
 
     def _position_fits(self, first: int, values: Sequence[int]) -> bool:
         """Whether a position of which both words are written is in range; its write is its use."""

@@ -19,8 +19,8 @@ from scanrack.io_images.site import SettingError
 from ...machine.contacts import Contact
 from .interpreter import Interpreter
 from .memory import Memory
-from .options import Pmc006ControllerOptions
 from .pins import Pin, Pmc006Pins
+from .pmc006_controller_options import Pmc006ControllerOptions
 from .pmc006_motor import MotorActivity, SimulatedPmc006Axis
 
 SUPPLY_LIMIT_V = 9.0

@@ -123,11 +123,13 @@ class Interpreter:
     # -- conditions --------------------------------------------------------------------------
 
     def _holds(self, line: UserInstruction) -> bool:
-        return WAITED_FOR[line.option](self) == bool(line.data)
+        _, holds = WAIT_OPTIONS[line.option]
+        return holds(self) == bool(line.data)
 
     def compare(self, line: UserInstruction) -> None:
         """Set the flag of JEQ and JNE."""
-        self.equal = COMPARED[line.option](self) == line.data
+        _, value = CMP_OPTIONS[line.option]
+        self.equal = value(self) == line.data
 
     # -- effects -----------------------------------------------------------------------------
 
@@ -206,24 +208,24 @@ def _flag(flag: Status1) -> Callable[[Interpreter], bool]:
     return lambda program: bool(program.host.axis.flags & flag)
 
 
-WAITED_FOR: dict[int, Callable[[Interpreter], bool]] = {
-    1: lambda program: not program.host.axis.moving,
-    2: _level(Pin.EXT1),
-    3: _level(Pin.EXT2),
-    4: _level(RESET_PIN),
-    5: _level(PAUSE_PIN),
-    6: _flag(Status1.EXT1),
-    7: _flag(Status1.EXT2),
+WAIT_OPTIONS: dict[int, tuple[str, Callable[[Interpreter], bool]]] = {
+    1: ("motor idle", lambda program: not program.host.axis.moving),
+    2: ("EXT1 level", _level(Pin.EXT1)),
+    3: ("EXT2 level", _level(Pin.EXT2)),
+    4: ("GPI1 level", _level(RESET_PIN)),
+    5: ("GPI2 level", _level(PAUSE_PIN)),
+    6: ("EXT1 flag", _flag(Status1.EXT1)),
+    7: ("EXT2 flag", _flag(Status1.EXT2)),
 }
-"""Conditions of WAIT's options (reading, `program.WAIT_OPTIONS`)."""
+"""What WAIT compares with its data, by its option (reading)."""
 
 
-COMPARED: dict[int, Callable[[Interpreter], int]] = {
-    1: lambda program: program.counter,
-    2: _level(Pin.EXT1),
-    3: _level(Pin.EXT2),
-    4: _flag(Status1.EXT1),
-    5: _flag(Status1.EXT2),
-    6: lambda program: int(program.host.levels),
+CMP_OPTIONS: dict[int, tuple[str, Callable[[Interpreter], int]]] = {
+    1: ("counter", lambda program: program.counter),
+    2: ("EXT1 level", _level(Pin.EXT1)),
+    3: ("EXT2 level", _level(Pin.EXT2)),
+    4: ("EXT1 flag", _flag(Status1.EXT1)),
+    5: ("EXT2 flag", _flag(Status1.EXT2)),
+    6: ("all inputs, as instruction x reads them", lambda program: int(program.host.levels)),
 }
-"""Values of CMP's options (reading, `program.CMP_OPTIONS`)."""
+"""What CMP compares with its data, by its option (reading)."""

@@ -34,9 +34,9 @@ from ...loop.events import Event, JsonValue
 from ...loop.module import unnoticed
 from ...loop.module_fault import ModuleFault
 from ...machine import Machine
+from .amci3601_options import Amci3601Options
 from .command_layer import CommandLayer
 from .indicators import UNPOWERED, indicators
-from .options import Amci3601Options
 from .report import report, take_shown
 from .step_generator import NEVER, StepGenerator, SteppedModule
 from .trouble import ANSWERS

@@ -15,7 +15,7 @@ from ...machine import Machine, MachineSpec
 from ..record import ModuleRecord, NamedStatus, Options, Trait
 
 if TYPE_CHECKING:
-    from .options import Amci3601Options
+    from .amci3601_options import Amci3601Options
 
 
 def make(
@@ -55,7 +55,7 @@ def check_controller(firmware: str, controller: str) -> None:
 
 
 def _option_table() -> type[Amci3601Options]:
-    from .options import Amci3601Options
+    from .amci3601_options import Amci3601Options
 
     return Amci3601Options
 

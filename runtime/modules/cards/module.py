@@ -25,7 +25,7 @@ from ...loop.module import Module, unnoticed
 from ...machine.shaft import FAR
 from ...machine.spec import INPUT_NAMES
 from ..record import BoltedAhead, ModuleWithMachine
-from .options import Cam, CardOptions
+from .card_options import Cam, CardOptions
 
 if TYPE_CHECKING:
     from ...loop.module import Words

@@ -12,7 +12,7 @@ from scanrack.io_images.site import SettingError
 from ...loop.module import Module
 from ...machine import MachineSpec
 from ..record import ModuleRecord, Options
-from .options import CardOptions
+from .card_options import CardOptions
 
 
 class CardView:

@@ -23,9 +23,9 @@ from ...loop.events import Event, JsonValue
 from ...loop.module import unnoticed
 from ...machine import Machine
 from ..amci3601.step_generator import NEVER, StepGenerator, SteppedModule
+from .drive_options import options_of
 from .layer import DriveLayer
 from .nonvolatile import DriveMemory
-from .options import options_of
 
 if TYPE_CHECKING:
     import numpy as np

@@ -32,6 +32,7 @@ from ...kinematics import PICO, stopping_distance
 from ...loop.events import Event, JsonValue
 from ...machine import EncoderSpec
 from ..amci3601.step_generator import StepGenerator
+from .drive_options import DriveOptions
 from .motions import (
     STOP_JOG,
     BlendMove,
@@ -47,7 +48,6 @@ from .motions import (
     profile_of,
 )
 from .nonvolatile import DriveMemory
-from .options import DriveOptions
 from .state import DriveState, StatusLatches
 
 ESTOP = InputBit.ESTOP.value
@@ -549,14 +549,12 @@ class DriveLayer:
             motion.start(now_ns)
 
     def _jog(self, now_ns: int, command: DriveCommand, heading: int) -> None:
-        running = self.operation
-        if isinstance(running, Jog) and not isinstance(running, DriveRegistrationMove) and self.busy:
-            again = running.stopping and running.heading == heading and self.enabled
-            if again and not command.modifiers & Modifier.REGISTRATION_MOVE and self._ranges_hold(command):
-                running.change(now_ns, command)  # reading R-38
-                self._program(command)
-                return
         registers = bool(command.modifiers & Modifier.REGISTRATION_MOVE)
+        running = self._stopping_jog(heading)
+        if running is not None and not registers and self._ranges_hold(command):
+            running.change(now_ns, command)  # interpretation R-38
+            self._program(command)
+            return
         good = self._ranges_hold(command) and (not registers or self._distances_hold(command))
         if not self._may_move(now_ns, ("CMD-03", not good)) or self._toward_limit(now_ns, heading, jog=True):
             return
@@ -569,6 +567,14 @@ class DriveLayer:
         motion = (DriveRegistrationMove if registers else Jog)(self, now_ns, heading, command)
         self._begin(command, motion)
         motion.start(now_ns)
+
+    def _stopping_jog(self, heading: int) -> Jog | None:
+        """Return the jog that decelerates in a direction, None without one."""
+        running = self.operation
+        if not isinstance(running, Jog) or isinstance(running, DriveRegistrationMove):
+            return None
+        continues = self.busy and self.enabled and running.stopping and running.heading == heading
+        return running if continues else None
 
     @staticmethod
     def _distances_hold(command: DriveCommand) -> bool:

@@ -22,7 +22,7 @@ from ..amci3601.operation import Host
 from ..amci3601.operations.homing import Homing
 from ..amci3601.state import NO_COMMAND
 from ..amci3601.step_generator import StepGenerator
-from .options import DriveOptions
+from .drive_options import DriveOptions
 from .state import DriveState, StatusLatches
 
 STOP_JOG = InputBit.EXTERNAL.value

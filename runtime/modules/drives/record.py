@@ -17,7 +17,7 @@ from ..record import ModuleRecord, Options, Trait
 
 if TYPE_CHECKING:
     from .drive import DriveUnit
-    from .options import DriveOptions
+    from .drive_options import DriveOptions
 
 
 def make(
@@ -37,14 +37,14 @@ def make(
 
 
 def _option_table(model: Model) -> type[DriveOptions]:
-    from .options import options_of
+    from .drive_options import options_of
 
     return options_of(model)
 
 
 def _machine_inputs(model: Model, options: Options) -> Mapping[str, str]:
     """Return the machine's inputs by name, in the order of the drive's terminals; two may have one input."""
-    from .options import options_of
+    from .drive_options import options_of
 
     found: dict[str, str] = {}
     for bit, own in zip(options_of(model).of(options).terminals(model), model.input_names, strict=True):

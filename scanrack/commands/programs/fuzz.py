@@ -25,9 +25,9 @@ from scanrack.jobs.load.loading import LoadedRack, load_job, scans_to_run
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
+from scanrack.terminal.reading import tell_notes
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import tell_notes
 
 from .fuzz_budget import Budget
 from .fuzz_session import Session

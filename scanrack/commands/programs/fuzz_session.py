@@ -29,10 +29,10 @@ from scanrack.jobs.fuzz.explain.coverage import coverage_of
 from scanrack.jobs.fuzz.explain.coverage_page import coverage_line, save_coverage
 from scanrack.jobs.fuzz.explain.unfired import UnfiredRule, error_rules, rules_in, unfired
 from scanrack.jobs.fuzz.folder_lock import STATE_NAME
-from scanrack.jobs.fuzz.job import Setup, bench_of, hand_over
-from scanrack.jobs.fuzz.report import mended
+from scanrack.jobs.fuzz.job import Setup, bench_of, write_failure
+from scanrack.jobs.fuzz.nondeterminism import NondeterminismSources
+from scanrack.jobs.fuzz.report import note_fixed
 from scanrack.jobs.fuzz.run import NO_FAULT, BrokenInvariant, TrialBench
-from scanrack.jobs.fuzz.steady import NondeterminismSources
 from scanrack.jobs.fuzz.written_tests import write_tests
 from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.prove.serving.stuck import SolverStep
@@ -143,7 +143,7 @@ class Session:
         """
         bench = bench_of(self.setup)
         state = read_state(self.state_file, relative(self.setup.rack, self.folder))
-        for old in state.leave_out_impossible(bench.spec):
+        for old in state.drop_impossible(bench.spec):
             self._tell(
                 f"left out: {old.sentence.rstrip('.')} [{old.invariant}]: the program needs newer firmware"
             )
@@ -246,8 +246,8 @@ class Session:
     def _look_again(self, bench: TrialBench, state: State) -> None:
         """Repeat known failures, and report those that are gone."""
         for broken in state.recheck(bench):
-            self._tell(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
-            mended(self._folder_of(state, broken) / "report.txt")
+            self._tell(f"fixed: {broken.sentence.rstrip('.')} [{broken.invariant}]")
+            note_fixed(self._folder_of(state, broken) / "report.txt")
 
     def _can_be_searched(self, state: State) -> bool:
         """Return whether the program can be searched; if not, report why."""
@@ -269,7 +269,7 @@ class Session:
                 recipe.scenario,
                 state.found,
                 confirm=Confirmation(self.setup),
-                go_on=lambda: spending.searches,
+                has_time=lambda: spending.searches,
             )
             if not found and recipe.origin.scans > self.setup.scans:
                 continue  # its run is longer than those of this session
@@ -288,7 +288,7 @@ class Session:
         spending: Spending,
     ) -> int:
         first = state.tasks + -(-len(again) // self.examples)
-        work = Work(self.setup.from_anywhere(), memory.finds.from_anywhere())
+        work = Work(self.setup.with_absolute_paths(), memory.finds.with_absolute_paths())
         with self._progress(state, spending) as show, noting_ctrl_c() as pressed:
 
             def news(found: list[Counterexample]) -> None:
@@ -306,8 +306,8 @@ class Session:
                     tasks=self.tasks,
                     jobs=self.jobs,
                     again=again,
-                    asked=solver,
-                    go_on=lambda: not pressed() and spending.searches,
+                    suggest=solver,
+                    has_time=lambda: not pressed() and spending.searches,
                     allowance=lambda: spending.allowance(self.jobs or 1),
                     news=news,
                 )
@@ -338,7 +338,7 @@ class Session:
             for each in found:
                 folder = self._folder_of(state, each.broken)
                 with spending.on_explaining():
-                    explained = hand_over(
+                    explained = write_failure(
                         self.job, self.setup, bench, each, folder, lambda: spending.explains
                     )
                 spending.not_explained += not explained

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 from scanrack.terminal.as_json import JsonOption
-from scanrack.terminal.trace_options import KeepValuesOption, MemoryOption
+from scanrack.terminal.shared_options import KeepValuesOption, MemoryOption
 
 
 @dataclass(frozen=True)

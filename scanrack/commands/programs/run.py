@@ -9,7 +9,7 @@ import typer
 from scanrack.io_images.times import DEFAULT_RUN
 from scanrack.terminal.as_json import JsonOption
 from scanrack.terminal.grouped import grouped
-from scanrack.terminal.trace_options import (
+from scanrack.terminal.shared_options import (
     ForcesOption,
     KeepValuesOption,
     MemoryOption,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import typer
 from scanrack.terminal.grouped import grouped
 
-from .options import CompareOptions
+from .comparison_options import CompareOptions
 
 
 def _compare_command(options: CompareOptions) -> None:

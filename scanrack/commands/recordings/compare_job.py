@@ -9,9 +9,9 @@ import typer
 from scanrack.io_images.times import parse_time
 from scanrack.terminal.as_json import say_json
 from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.reading import reading, tell_notes
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import on_a_line, say
-from scanrack.terminal.trace_options import reading, tell_notes
 from scanrack.traces.compare import (
     SAME_CLOCK,
     Comparison,
@@ -24,7 +24,7 @@ from scanrack.traces.compare import (
 )
 from scanrack.traces.read.reader import Trace, open_trace
 
-from .options import CompareOptions
+from .comparison_options import CompareOptions
 
 
 def tolerance(time: str, counts: int) -> Tolerance:

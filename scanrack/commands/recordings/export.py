@@ -11,16 +11,10 @@ from typing import Annotated, Any
 import typer
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
+from scanrack.terminal.reading import itself, reading, tell_notes
+from scanrack.terminal.shared_options import QuietOption, RangeOption, selection
 from scanrack.terminal.status import size_of
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import (
-    QuietOption,
-    RangeOption,
-    itself,
-    reading,
-    selection,
-    tell_notes,
-)
 from scanrack.traces.export import formats
 from scanrack.traces.export.format import ExportFormat
 from scanrack.traces.files.guard import check_output

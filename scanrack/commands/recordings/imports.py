@@ -16,9 +16,9 @@ from scanrack.jobs.captures.recording import record, said_by, value_names
 from scanrack.jobs.captures.words import record_words, word_scans
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
+from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.status import DONE, complain
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import QuietOption
 from scanrack.traces.files.guard import TRACE, check_output
 
 

@@ -8,16 +8,10 @@ from typing import Annotated, NamedTuple
 
 import typer
 from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.reading import itself, reading, tell_notes
+from scanrack.terminal.shared_options import QuietOption, RangeOption, selection
 from scanrack.terminal.status import size_of
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import (
-    QuietOption,
-    RangeOption,
-    itself,
-    reading,
-    selection,
-    tell_notes,
-)
 from scanrack.traces.files.guard import PAGE, PNG, SVG, check_output
 from scanrack.traces.plot import Envelope, read_chart, save_figure, save_page
 from scanrack.traces.read.reader import Trace, open_trace

@@ -11,9 +11,10 @@ from rich.table import Table
 from scanrack.io_images.times import seconds_column, time_text
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.reading import reading, tell_notes
+from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import QuietOption, reading, tell_notes
 from scanrack.traces.query import Answer, Occurrence, query
 from scanrack.traces.read.reader import open_trace
 

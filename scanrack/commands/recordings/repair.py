@@ -11,9 +11,10 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
 from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.reading import itself
+from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.status import DONE, NO, size_of
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import QuietOption, itself
 from scanrack.traces.files.guard import TRACE, check_output
 from scanrack.traces.repair import Repair, repair
 

@@ -7,7 +7,7 @@ from scanrack.jobs.replay.targets import ReplayTarget
 from scanrack.terminal.grouped import grouped
 from scanrack.terminal.status import BAD_INPUT, complain
 
-from .options import ReplayOptions
+from .comparison_options import ReplayOptions
 
 
 def _replay_command(options: ReplayOptions) -> None:

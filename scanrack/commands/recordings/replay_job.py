@@ -27,15 +27,15 @@ from scanrack.runtime.config.rackspec import KEPT_TRACES, RackSpec
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.progress import shown_progress
+from scanrack.terminal.reading import tell_notes
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import tell_notes
 from scanrack.traces.files.keeping import RecordingKeeper, check_recordings
 from scanrack.traces.read.reader import Trace, open_trace
 from scanrack.traces.replay import PackedTrace
 from scanrack.traces.write.recorder import ScanRecorder
 
 from .compare_job import tell, tolerance
-from .options import ReplayOptions
+from .comparison_options import ReplayOptions
 
 REPLAY = "replay"
 """Name of the second recording in the report."""

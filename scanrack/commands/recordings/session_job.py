@@ -14,16 +14,16 @@ from scanrack.jobs.run.running import RunOptions
 from scanrack.jobs.trust.attachments import job_of
 from scanrack.jobs.trust.owned import check_recording
 from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.reading import itself, reading, tell_notes
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import itself, reading, tell_notes
 from scanrack.traces.compare import compare
 from scanrack.traces.read.arrays import extent
 from scanrack.traces.read.reader import Trace, open_trace
 
 from ..programs.run_job import run_job
 from .compare_job import tell
-from .options import ReplayOptions
+from .comparison_options import ReplayOptions
 
 PARENT = ("parent", "parent_scan")
 """Entries of the metadata of a branch, see `watch.play`."""

@@ -16,10 +16,10 @@ from scanrack.io_images.times import seconds_column
 from scanrack.jobs.trust.extracting import attached_files, extract
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.shared_options import RangeOption, selection
 from scanrack.terminal.status import DONE
 from scanrack.terminal.tables import Cells
 from scanrack.terminal.terminal import on_a_line, say
-from scanrack.terminal.trace_options import RangeOption, selection
 from scanrack.traces.format.flags import flag_names
 from scanrack.traces.read.arrays import extent, scan_count
 from scanrack.traces.read.changes import ChangeRows, Row

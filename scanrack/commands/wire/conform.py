@@ -35,9 +35,10 @@ from scanrack.jobs.replay.resumed import configuration_words
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
+from scanrack.terminal.reading import tell_notes
+from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.status import DONE, NO, complain
 from scanrack.terminal.terminal import on_a_line, say
-from scanrack.terminal.trace_options import QuietOption, tell_notes
 from scanrack.traces.files.guard import PAGE, beginning, check_output
 from scanrack.traces.files.newfile import new_file
 

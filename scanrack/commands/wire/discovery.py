@@ -14,9 +14,9 @@ from rich.progress import BarColumn, Progress, TextColumn
 from scanrack.jobs.run.served_units import addresses_in
 from scanrack.runtime.line.clients.probing import Asked, probe, questions
 from scanrack.runtime.line.liveport import open_port
+from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.status import NO, complain
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import QuietOption
 from serial.tools.list_ports import comports
 
 from .link_commands import reported_faults

@@ -28,10 +28,10 @@ from scanrack.runtime.line.ports import Stop
 from scanrack.runtime.line.wire import LineFormat
 from scanrack.runtime.loop.pace import interrupted_by, stopping_on_interrupt
 from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.status import INTERRUPTED, NO, complain
 from scanrack.terminal.tables import Cells
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import QuietOption
 
 PortOption = Annotated[
     str | None, typer.Option("--serial", metavar="DEVICE", help="Serial port, such as /dev/ttyUSB0 or COM3.")

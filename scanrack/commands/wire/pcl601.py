@@ -19,8 +19,8 @@ from scanrack.runtime.line.clients.modbus import ModbusLine, RtuLine
 from scanrack.runtime.line.clients.modbus_tcp import ModbusTcpLine
 from scanrack.runtime.line.clients.pcl601 import READABLE, Pcl601Client
 from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import QuietOption
 
 from .link_commands import (
     TIMEOUT_S,

@@ -15,9 +15,9 @@ from scanrack.jobs.run.served_units import user_program
 from scanrack.runtime.line.clients.link import Link, Progress
 from scanrack.runtime.line.clients.pmc006 import BY_ZERO, READABLE, SETTABLE, Pmc006Client
 from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
+from scanrack.terminal.shared_options import QuietOption
 from scanrack.terminal.status import complain
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import QuietOption
 
 from .link_commands import (
     TIMEOUT_S,

@@ -40,10 +40,10 @@ from scanrack.runtime.line.ports import LONGEST_S, Server, serve_until_interrupt
 from scanrack.runtime.loop.pace import Clock, wall_ns
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
+from scanrack.terminal.shared_options import QuietOption, ReplaceOption
 from scanrack.terminal.status import INTERRUPTED, complain
 from scanrack.terminal.tables import Cells
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import QuietOption, ReplaceOption
 from scanrack.traces.files.keeping import RecordingKeeper, check_recordings
 from scanrack.traces.write.line import LineRecorder, UnitColumns
 

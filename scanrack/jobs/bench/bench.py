@@ -73,7 +73,7 @@ class Bench:
         slot: the modules by slot number.
         events: the events, oldest first.
         recorder: what records it, if anything.
-        read: the tags that `bench[tag]` was asked for since the latest scan, oldest first.
+        read: the tags that `bench[tag]` has read since the latest scan, oldest first.
 
     Args:
         logic: the program; a ladder program under a debugger for tags, forces and `why`.
@@ -188,8 +188,8 @@ class Bench:
         if not self._holds(condition):
             self._run(scans, lambda: self.stops or self._holds(condition))
         if not self.stops and not self._holds(condition):
-            wanted = condition if isinstance(condition, str) else _name(condition)
-            raise NotReachedError(f"{wanted} has not become true within {within}.\n{self}", self.read)
+            what = condition if isinstance(condition, str) else _name(condition)
+            raise NotReachedError(f"{what} has not become true within {within}.\n{self}", self.read)
         self.read.clear()
 
     def _holds(self, condition: Condition) -> bool:
@@ -339,12 +339,12 @@ class Bench:
         Raises:
             ValueError: an unknown name, or no scan has run.
         """
-        asked = self._asked()
-        return asked.rack() if tag is None else asked.of(tag)[0]
+        why = self._why()
+        return why.rack() if tag is None else why.of(tag)[0]
 
     def answer(self, tag: str, *, deep: bool = False) -> tuple[str, CauseLink]:
         """Return the answer of `why`, and its chain; with `deep` the text has all of that, see `chain`."""
-        return self._asked().of(tag, deep=deep)
+        return self._why().of(tag, deep=deep)
 
     def chain(self, tag: str, *, deep: bool = False) -> CauseLink:
         """Return the chain of causes of a value, back to the first input, operator, incident or power-up.
@@ -356,16 +356,16 @@ class Bench:
         Raises:
             ValueError: an unknown name, or no scan has run.
         """
-        return self._asked().chain(tag, deep=deep)
+        return self._why().chain(tag, deep=deep)
 
     def suggest_inputs(self, tag: str, wanted: str | None = None, scans: int = 10) -> Remedies:
         """Return the smallest sets of inputs that would give a tag of a ladder program a value.
 
         Each set is found by running the program with it, on a copy, from the latest scan on.
         """
-        return self._asked().suggest_inputs(tag, wanted, scans)
+        return self._why().suggest_inputs(tag, wanted, scans)
 
-    def _asked(self) -> Why:
+    def _why(self) -> Why:
         recording = self._journal.recording()
         debugger = self.logic if self._observed else None
         return Why(recording, len(recording.scans) - 1, self.spec, self._load, debugger)

@@ -63,16 +63,16 @@ class ScanChoice:
             ValueError: the recording has no such scan.
         """
         rows = len(recording.scans)
-        wanted = rows - 1 if self.scans is None else self.scans - 1
+        row = rows - 1 if self.scans is None else self.scans - 1
         if self.number is not None:
-            wanted = bisect_right(recording.numbers, self.number) - 1
-            if wanted < 0 or recording.numbers[wanted] != self.number:
+            row = bisect_right(recording.numbers, self.number) - 1
+            if row < 0 or recording.numbers[row] != self.number:
                 raise _missing(recording, f"scan {self.number:,}")
         elif self.at is not None:
-            wanted = bisect_right(recording.times, parse_time(self.at)) - 1
-        if not 0 <= wanted < rows:
+            row = bisect_right(recording.times, parse_time(self.at)) - 1
+        if not 0 <= row < rows:
             raise _missing(recording, f"{self.scans} scans" if self.at is None else f"a scan by {self.at}")
-        return wanted
+        return row
 
 
 def _missing(recording: PackedTrace, what: str) -> ValueError:

@@ -35,8 +35,8 @@ class TraceAnswer:
     text: str
     notes: tuple[str, ...] = ()
     lines: tuple[Line, ...] = ()
-    chain: CauseLink | None = None  # of causes; None if nothing was asked about
-    remedies: Remedies | None = None  # what it would take; None if no value was wanted
+    chain: CauseLink | None = None  # of causes; None without a question
+    remedies: Remedies | None = None  # what it would take; None if no value is required
 
 
 def why_of_trace(
@@ -97,10 +97,10 @@ def _of_images(
     spec: RackSpec | None = None,
     load: Load | None = None,
 ) -> TraceAnswer:
-    asked = Why(recording, 0, spec, load)
-    row = moment.row(recording) if moment.until is None else _reached(moment, asked.first_on(moment.until))
+    first = Why(recording, 0, spec, load)
+    row = moment.row(recording) if moment.until is None else _reached(moment, first.first_on(moment.until))
     why = Why(recording, row, spec, load)
-    return _asked(why, why.rack() if what is None else "", (), what, deep, want)
+    return _answer(why, why.rack() if what is None else "", (), what, deep, want)
 
 
 def _of_ladder(
@@ -114,39 +114,43 @@ def _of_ladder(
 ) -> TraceAnswer:
     assert isinstance(job.logic, LadderLogic)
     debugger = Debugger(job.logic)
-    images = Why(recording, 0, job.spec, None)
-    for tag in (what, moment.until):
-        if tag is not None and not images.means_image(tag):
-            _ = debugger.tags[tag]  # refuse an unknown tag before the run
-    if moment.until is not None and images.means_image(moment.until):
-        row = _reached(moment, images.first_on(moment.until))
-        moment = ScanChoice(at=str(recording.numbers[row]))
-    last = len(recording.scans) - 1 if moment.until is not None else moment.row(recording)
+    moment = _without_images(moment, what, Why(recording, 0, job.spec, None), debugger)
     until = moment.until
+    last = len(recording.scans) - 1 if until is not None else moment.row(recording)
+    notes: list[str] = []
     if can_follow(recording, debugger):
         done = follow(recording, debugger, last, until, snapshots)
-        row = _reached(moment, done.row if done.met or until is None else None)
-        why = Why(recording, row, job.spec, None, debugger)
-        return _asked(why, why.rack() if what is None else "", _departed(why, done.departs), what, deep, want)
-    from ..replay.replaying import edit_notes, score_of  # with a CPU: most recordings need none
-    from ..replay.tag_orders import TagOrders, first_few
-    from ..why.input_replay import InputReplay
+        found, departs = done.row if done.met or until is None else None, done.departs
+    else:
+        from ..replay.replaying import edit_notes, score_of  # with a CPU: most recordings need none
+        from ..replay.tag_orders import TagOrders, first_few
+        from ..why.input_replay import InputReplay
 
-    over = bool if until is None else lambda: debugger.tags[until]
-    following = InputReplay(recording, job.spec, last, over)
-    orders = TagOrders(score_of(recording), recording.events)
-    refused = following.play(debugger, orders)
-    row = _reached(moment, following.row - 1 if following.met or until is None else None)
-    why = Why(recording, row, job.spec, None, debugger)
-    notes = [
-        *edit_notes(recording.events),
-        *orders.notes,
-        *first_few(refused),
-        *_departed(why, following.departs),
-    ]
-    if what is None:
-        return _asked(why, why.rack(), notes)
-    return _asked(why, "", notes, what, deep, want)
+        over = bool if until is None else lambda: debugger.tags[until]
+        following = InputReplay(recording, job.spec, last, over)
+        orders = TagOrders(score_of(recording), recording.events)
+        refused = following.play(debugger, orders)
+        found, departs = following.row - 1 if following.met or until is None else None, following.departs
+        notes = [*edit_notes(recording.events), *orders.notes, *first_few(refused)]
+    why = Why(recording, _reached(moment, found), job.spec, None, debugger)
+    notes += _departed(why, departs)
+    return _answer(why, why.rack() if what is None else "", notes, what, deep, want)
+
+
+def _without_images(moment: ScanChoice, what: str | None, images: Why, debugger: Debugger) -> ScanChoice:
+    """Return the choice of a scan, by its number if it is that of a bit of an image.
+
+    Raises:
+        ValueError: an unknown tag, before the run.
+        NotReachedError: the bit of `moment` does not become true.
+    """
+    for tag in (what, moment.until):
+        if tag is not None and not images.means_image(tag):
+            _ = debugger.tags[tag]
+    if moment.until is None or not images.means_image(moment.until):
+        return moment
+    row = _reached(moment, images.first_on(moment.until))
+    return ScanChoice(at=str(images.recording.numbers[row]))
 
 
 def _departed(why: Why, row: int | None) -> list[str]:
@@ -163,7 +167,7 @@ def _reached(moment: ScanChoice, row: int | None) -> int:
     return row
 
 
-def _asked(
+def _answer(
     why: Why,
     text: str,
     notes: Sequence[str] = (),

@@ -34,7 +34,7 @@ class SlotBench:
         self.status: Any = record.status(slot.inputs, slot.words)
         self._record = record
         self._run_for, self._now_ns = run_for, now_ns
-        self._told = FaultKind.POWER_CYCLE  # what was done to the module last
+        self._latest_fault = FaultKind.POWER_CYCLE  # what was done to the module last
         self._module: Any = slot.module
         self._device: Any = getattr(slot.module, "module", slot.module)  # inside of incidents
 
@@ -119,8 +119,8 @@ class SlotBench:
 
     def _tell(self, what: FaultKind | None, *, begins: bool) -> None:
         """Report what a test did to the module with the next scan, as an incident of a rack file is."""
-        self._told = what or self._told
-        event = incident_event(self._now_ns(), self._told, begins=begins)
+        self._latest_fault = what or self._latest_fault
+        event = incident_event(self._now_ns(), self._latest_fault, begins=begins)
         self._module.events.append(event)
 
     def __str__(self) -> str:

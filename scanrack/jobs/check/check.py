@@ -85,7 +85,7 @@ def check_replacement(job: LoadedRack, model: Model, *, alone: bool = False) -> 
     """List what a program for a 3601 must change to run on a networked drive; LadderError as `check_rack`."""
     facts = facts_of(job)
     found = (
-        Finding(RULE, place, text, facts.sites.get(place) or Site(file=place.file, line=place.line))
+        Finding(RULE, place, text, _site(facts, place))
         for place, text in replaced(Subject(job, facts, None, alone), model)
     )
     return CheckReport(tuple(found), tuple(facts.not_seen))
@@ -130,26 +130,30 @@ def _findings(subject: Subject) -> Iterator[Finding]:
     for rule in RULES:
         seen: set[tuple[FileLine, str]] = set()
         for place, text in (*facts.remarks.get(rule.id, ()), *rule.check(subject)):
-            if (place, text) not in seen and not (
-                rule.id == "out-of-range" and place in {at for at, _ in seen}
-            ):
-                seen.add((place, text))
-                site = facts.sites.get(place) or Site(file=place.file, line=place.line)
-                yield Finding(rule.id, place, text, site)
+            key = place, "" if rule.id == "out-of-range" else text  # of a range one is enough in a line
+            if key not in seen:
+                seen.add(key)
+                yield Finding(rule.id, place, text, _site(facts, place))
 
 
 def _judged(found: list[Finding], verdicts: list[ProofFinding], facts: Facts) -> Iterator[Finding]:
     """Yield the findings with what is proved of them, and what only a proof finds where there is none."""
-    places = {each.place for each in found}
     by_place = {(each.rule, each.place): each for each in verdicts}
     for each in found:
         verdict = by_place.pop((each.rule, each.place), None)
-        if verdict is None or verdict.holds:
-            yield each if verdict is None else replace(each, text=f"{each.text} (proved)")
+        if verdict is None:
+            yield each
+        elif verdict.holds:
+            yield replace(each, text=f"{each.text} (proved)")
+    places = {each.place for each in found}
     for other in by_place.values():
         if other.holds and other.place not in places:
-            site = facts.sites.get(other.place) or Site(file=other.place.file, line=other.place.line)
-            yield Finding(other.rule, other.place, f"{other.text} (proved)", site)
+            yield Finding(other.rule, other.place, f"{other.text} (proved)", _site(facts, other.place))
+
+
+def _site(facts: Facts, place: FileLine) -> Site:
+    """Return routine and rung of a line, if it is one of a routine."""
+    return facts.sites.get(place) or Site(file=place.file, line=place.line)
 
 
 def facts_of(job: LoadedRack) -> Facts:

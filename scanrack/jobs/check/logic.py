@@ -12,7 +12,7 @@ said. A bit has one value in a condition: readers give a bit another name once t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import islice
 
@@ -119,14 +119,21 @@ def negated(condition: Condition) -> Condition:
 
 def of_any_number(condition: Condition) -> Condition:
     """Return a condition in which numbers have any value, not only those that the program gives them."""
+
+    def of(leaf: Condition) -> Condition:
+        return replace(leaf, least=-math.inf, most=math.inf) if isinstance(leaf, Compare) else leaf
+
+    return with_leaves(condition, of)
+
+
+def with_leaves(condition: Condition, of: Callable[[Condition], Condition]) -> Condition:
+    """Return a condition with `of(leaf)` in place of each of its leaves."""
     match condition:
-        case Compare():
-            return replace(condition, least=-math.inf, most=math.inf)
         case AllOf(parts):
-            return AllOf(tuple(map(of_any_number, parts)))
+            return AllOf(tuple(with_leaves(each, of) for each in parts))
         case AnyOf(parts):
-            return AnyOf(tuple(map(of_any_number, parts)))
-    return condition
+            return AnyOf(tuple(with_leaves(each, of) for each in parts))
+    return of(condition)
 
 
 def never(condition: Condition) -> bool:
@@ -138,6 +145,14 @@ def never(condition: Condition) -> bool:
 def always(condition: Condition) -> bool:
     """Whether a condition can't fail."""
     return never(negated(condition))
+
+
+def constant_condition(condition: Condition) -> tuple[str, str] | None:
+    """Return the rule that a condition breaks which is always true or false, and what it does; or None."""
+    if never(condition):
+        several = len(list(islice(leaves(condition), 2))) > 1
+        return "contradiction" if several else "constant-condition", "never holds"
+    return ("constant-condition", "always holds") if always(condition) else None
 
 
 def leaves(condition: Condition) -> Iterator[Condition]:
@@ -172,27 +187,31 @@ def base_of(name: str) -> str:
 
 def plain(condition: Condition) -> Condition:
     """Return a condition in which a value has one name, even if the program writes it in between."""
-    match condition:
-        case Bit() | Compare():
-            return replace(condition, name=base_of(condition.name))
-        case AllOf(parts):
-            return AllOf(tuple(map(plain, parts)))
-        case AnyOf(parts):
-            return AnyOf(tuple(map(plain, parts)))
-    return condition
+
+    def of(leaf: Condition) -> Condition:
+        return replace(leaf, name=base_of(leaf.name)) if isinstance(leaf, Bit | Compare) else leaf
+
+    return with_leaves(condition, of)
+
+
+def compares(leaf: Condition, number: str) -> bool:
+    """Whether a leaf compares a number, whatever the program writes to it in between."""
+    return isinstance(leaf, Compare) and base_of(leaf.name) == number
+
+
+def is_only_of(condition: Condition, number: str) -> bool:
+    """Whether a condition only compares a number."""
+    return all(compares(each, number) for each in leaves(condition) if each != TRUE)
 
 
 def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> frozenset[float] | None:
     """Return the values of a number with which a condition can hold; None if it is all of them."""
-    names = {
-        each.name for each in leaves(condition) if isinstance(each, Compare) and base_of(each.name) == number
-    }
+    compared = (each for each in leaves(condition) if isinstance(each, Compare))
+    names = sorted({each.name for each in compared if base_of(each.name) == number})
     if not names:
         return None
     there = frozenset(
-        step
-        for step in steps
-        if not never(AllOf((*(Compare(name, "=", step) for name in sorted(names)), condition)))
+        step for step in steps if not never(AllOf((*(Compare(name, "=", step) for name in names), condition)))
     )
     return None if there == steps else there
 
@@ -214,23 +233,23 @@ def alternatives(condition: Condition) -> list[Term] | None:
 
 def _joined(parts: Iterable[Condition]) -> list[Term] | None:
     """Return the alternatives of parts that hold together, without those that can't."""
-    sure: list[Condition] = []
-    choices: list[AnyOf] = []
-    for part in _flat(parts):
-        if isinstance(part, AnyOf):
-            choices.append(part)
-        else:
-            sure.append(part)
-    together = tuple(dict.fromkeys(sure))
-    joined: list[Term] = [] if is_impossible(together) else [together]
-    for choice in choices:
-        terms = alternatives(choice)
-        if terms is None or len(joined) * len(terms) > MOST * 4:
-            return None
-        joined = [both for one in joined for other in terms if not is_impossible(both := one + other)]
-        if len(joined) > MOST or any(len(each) > MOST_PARTS for each in joined):
-            return None
+    flat = list(_flat(parts))
+    together = tuple(dict.fromkeys(each for each in flat if not isinstance(each, AnyOf)))
+    joined: list[Term] | None = [] if is_impossible(together) else [together]
+    for choice in flat:
+        if isinstance(choice, AnyOf) and joined is not None:
+            terms = alternatives(choice)
+            joined = None if terms is None else _together(joined, terms)
     return joined
+
+
+def _together(terms: list[Term], others: list[Term]) -> list[Term] | None:
+    """Return each of the terms with each of the others, None if there are too many."""
+    if len(terms) * len(others) > MOST * 4:
+        return None
+    joined = [both for one in terms for other in others if not is_impossible(both := one + other)]
+    is_short = len(joined) <= MOST and all(len(each) <= MOST_PARTS for each in joined)
+    return joined if is_short else None
 
 
 def _flat(parts: Iterable[Condition]) -> Iterator[Condition]:
@@ -253,31 +272,37 @@ def is_impossible(term: Term) -> bool:
             return True
         if isinstance(each, Compare):
             compared.setdefault(each.name, []).append(each)
-    timed = (
-        name.replace(".TT#", ".DN#") for name in on if on[name] and ".TT#" in name and name.endswith(ON_DELAY)
-    )
-    return any(on.get(each) for each in timed) or any(map(_is_empty, compared.values()))
+    return any(map(_is_empty, compared.values())) or any(on.get(_done(name)) for name in on if on[name])
+
+
+def _done(name: str) -> str:
+    """Return the name of DN that excludes a TT, see `ON_DELAY`; "" for another bit."""
+    return name.replace(".TT#", ".DN#") if ".TT#" in name and name.endswith(ON_DELAY) else ""
 
 
 def _is_empty(compared: list[Compare]) -> bool:
     """Whether no number meets all comparisons."""
-    least, most = compared[0].least, compared[0].most
     whole = compared[0].whole
-    excluded = set()
-    for each in compared:
-        number = each.number
-        if each.relation == "<>":
-            excluded.add(number)
-        if each.relation in ("=", ">="):
-            least = max(least, number)
-        if each.relation in ("=", "<="):
-            most = min(most, number)
-        if each.relation == ">":
-            least = max(least, math.floor(number) + 1 if whole else math.nextafter(number, math.inf))
-        if each.relation == "<":
-            most = min(most, math.ceil(number) - 1 if whole else math.nextafter(number, -math.inf))
-        if whole and each.relation == "=" and number != int(number):
-            return True
+    limits = [BOUNDS[each.relation](each.number, whole) for each in compared]
+    least = max(compared[0].least, *(each for each, _ in limits))
+    most = min(compared[0].most, *(each for _, each in limits))
+    excluded = {each.number for each in compared if each.relation == "<>"}
     if whole and math.isfinite(least) and math.isfinite(most) and most - least < len(excluded):
         return all(value in excluded for value in range(math.ceil(least), math.floor(most) + 1))
     return least > most or (least == most and least in excluded)
+
+
+BOUNDS: Mapping[str, Callable[[float, bool], tuple[float, float]]] = {
+    "=": lambda number, whole: (math.ceil(number), math.floor(number)) if whole else (number, number),
+    "<>": lambda _number, _whole: (-math.inf, math.inf),
+    ">=": lambda number, _whole: (number, math.inf),
+    "<=": lambda number, _whole: (-math.inf, number),
+    ">": lambda number, whole: (_next(number, whole=whole), math.inf),
+    "<": lambda number, whole: (-math.inf, -_next(-number, whole=whole)),
+}
+"""By relation: the least and the most number that meets it; `whole`: whether it is an integer."""
+
+
+def _next(number: float, *, whole: bool) -> float:
+    """Return the lowest value above a number."""
+    return math.floor(number) + 1 if whole else math.nextafter(number, math.inf)

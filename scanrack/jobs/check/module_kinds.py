@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from scanrack.io_images.amci3601 import CommandMsw, StatusMsw
 
+NEWEST = "4.1"
+"""The firmware of a module whose firmware is not given."""
+
 MODE_CONFIG = CommandMsw.MODE_CONFIG.value
 """The bit of output word 0 that requests configuration mode."""
 
@@ -31,3 +34,13 @@ OFF_AT_END = MOVING | {str(StatusMsw.POSITION_INVALID.name)}
 def kinds_of(word: int) -> list[str]:
     """Return the commands in output word 0; none in a configuration."""
     return [] if word & MODE_CONFIG else [kind for bit, kind in KINDS.items() if word & bit]
+
+
+def first_kind(bits: int) -> str:
+    """Return the command that bits of output word 0 give; "" for none."""
+    return next((kind for bit, kind in KINDS.items() if bits & bit), "")
+
+
+def command_bits(sets: int, clears: int) -> tuple[int, int]:
+    """Return the bits that a write of output word 0 sets and clears as commands: a configuration has none."""
+    return (0, 0xFFFF) if sets & MODE_CONFIG else (sets, clears)

@@ -107,11 +107,16 @@ def _of_words(facts: Facts, slots: set[int]) -> Iterator[Use]:
     """Yield the constants that are written into command words."""
     configures = {each.place for each in facts.writes if each.word == 0 and each.sets & MODE_CONFIG}
     for each in facts.writes:
-        options = each.value.options if each.value is not None else (each.sets,)
-        for option in options:
-            bits = option & 0xFFFF
-            if each.slot in slots and each.word < 2 and bits and each.place not in configures:
-                yield each.place, "O", each.word, bits, each.text or f"output word {each.word}"
+        if each.slot not in slots or each.word >= COMMAND_WORDS or each.place in configures:
+            continue
+        for option in (each.sets,) if each.value is None else each.value.options:
+            if option & 0xFFFF:
+                text = each.text or f"output word {each.word}"
+                yield each.place, "O", each.word, option & 0xFFFF, text
+
+
+COMMAND_WORDS = 2
+"""Words with bits that give commands: MSW and LSW."""
 
 
 def _of_python(subject: Subject, slots: set[int]) -> Iterator[Use]:

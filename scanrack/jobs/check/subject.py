@@ -15,10 +15,9 @@ from scanrack.runtime.config.tomllines import KeyLines, KeyPath
 
 from ..load.loading import LoadedRack
 from .facts import Access, Command, Facts, FileLine, SentCommand, Variable
+from .groups import grouped
+from .module_kinds import NEWEST
 from .words import SentImage, sent_images
-
-NEWEST = "4.1"
-"""The firmware of a module of which nothing is said."""
 
 
 class Violation(NamedTuple):
@@ -90,17 +89,11 @@ class Subject:
     @cached_property
     def by_key(self) -> dict[str, list[Access]]:
         """The accesses of each variable, by its key."""
-        found: dict[str, list[Access]] = {}
-        for each in self.facts.accesses:
-            found.setdefault(each.variable, []).append(each)
-        return found
+        return grouped(self.facts.accesses, lambda each: each.variable)
 
     def by_axis(self) -> Iterator[list[Command]]:
         """Yield the commands of each axis."""
-        found: dict[str, list[Command]] = {}
-        for each in self.facts.commands:
-            found.setdefault(each.axis, []).append(each)
-        yield from found.values()
+        yield from grouped(self.facts.commands, lambda each: each.axis).values()
 
 
 def _configuration(sent: SentCommand, limits: Limits) -> Configuration | None:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from scanrack.io_images.input_files import read_input_text, unsaved
-from scanrack.io_images.site import SiteError
+from scanrack.io_images.site import Site, SiteError
 from scanrack.io_images.text_limits import TextKind
 from scanrack.ladder.files.suffixes import STEPS_SUFFIX, STRUCTURED_SUFFIX, SUFFIX
 from scanrack.ladder.files.testfile import read_test_file
@@ -97,42 +97,47 @@ def runs_python(spec: RackSpec) -> bool:
 
 
 def _checked(file: Path, *, run_python: bool) -> Iterator[LineRemark]:
+    is_ladder = file.suffix in (SUFFIX, STRUCTURED_SUFFIX)
+    tests = read_test_file(file) if is_ladder else None
     if file.suffix == RACK:
-        tables = _tables(file)
-        if tables and not {"program", "slot"} & tables.keys():
-            return  # another tool's
-        spec = load_rack_file(file).spec
-        if run_python or not runs_python(spec):
-            yield from _findings(str(file))
-        return
-    tests = read_test_file(file) if file.suffix in (SUFFIX, STRUCTURED_SUFFIX) else None
-    if tests is not None:
-        if run_python or not runs_python(load_rack_file(tests.rack).spec):
+        if _is_rack(file) and _may_load(file, run_python=run_python):
+            yield from _findings(file)
+    elif tests is not None:
+        if _may_load(tests.rack, run_python=run_python):
             load_test(tests, next(iter(tests.routines)))
-        return
-    rack = _rack_to_check(file, run_python=run_python)
-    if file.suffix == PYTHON:
-        compile(read_input_text(file, TextKind.PYTHON), str(file), "exec", dont_inherit=True)
-    if rack is not None:
-        yield from _findings(str(rack))
-    elif file.suffix in (SUFFIX, STRUCTURED_SUFFIX):
-        yield from _findings(str(file))
-    elif file.suffix == STEPS_SUFFIX:
-        load_program(str(file))
+    else:
+        rack = _rack_to_check(file, run_python=run_python)
+        if file.suffix == PYTHON:
+            compile(read_input_text(file, TextKind.PYTHON), str(file), "exec", dont_inherit=True)
+        if rack is not None or is_ladder:
+            yield from _findings(rack or file)
+        elif file.suffix == STEPS_SUFFIX:
+            load_program(str(file))
+
+
+def _is_rack(file: Path) -> bool:
+    """Whether a TOML file may be a rack file, not another tool's; one that can't be read may be."""
+    tables = _tables(file)
+    return not tables or bool({"program", "slot"} & tables.keys())
+
+
+def _may_load(rack: Path, *, run_python: bool) -> bool:
+    """Whether a rack may be loaded with its program; RackFileError if it can't be read."""
+    spec = load_rack_file(rack).spec
+    return run_python or not runs_python(spec)
 
 
 def _rack_to_check(program: Path, *, run_python: bool) -> Path | None:
     """Return the rack file with which a program is checked; None to check it alone."""
     rack = rack_of(program)
     try:
-        spec = None if rack is None else load_rack_file(rack).spec
+        return rack if rack is not None and _may_load(rack, run_python=run_python) else None
     except RackFileError:
         return None  # it has its own remarks
-    return rack if spec is not None and (run_python or not runs_python(spec)) else None
 
 
-def _findings(name: str) -> Iterator[LineRemark]:
-    job, alone = load_any(name)
+def _findings(file: Path) -> Iterator[LineRemark]:
+    job, alone = load_any(str(file))
     for each in check_rack(job, alone=alone).findings:
         text = f"{each.text}; {each.row.remedy}"
         yield LineRemark(each.place.file, max(each.place.line, 1), None, each.row.level, each.rule, text)
@@ -145,7 +150,7 @@ def _mistakes(error: BaseException, file: Path) -> Iterator[LineRemark]:
         if found:
             yield from found
             return
-    yield LineRemark(str(file), 1, None, "error", READ, str(error))
+    yield _mistake(Site(), str(error), file)
 
 
 def _causes(error: BaseException | None) -> Iterator[BaseException]:
@@ -156,15 +161,17 @@ def _causes(error: BaseException | None) -> Iterator[BaseException]:
 
 def _of_one(error: BaseException, file: Path) -> Iterator[LineRemark]:
     if isinstance(error, SyntaxError):
-        yield LineRemark(str(file), error.lineno or 1, error.offset, "error", READ, error.msg)
+        yield _mistake(Site(line=error.lineno or 1, column=error.offset), error.msg, file)
     elif isinstance(error, BuildError):
         for each in error.problems:
-            yield LineRemark(
-                *(each.site.file or str(file), each.site.line or 1, each.site.column),
-                *("error", each.rule or READ, f"{each.text}; {each.remedy}"),
-            )
+            yield _mistake(each.site, f"{each.text}; {each.remedy}", file, each.rule)
     elif isinstance(error, SiteError):
         reasons = getattr(error, "reasons", ()) or [error.reason] * len(error.sites)
         for site, reason in zip(error.sites, reasons, strict=False):
             if site.line is not None:
-                yield LineRemark(site.file or str(file), site.line, site.column, "error", READ, reason)
+                yield _mistake(site, reason, file)
+
+
+def _mistake(site: Site, text: str, file: Path, rule: str = "") -> LineRemark:
+    """Return what is wrong at a site; in this file, in its first line, if the site does not name one."""
+    return LineRemark(site.file or str(file), site.line or 1, site.column, "error", rule or READ, text)

@@ -12,13 +12,14 @@ ways to a step. A bit of the command word is on behind a write that sets it unti
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from scanrack.io_images.image import WORDS
 
 from .facts import StepAction
+from .groups import grouped
 from .logic import TRUE, AllOf, Condition, never
 from .written import UNKNOWN_WORD, FileLine, Step, WordValue, WordWrite
 
@@ -81,11 +82,12 @@ class _Words(NamedTuple):
 
 def sent_images(writes: Sequence[WordWrite], actions: Sequence[StepAction]) -> Iterator[SentImage]:
     """Yield the images with which a program gives commands."""
-    for slot in dict.fromkeys(each.slot for each in writes):
-        own = [each for each in writes if each.slot == slot]
-        machines = dict.fromkeys(name for each in own for name, at in each.steps.items() if at[0] is not None)
+    by_machine = grouped(actions, lambda each: each.machine)
+    for own in grouped(writes, lambda each: each.slot).values():
+        steps = (pair for each in own for pair in each.steps.items())
+        machines = dict.fromkeys(machine for machine, (there, _) in steps if there is not None)
         for machine in machines or ("",):
-            yield from _Flow(own, machine, [each for each in actions if each.machine == machine]).images()
+            yield from _Flow(own, machine, by_machine.get(machine, ())).images()
 
 
 class _Flow:
@@ -93,20 +95,20 @@ class _Flow:
 
     def __init__(self, writes: Sequence[WordWrite], machine: str, actions: Sequence[StepAction]) -> None:
         self._writes, self._machine = writes, machine
-        self._goes = [each for each in actions if each.goes is not None and each.steps is not None]
-        reached = {
-            each.goes
-            for each in self._goes
-            if each.goes not in (each.steps or ()) or len(each.steps or ()) > 1
-        }
-        every = {step for each in actions for step in (*(each.steps or ()), each.goes) if step is not None}
-        every |= {step for each in writes for step in each.steps.get(machine, (None, False))[0] or ()}
-        self._steps: list[Step] = sorted(every, key=str) if machine else [""]
+        leading = [each for each in actions if each.goes is not None]
+        self._goes = [each for each in leading if each.steps is not None]
+        self._steps: list[Step] = sorted(self._all_steps(actions), key=str) if machine else [""]
+        entered_by_others = {each.goes for each in self._goes if each.steps != frozenset((each.goes,))}
         # what goes to a step from anywhere, such as the first scan, leaves no word known
-        entries = {each.goes for each in actions if each.goes is not None and each.steps is None}
-        self._before: dict[Step, _Words] = {
-            step: _Words() for step in self._steps if step in entries or step not in reached
-        }
+        entered_from_anywhere = {each.goes for each in leading if each.steps is None}
+        firsts = entered_from_anywhere | (set(self._steps) - entered_by_others)
+        self._before: dict[Step, _Words] = {step: _Words() for step in self._steps if step in firsts}
+
+    def _all_steps(self, actions: Iterable[StepAction]) -> set[Step]:
+        found: set[Step] = set().union(*(each.steps for each in actions if each.steps is not None))
+        found.update(each.goes for each in actions if each.goes is not None)
+        acting = (each.steps.get(self._machine, (None, False))[0] for each in self._writes)
+        return found.union(*(each for each in acting if each is not None))
 
     def images(self) -> Iterator[SentImage]:
         """Yield the images of all commands."""
@@ -156,13 +158,8 @@ class _Flow:
     def _with(self, step: Step, command: WordWrite) -> _Words:
         """Return the words of the scan of a step in which a command is given."""
         here = self._in(step)
-        images = {each.place for each in here if each.word == 0}  # what needs more gives another image
-        others = [
-            each
-            for each in here
-            if never(AllOf((command.when, each.when)))
-            or (each.place in images and each.when != command.when and implies(each.when, command.when))
-        ]
+        images = {each.place for each in here if each.word == 0}
+        others = [each for each in here if _is_another(each, command, images)]
         on, cells = self._before.get(step, _Words())
         for each in others:  # they may have acted in an earlier scan
             on &= ~each.clears if each.word == 0 else _WORD
@@ -177,6 +174,17 @@ class _Flow:
                 fresh = each.sets if each.word == 0 else 0
                 if on & fresh == fresh:
                     yield SentImage(each.place, each.slot, on, fresh, cells, each.text)
+
+
+def _is_another(write: WordWrite, command: WordWrite, images: Collection[FileLine]) -> bool:
+    """Whether a write does not act in the scan of a command, or is of an image that needs more conditions.
+
+    Args:
+        images: where words 0 are written.
+    """
+    if never(AllOf((command.when, write.when))):
+        return True
+    return write.place in images and write.when != command.when and implies(write.when, command.when)
 
 
 def implies(one: Condition, other: Condition) -> bool:

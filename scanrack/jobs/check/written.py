@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from pathlib import Path
+from typing import NamedTuple, Protocol
 
 from .logic import TRUE, Condition
 
@@ -17,6 +18,19 @@ class FileLine(NamedTuple):
 
     file: str
     line: int
+
+
+class _Located(Protocol):
+    @property
+    def file(self) -> str: ...
+
+    @property
+    def line(self) -> int | None: ...
+
+
+def place_at(site: _Located, file: str | Path) -> FileLine:
+    """Return the line of a site; where the site does not name them, `file` and line 1."""
+    return FileLine(site.file or str(file), site.line or 1)
 
 
 @dataclass(frozen=True, slots=True)

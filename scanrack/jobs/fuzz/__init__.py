@@ -1,4 +1,4 @@
-"""Searches a user's logic for failures under random conditions.
+"""Searches for scenarios in which a program fails.
 
     from scanrack.jobs.fuzz import never, eventually
 
@@ -12,8 +12,8 @@
         "at most 5 s from emergency stop to zero speed"
         return not now.slot[1].moving
 
-Random conditions (`scenario`) are tried one after the other (`trial`), each with the logic
-and the rack is built again; what breaks an invariant is made small by `shrink`.
+Random scenarios run one after the other, each on a new rack with a new logic. What breaks an invariant is
+made small by `shrink`.
 """
 
 from .invariants.goals import maximize, sometimes

@@ -1,4 +1,4 @@
-"""The folder of a campaign: it has no other files, and one campaign at a time uses it."""
+"""The folder of a campaign: only its files are in there, and one campaign at a time uses it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from scanrack.traces.files.locking import could_lock
 from scanrack.traces.files.newfile import naming, new_file
 
 OF_A_CAMPAIGN = FileKind("a file of a campaign", lambda _content: True)
-"""Anything in a folder that passed `locked`."""
+"""Any file in a folder that `locked` has accepted."""
 
 STATE_NAME = "state.json"
 """The file of the campaign's state."""
@@ -23,7 +23,9 @@ NAME = ".lock"
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Hold a folder within the context, made if it is missing; the system releases it when the process dies.
+    """Lock a folder within the context, and make it if it is missing.
+
+    The system releases the lock when the process dies.
 
     Raises:
         OwnedError: it has files in it that are not of a campaign.
@@ -49,8 +51,11 @@ def locked(folder: Path) -> Iterator[None]:
 def write_text(path: Path, text: str, used: Used = NOTHING) -> Path:
     """Write a file of a campaign; return its path.
 
+    Args:
+        used: files that must not be replaced.
+
     Raises:
-        OwnedError: it is one of them.
+        OwnedError: it is one of `used`.
         OSError: it can't be written.
     """
     with new_file(path, OF_A_CAMPAIGN, used=used) as file:

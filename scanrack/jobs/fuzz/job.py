@@ -1,4 +1,4 @@
-"""The subject of `scanrack fuzz`, built again in every worker, and the files that it writes."""
+"""The rack and program of a search, loaded in every worker, and the files about a failure."""
 
 from __future__ import annotations
 
@@ -49,12 +49,12 @@ RESERVE = 100
 """Recorded scans after a failure."""
 
 AROUND_NS = 200_000_000
-"""Extent of the chart before and after the failure, if only its surroundings are shown."""
+"""Time before and after the failure that the chart shows at first."""
 
 
 @dataclass(frozen=True, slots=True)
 class Setup:
-    """The subject of a search, in a form that can be sent to a worker."""
+    """The rack and the rules of a search, in a form that can be sent to a worker."""
 
     rack: str
     invariants: tuple[Path, ...]
@@ -63,8 +63,8 @@ class Setup:
     kinds: frozenset[Kind]
     seed: int = 0
 
-    def from_anywhere(self) -> Setup:
-        """Return the same with absolute paths, for a worker in another folder."""
+    def with_absolute_paths(self) -> Setup:
+        """Return the setup with absolute paths, for a worker in another folder."""
         files = tuple(file.absolute() for file in self.invariants)
         return replace(self, rack=os.path.abspath(self.rack), invariants=files)
 
@@ -84,31 +84,31 @@ def bench_of(setup: Setup) -> TrialBench:
     """
     with branches_noted():
         job = load_job(setup.rack)
-    made, asked = logic_maker(job, setup.rack), invariants_of(setup)
+    fresh_logic, invariants = logic_factory(job, setup.rack), invariants_of(setup)
     if has_claims(job):
         found = with_monitors(job)
-        made, asked = found.program.compile, [*asked, *invariants_in(found)]
-    spec = with_needs(job)
+        fresh_logic, invariants = found.program.compile, [*invariants, *invariants_in(found)]
+    spec = with_needed_firmware(job)
     rungs: tuple[Rung, ...] = ()
     settings: tuple[PanelTag, ...] = ()
     if isinstance(job.logic, LadderLogic):
         settings = settings_of(job.logic.compile().lowered, spec)
     if spec.controller == "compactlogix" and isinstance(job.logic, LadderLogic):
         rungs = reading_rungs(job.logic.compile().lowered)
-    return TrialBench(spec, made, asked, setup.scans, _tags_of, rungs, settings)
+    return TrialBench(spec, fresh_logic, invariants, setup.scans, _tags_of, rungs, settings)
 
 
 NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
 """The name by which a Python program states the oldest firmware that it supports."""
 
 
-def with_needs(job: LoadedRack) -> RackSpec:
+def with_needed_firmware(job: LoadedRack) -> RackSpec:
     """Return a job's rack with the firmware that its program requires.
 
     Raises:
         ValueError: a module's firmware is older, or the stated firmware is unknown.
     """
-    modules = [each for each in list(sys.modules.values()) if _is_of(each, job.program)]
+    modules = [each for each in list(sys.modules.values()) if _is_loaded_from(each, job.program)]
     named = next((vars(each)[NEEDS_FIRMWARE] for each in modules if NEEDS_FIRMWARE in vars(each)), None)
     if named is None:
         return job.spec
@@ -116,15 +116,17 @@ def with_needs(job: LoadedRack) -> RackSpec:
         needed = Firmware.parse(str(named))
     except ValueError as error:
         raise ValueError(f"{job.program}: {NEEDS_FIRMWARE} = {named!r}: {error}") from None
-    return job.spec.model_copy(update={"slot": tuple(_needing(slot, needed, job) for slot in job.spec.slot)})
+    return job.spec.model_copy(
+        update={"slot": tuple(_slot_with_need(slot, needed, job) for slot in job.spec.slot)}
+    )
 
 
-def _is_of(module: ModuleType, program: Path) -> bool:
+def _is_loaded_from(module: ModuleType, program: Path) -> bool:
     file = getattr(module, "__file__", None)
     return isinstance(file, str) and Path(file) == program
 
 
-def _needing(slot: SlotSpec, needed: Firmware, job: LoadedRack) -> SlotSpec:
+def _slot_with_need(slot: SlotSpec, needed: Firmware, job: LoadedRack) -> SlotSpec:
     if Firmware.parse(slot.firmware) < needed:
         raise ValueError(
             f"{job.program}: {NEEDS_FIRMWARE} is {needed}, and slot {slot.number} has "
@@ -153,7 +155,7 @@ def invariants_of(setup: Setup) -> list[Invariant]:
     return list(chosen.values())
 
 
-def logic_maker(job: LoadedRack, rack: str) -> Callable[[], ScanLogic]:
+def logic_factory(job: LoadedRack, rack: str) -> Callable[[], ScanLogic]:
     """Return a factory of a job's logic."""
     logic = job.logic
     if isinstance(logic, LadderLogic):
@@ -161,7 +163,7 @@ def logic_maker(job: LoadedRack, rack: str) -> Callable[[], ScanLogic]:
     if isinstance(logic, Logic):
         return partial(fresh, logic)
     if job.rack_file == job.program:
-        return lambda: _of_rack(rack, job.folder.resolve())
+        return lambda: _reload_logic(rack, job.folder.resolve())
     address = f"{job.program}:{job.logic_name.rpartition(':')[2]}"
     return _FunctionMaker(address, job.program.resolve().parent)
 
@@ -185,7 +187,7 @@ class _FunctionMaker:
         return self._program.function
 
 
-def _of_rack(rack: str, folder: Path) -> ScanLogic:
+def _reload_logic(rack: str, folder: Path) -> ScanLogic:
     forget_imported(folder)
     with branches_noted():
         return load_job(rack).logic
@@ -195,18 +197,18 @@ def _tags_of(logic: ScanLogic) -> Any:
     return getattr(logic, "tags", {})
 
 
-def hand_over(
+def write_failure(
     job: LoadedRack,
     setup: Setup,
     bench: TrialBench,
     found: Counterexample,
     folder: Path,
-    go_on: Callable[[], bool] = lambda: True,
+    has_time: Callable[[], bool] = lambda: True,
 ) -> bool:
     """Write all files about a failure: report, scenario, rack file, trace, drive scripts, picture.
 
     Args:
-        go_on: whether there is time left to look since when the failure was inevitable.
+        has_time: whether there is time left to find the point of no return.
 
     Returns:
         Whether the time sufficed.
@@ -229,16 +231,16 @@ def hand_over(
         again.append(shlex.join(["scanrack", "run", str(rack_file)]))
         if found.scenario.tears:
             again.append("(without the inputs that come in the middle of a scan: no rack file has them)")
-    again += _recorded(job, bench, found.scenario, scans, folder)
-    late = find_point_of_no_return(bench, found, go_on=go_on)
+    again += _record(job, bench, found.scenario, scans, folder)
+    late = find_point_of_no_return(bench, found, has_time=has_time)
     with open_trace(folder / "trace.mcap") as trace:
         cause = cause_of(PackedTrace.of(trace), job, str(job.rack_file), found.broken)
-    chart = _drawn(found, late, folder)
+    chart = _draw_chart(found, late, folder)
     write_text(folder / "report.txt", report(found, late, cause, chart, again, check), used)
     return late is not None
 
 
-def _drawn(found: Counterexample, late: PointOfNoReturn | None, folder: Path) -> list[str]:
+def _draw_chart(found: Counterexample, late: PointOfNoReturn | None, folder: Path) -> list[str]:
     """Draw the trace as a page; return its path, and the link to the failure."""
     broken, page = found.broken, folder / "chart.html"
     marks = [Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))]
@@ -253,10 +255,10 @@ def _drawn(found: Counterexample, late: PointOfNoReturn | None, folder: Path) ->
     ]
 
 
-def _recorded(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, folder: Path) -> list[str]:
-    """Record a scenario as a trace and as scripts for the bench; return their commands, or the obstacle."""
+def _record(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, folder: Path) -> list[str]:
+    """Record a scenario as a trace and as scripts for `scanrack drive`; return commands and obstacles."""
     scripts: dict[int, DriveScript] = {}
-    told = []
+    lines = []
     made: list[ScanLogic] = []  # the running logic, whose tags are recorded
 
     def listeners(spec: RackSpec, rack: Rack) -> Iterable[ScanListener]:
@@ -266,7 +268,7 @@ def _recorded(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int
                 scripts[slot.number] = DriveScript(spec, slot, rack.slots[slot.number])
                 yield scripts[slot.number]
             else:
-                told.append(f"(slot {slot.number} has no drive script: the bench can't do {why})")
+                lines.append(f"(slot {slot.number} has no drive script: the bench can't do {why})")
         yield watching(recorder_for(job, rack, folder / "trace.mcap", made[-1], keep=0), made[-1])
 
     def fresh_logic() -> ScanLogic:
@@ -277,15 +279,15 @@ def _recorded(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int
     modules = {slot.number: slot.module for slot in bench.spec.slot}
     for number, script in scripts.items():
         file = write_text(folder / f"drive-slot{number}.jsonl", script.text())
-        told.append(f"scanrack drive {modules[number]} < {shlex.quote(str(file))}")
+        lines.append(f"scanrack drive {modules[number]} < {shlex.quote(str(file))}")
         if script.by_level:
             inputs = ", ".join(map(input_name, script.by_level))
-            told.append(f"(up to a scan late where {inputs} is met: the script sets its level)")
-    return told
+            lines.append(f"(up to a scan late where {inputs} is met: the script sets its level)")
+    return lines
 
 
 def replay(bench: TrialBench, scenario: Scenario) -> list[Counterexample]:
-    """Run one scenario with the program's output; return its failures, each once."""
+    """Run one scenario and show what the program prints; return its failures, each once."""
     found: list[Counterexample] = []
     known: set[str] = set()
     while (broken := bench.run(scenario, without=known, aloud=not known).broken) is not None:

@@ -1,4 +1,4 @@
-"""The scenario of a recording for `scanrack fuzz`, with its rack and program."""
+"""Makes scenarios of recordings, with their rack and program."""
 
 from __future__ import annotations
 
@@ -40,16 +40,15 @@ class LearnedScenario(NamedTuple):
 def _stimuli(recording: PackedTrace, spec: RackSpec) -> Iterator[Stimulus]:
     """Yield the actions on the inputs; of real hardware only the status bits show them."""
     live = {slot.number for slot in spec.slot if slot.is_live}
-    told = [each for each in recorded_stimuli(recording) if each.slot not in live]
+    noted = [each for each in recorded_stimuli(recording) if each.slot not in live]
     shown = [each for each in recorded_levels(recording) if each.slot in live]
-    yield from sorted([*told, *shown], key=lambda each: each.at_ns)
+    yield from sorted([*noted, *shown], key=lambda each: each.at_ns)
 
 
 def scenario_of(path: Path, spec: RackSpec) -> Scenario:
     """Return what acted in a recording or in a session of `watch`, as a scenario for any rack.
 
-    No file of the trace is used, so nothing has to be trusted; incidents that its rack file has are not part
-    of the scenario.
+    No file of the trace is used, so nothing has to be trusted. Incidents of its rack file are left out.
 
     Raises:
         ValueError: the trace can't be read, or its events do not belong to the rack.
@@ -96,8 +95,8 @@ def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
 def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) -> Scenario:
     """Return the scenario of a recording.
 
-    Signals of stations are left out, since the machine makes them again. Incidents of modules and
-    CPU come from the rack, which has them exactly.
+    Signals of stations are left out: the machine makes them again. Injected faults come from the rack file,
+    which has them exactly.
     """
     machines = {slot.number: slot.machine for slot in spec.slot}
     made_again = {(slot.number, each.input) for slot in spec.slot for each in slot.machine.stations}
@@ -111,7 +110,7 @@ def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) 
 
 
 def _presses(stimuli: Sequence[Stimulus], machines: dict[int, MachineSpec], end_ns: int) -> Iterator[Press]:
-    """Yield the actions on one input: each level lasts until the next; a released button is none."""
+    """Yield the presses of one input: each level lasts until the next one; a released button is no press."""
     ends = [each.at_ns for each in stimuli[1:]] + [end_ns]
     for each, until_ns in zip(stimuli, ends, strict=True):
         fed = machines[each.slot].fed_inputs & each.input.value

@@ -1,8 +1,8 @@
-"""The values of a ladder program that follow the time, and what may depend on them.
+"""Finds the values of a ladder program that follow the time.
 
 Inputs, memory and the time determine a scan. `clocks_of` returns the clocks of a program in which only
-timers read the time. A timer is *even* if its count can go on while nothing else changes: other
-instructions only read its bits, copy the count, or compare it with constants.
+timers read the time. A timer is *even* if it can count while nothing else changes: other instructions only
+read its bits, copy the count, or compare it with constants.
 
     XIC(Run)TON(Cycle,1400,0)      the count changes in every scan, the bits when it is done
     GRT(Cycle.ACC,700)OTE(Late)    changes between a count of 700 and one of 701
@@ -12,7 +12,7 @@ instructions only read its bits, copy the count, or compare it with constants.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from scanrack.ladder.debug.crossref import Mention, cross_reference
@@ -21,6 +21,8 @@ from scanrack.ladder.model.operands import Constant, Group, Place
 from scanrack.ladder.model.tags import Leaf
 from scanrack.ladder.model.types import DINT
 from scanrack.ladder.state.lowered import ADD_ON, LoweredProgram, LoweredStep
+
+from .last_program import remember_last
 
 _FAMILIES = (
     "addons arrays bits blocks compare compute control decimal files move sequencers shifts statements "
@@ -71,18 +73,9 @@ class ProgramClocks:
     scanned: Leaf | None
 
 
-_KNOWN: list[tuple[LoweredProgram, ProgramClocks | None]] = []
-"""The program that was analyzed last: a search has one."""
-
-
+@remember_last
 def clocks_of(lowered: LoweredProgram) -> ProgramClocks | None:
     """Return the clocks of a program; None if it reads the time in other ways, or calls Python."""
-    if not _KNOWN or _KNOWN[0][0] is not lowered:
-        _KNOWN[:] = [(lowered, _clocks(lowered))]
-    return _KNOWN[0][1]
-
-
-def _clocks(lowered: LoweredProgram) -> ProgramClocks | None:
     schedule = lowered.schedule
     if lowered.functions or lowered.opening or lowered.closing or not all(map(_is_even, _steps(lowered))):
         return None
@@ -111,14 +104,23 @@ class _Uses:
     even: bool = True
 
 
-def _even_timers(mentions: Iterable[Mention]) -> Iterator[EvenTimer]:
+def _even_timers(mentions: Sequence[Mention]) -> Iterator[EvenTimer]:
     """Yield the even timers among the single ones, those in instances of add-on instructions included."""
-    timers: dict[str, Group] = {}
     written: dict[str, int] = defaultdict(int)
     for each in mentions:
         written[_path(each)] += each.writes
-        if _is_timer(each) and isinstance(each.where, Group) and not each.where.indices:
-            timers[_path(each)] = each.where
+    timers = {_path(each): each.where for each in mentions if _is_single_timer(each)}
+    uses = _uses_of(timers, mentions)
+    for path, group in timers.items():
+        use = uses[path]
+        if use.even and all(_is_written_once(leaf, written) for leaf in use.copies):
+            assert isinstance(group, Group)
+            count, last, preset, counting = (group.member(name).leaf for name in MEMBERS)
+            yield EvenTimer(count, last, preset, counting, frozenset(use.constants), tuple(use.copies))
+
+
+def _uses_of(timers: Iterable[str], mentions: Iterable[Mention]) -> dict[str, _Uses]:
+    """Return by path how a program uses the counts of its timers."""
     uses = {path: _Uses() for path in timers}
     by_step: dict[tuple[int, str], list[Mention]] = defaultdict(list)
     for each in mentions:
@@ -126,11 +128,7 @@ def _even_timers(mentions: Iterable[Mention]) -> Iterator[EvenTimer]:
     for together in by_step.values():
         for each in together:
             _note_use(each, together, uses)
-    for path, group in timers.items():
-        use = uses[path]
-        if use.even and all(_is_written_once(leaf, written) for leaf in use.copies):
-            count, last, preset, counting = (group.member(name).leaf for name in MEMBERS)
-            yield EvenTimer(count, last, preset, counting, frozenset(use.constants), tuple(use.copies))
+    return uses
 
 
 def _path(mention: Mention) -> str:
@@ -138,8 +136,11 @@ def _path(mention: Mention) -> str:
     return (where.path if isinstance(where, Group) else where.leaf.path).upper()
 
 
-def _is_timer(mention: Mention) -> bool:
-    return mention.step is not None and mention.step.name in TIMERS
+def _is_single_timer(mention: Mention) -> bool:
+    """Whether a timer instruction names a timer that is no element of an array."""
+    where = mention.where
+    named = mention.step is not None and mention.step.name in TIMERS
+    return named and isinstance(where, Group) and not where.indices
 
 
 def _is_written_once(leaf: Leaf, written: dict[str, int]) -> bool:

@@ -1,4 +1,4 @@
-"""What a campaign has reached of its program: instructions that had power, branches that were taken."""
+"""The coverage of a campaign: instructions that passed power, branches that were taken."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from .aim.corpus import Feature
 from .aim.probe import noting
 
 LARGE = 1 << 30
-"""A number of instructions that is not told from others; see `aim.probe.SMALL`."""
+"""A number of instructions whose size alone is noted, see `aim.probe.SMALL`."""
 
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """What no run has reached.
+    """An instruction or branch that no run has reached.
 
     Attributes:
-        text: it, with its place.
+        text: the instruction or line, with its place.
         number: of an instruction, in `LoweredProgram.sites`; None of a branch of a Python program.
     """
 
@@ -36,12 +36,12 @@ class Gap:
 
 @dataclass(frozen=True, slots=True)
 class ProgramReach:
-    """Instructions that had power behind them in some run, branches that were taken.
+    """Instructions that passed power in some run, or branches that were taken.
 
     Attributes:
-        what: what is counted, in words.
-        total: number of all.
-        gaps: those that were not reached, in the program's order.
+        what: the counted things, in words.
+        total: their number.
+        gaps: those that were not reached, in the order of the program.
     """
 
     what: str
@@ -50,10 +50,10 @@ class ProgramReach:
 
 
 def reached(job: LoadedRack, seen: Collection[Feature]) -> ProgramReach:
-    """Return what runs have reached of a program's own text.
+    """Return the coverage of the program's own text.
 
     Args:
-        seen: the changes of those runs, see `aim.corpus.Corpus`.
+        seen: the changes of all runs, see `aim.corpus.Corpus`.
     """
     if isinstance(job.logic, LadderLogic):
         return _of_rungs(job.logic, seen)
@@ -62,14 +62,14 @@ def reached(job: LoadedRack, seen: Collection[Feature]) -> ProgramReach:
 
 def _of_rungs(logic: LadderLogic, seen: Collection[Feature]) -> ProgramReach:
     lowered = logic.compile().lowered
-    had_power = dict(_instructions(logic, lowered, *_noted(seen)))
+    passed = dict(_instructions(logic, lowered, *_noted(seen)))
     sites = lowered.sites
     gaps = (
         Gap(f"{sites[number].instruction} in {sites[number].routine}, {sites[number].place}", number)
-        for number, true in had_power.items()
+        for number, true in passed.items()
         if not true
     )
-    return ProgramReach("instructions of the program had power", len(had_power), tuple(gaps))
+    return ProgramReach("instructions of the program had power", len(passed), tuple(gaps))
 
 
 def _of_python(program: Path, seen: Collection[Feature]) -> ProgramReach:
@@ -87,32 +87,31 @@ def _noted(seen: Collection[Feature]) -> tuple[dict[int, int], dict[int, set[int
     counts: dict[int, int] = {}
     truths: dict[int, set[int]] = {}
     for group, kind in seen:
-        if group == "path" and isinstance(kind, tuple) and len(kind) == 3:
-            _, place, value = kind
-            if isinstance(value, tuple):
-                truths.setdefault(place, set()).update(at for at, true in enumerate(value) if true)
-            elif value is not None:
-                counts[place] = max(counts.get(place, -1), int(value))
-        elif group == "size" and isinstance(kind, tuple) and kind[0] == 0 and isinstance(kind[1], int):
-            counts[kind[1]] = LARGE
+        match group, kind:
+            case "path", (_, int() as place, tuple() as true):
+                truths.setdefault(place, set()).update(at for at, each in enumerate(true) if each)
+            case "path", (_, int() as place, int() as count):
+                counts[place] = max(counts.get(place, -1), count)
+            case "size", (0, int() as place, *_):
+                counts[place] = LARGE
     return counts, truths
 
 
 def _instructions(
     logic: LadderLogic, lowered: LoweredProgram, counts: Mapping[int, int], truths: Mapping[int, set[int]]
 ) -> Iterator[tuple[int, bool]]:
-    """Yield each instruction of the program's own lines, and whether it had power behind it."""
+    """Yield each instruction of the program's own lines, and whether it passed power."""
     readings = noting(lowered).readings
     place_of = {key: place for place, key in enumerate(lines_of(lowered))}
     for routine in own_routines(logic, lowered):
         for line in routine.lines:
             place = place_of[routine.name.upper(), line.number]
             for at, step in enumerate(steps_of(line.nodes)):
-                yield step.site, at in truths.get(place, ()) or _had_power(readings[place], at, counts)
+                yield step.site, at in truths.get(place, ()) or _passed_power(readings[place], at, counts)
 
 
-def _had_power(reading: Reading, at: int, counts: Mapping[int, int]) -> bool:
+def _passed_power(reading: Reading, at: int, counts: Mapping[int, int]) -> bool:
     if at >= len(reading):
-        return True  # nothing is noted of it: no gap is claimed
+        return True  # nothing is noted here: no gap is claimed
     place, above, further = reading[at]
     return counts.get(place, -1) > above and all(counts.get(other, -1) > least for other, least in further)

@@ -6,16 +6,18 @@
     memory after    M
 
 If a scan leaves the memory as it was and the inputs stay, the scans after it do the same. Only even timers
-go on (`program_clocks`): they are moved on by k scans, of which the last comes before anything depends on a
+count (`program_clocks`): they are advanced by k scans, the last of which comes before anything depends on a
 count. The invariants must also keep their answers (`invariants.Watch`).
 """
 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from types import CellType
 from typing import Any
 
+from scanrack.ladder.model.tags import Leaf
 from scanrack.ladder.run.engine import Engine
 from scanrack.ladder.state.tag_bytes import TagBytes
 
@@ -39,7 +41,7 @@ class RepeatedScans:
 
     Args:
         period_ns: time from scan to scan, whole milliseconds: a timer that runs counts in each scan.
-        stops: numbers of scans that are run in any case, in ascending order.
+        stops: numbers of scans that are always run, in ascending order.
     """
 
     def __init__(
@@ -49,22 +51,32 @@ class RepeatedScans:
         self._minor, self._memory = engine.fault_log.minor, engine.memory
         self._scanned = clocks.scanned
         self._timers = [each for each in clocks.timers if self._has(each)]
-        moved = [leaf for timer in self._timers for leaf in (timer.count, timer.last)]
-        moved += [] if self._scanned is None else [self._scanned]
-        apart = {leaf.ident for leaf in moved}
-        spots = [spot for leaf in moved if (spot := engine.memory.layout.spot(leaf)) is not None]
-        lists: list[tuple[list[Any], list[int]]] = []
-        self._plain, self._bytes, self._lists = [], [], lists
-        for ident, cell in engine.memory.cells.items():
-            value = cell.cell_contents
-            if isinstance(value, list):
-                lists.append((value, [spot.at(0) for spot in spots if spot.ident == ident]))
-            elif isinstance(value, TagBytes):
-                self._bytes.append(value)
-            elif not isinstance(value, memoryview) and ident not in apart:  # the scan loop compares images
-                self._plain.append(cell)
+        self._plain: list[CellType] = []
+        self._bytes: list[TagBytes] = []
+        self._lists: list[tuple[list[Any], list[int]]] = []
+        self._sort_cells([*self._moved_leaves()])
         self._kept: tuple[Any, ...] = ()
         self._kept_clocks: Clocks = []
+
+    def _moved_leaves(self) -> Iterator[Leaf]:
+        """Yield what moves on with the time."""
+        for timer in self._timers:
+            yield from (timer.count, timer.last)
+        if self._scanned is not None:
+            yield self._scanned
+
+    def _sort_cells(self, moved: list[Leaf]) -> None:
+        """Sort the cells of the memory by kind: plain values, bytes, and lists with the places of clocks."""
+        layout, idents = self._memory.layout, {leaf.ident for leaf in moved}
+        spots = [spot for leaf in moved if (spot := layout.spot(leaf)) is not None]
+        for ident, cell in self._memory.cells.items():
+            value = cell.cell_contents
+            if isinstance(value, list):
+                self._lists.append((value, [spot.at(0) for spot in spots if spot.ident == ident]))
+            elif isinstance(value, TagBytes):
+                self._bytes.append(value)
+            elif not isinstance(value, memoryview) and ident not in idents:  # the scan loop compares images
+                self._plain.append(cell)
 
     def _has(self, timer: EvenTimer) -> bool:
         """Whether a timer's members are variables or elements of a list."""
@@ -91,7 +103,7 @@ class RepeatedScans:
         self._kept, self._kept_clocks = self._state(), self._clocks()
 
     def repeats(self, scan: int, now_ns: int, most: int) -> int:
-        """Return how many scans repeat the latest one, and move the clocks on."""
+        """Return how many scans repeat the latest one, and advance the clocks."""
         if self._state() != self._kept:
             return 0
         place = bisect_left(self._stops, scan)
@@ -105,11 +117,11 @@ class RepeatedScans:
             most = min(most, (self._until(counting) - now_ns) // self._period_ns)
         if most < LEAST:
             return 0
-        self._move_on(clocks, now_ns, most)
+        self._advance(clocks, now_ns, most)
         return most
 
     def _until_seen(self, clocks: Clocks, now_ns: int) -> int:
-        """Return the number of scans before anything depends on a count; 0 if one does not go on evenly."""
+        """Return the number of scans before anything depends on a count; 0 if one does not count evenly."""
         by_ms, least = self._period_ns // NS_PER_MS, FOREVER_NS
         read = self._memory.read
         for timer, before, now in zip(self._timers, self._kept_clocks, clocks, strict=True):
@@ -127,8 +139,8 @@ class RepeatedScans:
                     least = min(least, -(-(limit - now[0]) // by_ms) - 1)
         return least
 
-    def _move_on(self, clocks: Clocks, now_ns: int, scans: int) -> None:
-        """Move the clocks on by scans."""
+    def _advance(self, clocks: Clocks, now_ns: int, scans: int) -> None:
+        """Advance the clocks by scans."""
         write, ms = self._memory.write, scans * self._period_ns // NS_PER_MS
         for timer, before, now in zip(self._timers, self._kept_clocks, clocks, strict=True):
             if before != now:
@@ -139,7 +151,7 @@ class RepeatedScans:
 
 
 def stops_of(instants_ns: Iterable[int], period_ns: int) -> list[int]:
-    """Return the scans about some instants, which are run in any case.
+    """Return the scans around some instants, which are always run.
 
     >>> stops_of([4_000_000, 6_000_000], 2_000_000)
     [1, 2, 3, 4]

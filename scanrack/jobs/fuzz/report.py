@@ -1,4 +1,4 @@
-"""The report of a failure: the file `report.txt` beside its trace."""
+"""Writes the report of a failure: the file `report.txt` beside its trace."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def report(
     """Return the text of a failure's report.
 
     Args:
-        late: since when it was inevitable; None if there was no time to look for it.
-        cause: the causes of the output that changed last.
+        late: since when the failure was inevitable; None if the time was over.
+        cause: the cause chain of the output that changed last.
         chart: links to its picture, complete and around the failure.
-        again: commands that repeat it, and obstacles.
+        again: commands that repeat the failure, and obstacles.
         check: the command that tests a changed program.
     """
     broken = found.broken
@@ -35,11 +35,11 @@ def report(
         ("What it takes:", described(found.scenario)),
         (f"At the end of scan {broken.scan}, {seconds(broken.now_ns)} s:", broken.shows),
         ("Rules that fired in that scan:", broken.rules or ["none"]),
-        ("Since when it was inevitable, whatever people do:", NOT_LOOKED_FOR if late is None else late.lines),
+        ("When it became inevitable:", NOT_LOOKED_FOR if late is None else late.lines),
         *([("Why the last output came on before it:", cause)] if cause else []),
         ("Its picture, and the part around the failure:", chart),
         ("Run it again:", again),
-        ("Look whether the program still does it, after a change:", [check]),
+        ("Check whether a changed program still fails:", [check]),
     ]
     return "\n".join([str(broken), *(line for title, lines in parts for line in _part(title, lines))]) + "\n"
 
@@ -50,13 +50,13 @@ def _part(title: str, lines: Sequence[str]) -> Iterator[str]:
     yield from (f"    {line}" for line in lines)
 
 
-def mended(file: Path) -> None:
+def note_fixed(file: Path) -> None:
     """Note in a failure's report that the program no longer has it."""
     if file.is_file():
         text = file.read_text(encoding="utf-8")
-        write_text(file, f"{MENDED}\n\n{text.removeprefix(MENDED).lstrip()}")
+        write_text(file, f"{FIXED}\n\n{text.removeprefix(FIXED).lstrip()}")
 
 
 NOT_LOOKED_FOR = ("not looked for: the time of the search was over",)
 
-MENDED = "Mended: a later run of the program under these conditions kept it."
+FIXED = "Fixed: the program no longer fails in this scenario."

@@ -35,7 +35,7 @@ from .aim.python_state import namespace_of
 from .invariants.busy import axes_in
 from .invariants.goals import MaximumGoal, Sometimes
 from .invariants.invariants import FOREVER_NS, Invariant, Watch
-from .invariants.output_line import Places
+from .invariants.output_line import OutputLine
 from .invariants.scan_view import ProgramState, Snapshot
 from .program_clocks import clocks_of
 from .repeated_scans import NS_PER_MS, RepeatedScans, stops_of
@@ -106,15 +106,22 @@ class Verdict:
     spent: Mapping[str, int] = field(default_factory=dict, compare=False)  # parts of its time, ns
     applied: frozenset[str] = frozenset()  # names of the invariants that had something to check
     printed: int = 0  # number of lines that the program printed, which are not shown
-    greatest: Mapping[str, float] = field(default_factory=dict)  # values of what was to be maximized, by name
+    greatest: Mapping[str, float] = field(
+        default_factory=dict
+    )  # greatest values of maximized numbers, by name
+
+    @property
+    def is_unplaced(self) -> bool:
+        """Whether the place of its failure is not known yet."""
+        return self.broken is not None and self.broken.cause == UNPLACED
 
 
 TIMED = 16
-"""Every so many scans the time of the program and of the invariants is taken: a clock costs, too."""
+"""Interval of the scans whose time is measured: reading a clock costs time, too."""
 
 
 class _TimedLogic(LogicWrapper):
-    """A logic whose time is taken."""
+    """A logic whose time is measured."""
 
     def __init__(self, logic: ScanLogic) -> None:
         super().__init__(logic)
@@ -160,11 +167,11 @@ class _InvariantWatch:
 
 
 class _Watcher(QuietListener):
-    """A listener that looks at every scan and stops the CPU when an invariant is broken.
+    """A listener that checks every scan and stops the CPU when an invariant is broken.
 
     Args:
-        known: keys of failures that are passed over: the run continues past them.
-        place: returns what a failure is known by where no rule has fired.
+        known: keys of failures that are ignored: the run continues.
+        place: returns the cause of a failure if no rule has fired.
     """
 
     def __init__(
@@ -271,7 +278,7 @@ class _Watcher(QuietListener):
         return tuple(str(standing(each, scan)) for each in self.sequences)
 
     def faulted(self, fault: Fault) -> BrokenInvariant:
-        """Return that the CPU has faulted."""
+        """Return the failure that is a fault of the CPU."""
         self.snapshot.scan, self.snapshot.ns = fault.scan, fault.now_ns
         broken = self._broken(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
         return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
@@ -292,7 +299,10 @@ def _state_of(logic: ScanLogic) -> ProgramState:
 
 
 UNPLACED = "?"
-"""Cause of a failure with an unknown place: the run is repeated with its lines traced."""
+"""Cause of a failure whose place is not known yet: the run is repeated with its lines traced."""
+
+TRACED_BEFORE = 20
+"""Scans before a failure that are traced at first; more if no output changes in them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,12 +319,12 @@ class TrialBench:
 
     @property
     def names(self) -> frozenset[str]:
-        """Names of all that must hold, including `NO_FAULT`."""
+        """Names of the invariants, including `NO_FAULT`."""
         return frozenset({NO_FAULT, *(each.name for each in self.invariants if not each.is_goal)})
 
     @property
     def goals(self) -> tuple[Invariant, ...]:
-        """What the search is to bring about."""
+        """The goals of the search."""
         return tuple(each for each in self.invariants if each.is_goal)
 
     def run(
@@ -333,21 +343,33 @@ class TrialBench:
         Args:
             without: names of invariants to skip, and keys of failures to ignore.
             probe: notes what changes.
-            explored: states of other runs with a probe, in which this one may end.
+            explored: states of other runs; this one may end in one of them, if it has a probe.
             every_scan: False = pass over scans that repeat the one before them, without `listeners`.
 
         Raises:
             InvariantError: an invariant raised.
         """
         start_ns = wall_ns()
-        run = _Run(self, scenario, frozenset(without), traced=False, every_scan=every_scan, probe=probe)
+        ignored = frozenset(without)
+        run = _Run(self, scenario, ignored, every_scan=every_scan, probe=probe)
         run.explored_stop = None if explored is None else explored.begin(scenario, self.spec)
         verdict = run.go(listeners, aloud=aloud)
-        if verdict.broken is not None and verdict.broken.cause == UNPLACED:
-            run = _Run(self, scenario, frozenset(without), traced=True, every_scan=every_scan)
-            verdict = run.go(_no_listeners, aloud=False)
+        if verdict.broken is not None and verdict.is_unplaced:
+            verdict = self._placed(scenario, ignored, verdict.broken.scan, every_scan=every_scan)
         spent = {**verdict.spent, BUILDING: 0}
         return replace(verdict, spent={**spent, BUILDING: wall_ns() - start_ns - sum(spent.values())})
+
+    def _placed(self, scenario: Scenario, ignored: frozenset[str], scan: int, *, every_scan: bool) -> Verdict:
+        """Repeat a run that failed in a scan, to find the line that last changed an output before."""
+
+        def traced(since: int) -> tuple[_Run, Verdict]:
+            run = _Run(self, scenario, ignored, traced_since=since, every_scan=every_scan)
+            return run, run.go(_no_listeners, aloud=False)
+
+        run, verdict = traced(max(0, scan - TRACED_BEFORE))
+        if verdict.is_unplaced:
+            run, verdict = traced(run.last_output_change)
+        return traced(0)[1] if verdict.is_unplaced else verdict
 
 
 @dataclass(frozen=True, slots=True)
@@ -368,7 +390,8 @@ class _Run:
     """One run: a new rack, a new logic, fresh watches.
 
     Args:
-        traced: find the lines that write outputs, which makes the program slower.
+        traced_since: first scan in which the lines that write outputs are traced, see `OutputLine`; None =
+            no scan is.
         every_scan: whether scans that repeat the one before them are run, too, see `repeated_scans`.
     """
 
@@ -378,7 +401,7 @@ class _Run:
         scenario: Scenario,
         without: frozenset[str],
         *,
-        traced: bool,
+        traced_since: int | None = None,
         every_scan: bool = True,
         probe: Probe | None = None,
     ) -> None:
@@ -397,8 +420,8 @@ class _Run:
             probe.watch(logic, self._rack)
         self._torn = TornScans(logic, scenario.tears, self._spec.scan_ns) if scenario.tears else None
         called: ScanLogic = self._torn or logic
-        self._places = Places(called, self._rack) if traced else None
-        self._timed = _TimedLogic(self._places or called)
+        self._output_line = None if traced_since is None else OutputLine(called, self._rack, traced_since)
+        self._timed = _TimedLogic(self._output_line or called)
         watches = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
         self._watcher = _Watcher(watches, without, self._place)
         tags = bench.tags_of(logic)
@@ -476,7 +499,7 @@ class _Run:
             self.explored_stop.learn()
 
     def _operator(self, cpu: Cpu) -> OrderRepeater | None:
-        """Return the giver of the scenario's orders; None without any."""
+        """Return what applies the scenario's orders; None without any."""
         if not self._orders:
             return None
         given = [AppliedAction(each.at_ns // self._spec.scan_ns, each.order) for each in self._orders]
@@ -487,21 +510,33 @@ class _Run:
         repeated.begin()
         return repeated
 
+    @property
+    def last_output_change(self) -> int:
+        """The last scan that is known to have changed outputs, in a run that was not traced far enough."""
+        return 0 if self._output_line is None else self._output_line.changed_in
+
     def _place(self) -> str:
-        """Return the line that last changed an output word.
+        """Return the line that last changed an output word, or `UNPLACED`.
 
         If an axis of the program writes them, return the waits of the sequences; else the commands in force.
         """
-        if self._places is None:
+        if self._output_line is None or not self._output_line.is_complete:
             return UNPLACED
-        commands = [name for slot in self._watcher.snapshot.slot.values() for name in slot.commands]
+        return self._output_line.last or self._waits() or self._commands()
+
+    def _waits(self) -> str:
+        """Return where the sequences of the program wait; empty without any."""
         waiting = [each for each in self._watcher.sequences if not each.over]
-        places = [f"{each.name} at {Path(each.file or '').name}:{each.line}" for each in waiting]
-        return self._places.last or " ".join(places or commands)
+        return " ".join(f"{each.name} at {Path(each.file or '').name}:{each.line}" for each in waiting)
+
+    def _commands(self) -> str:
+        """Return the commands in force."""
+        slots = self._watcher.snapshot.slot.values()
+        return " ".join(name for slot in slots for name in slot.commands)
 
     @contextmanager
     def _kept_quiet(self, *, aloud: bool) -> Iterator[None]:
-        """Hide the program's output from the terminal, and count its lines."""
+        """Hide the program's output from the terminal and count its lines, unless `aloud`."""
         if aloud:
             yield
         else:

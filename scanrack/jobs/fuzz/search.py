@@ -1,10 +1,11 @@
-"""The search: scenario after scenario, until an invariant is broken, and then the smallest that breaks it.
+"""The search: runs scenario after scenario until an invariant is broken, then shrinks that scenario.
 
 the run without events         shows where something changes, see `aim.probe`
-drawn scenarios (`aim.draws`)  one breaks something that is not known yet
-delta debugging (`shrink`)     the smallest that breaks the same
-confirmation                   the same failure in another process
-and the search continues, past what is known
+drawn scenarios (`aim.draws`)  one of them breaks an invariant in a new way
+delta debugging (`shrink`)     finds the smallest scenario with the same failure
+confirmation                   repeats the failure in another process
+
+The search then continues, and ignores the known failures.
 """
 
 from __future__ import annotations
@@ -26,16 +27,16 @@ from .aim.explored_states import ExploredStates
 from .aim.probe import Probe
 from .aim.sweep import Sweep
 from .aim.times import times_of
+from .nondeterminism import NondeterminismSources
 from .run import BUILDING, HANGS, JUDGING, PROGRAM, RUNNING, BrokenInvariant, TrialBench, Verdict
 from .scenarios.kinds import Kind, buttons, possible_kinds, sensors
 from .scenarios.scenario import Scenario
 from .scenarios.words import described
 from .shrink import smallest
-from .steady import NondeterminismSources
 
 DRAWING, CONFIRMING = "drawing scenarios", "confirming"
 LEAST_SHRINKING = 30
-"""Runs that shrink a failure in any case, even if the time of the search is over."""
+"""Runs that always shrink a failure, even if the time of the search is over."""
 
 SPENT = (PROGRAM, RUNNING, JUDGING, BUILDING, DRAWING, CONFIRMING)
 """Parts of a search's time."""
@@ -99,7 +100,7 @@ Returns False if the machine may have caused it; raises `NondeterministicError` 
 """
 
 
-def _taken_at_its_word(_found: Counterexample, _without: Collection[str]) -> bool:
+def _believe(_found: Counterexample, _without: Collection[str]) -> bool:
     return True
 
 
@@ -115,8 +116,8 @@ def search(
     again: Iterable[Scenario] = (),
     failed: Callable[[Counterexample], None] = lambda _found: None,
     progress: Callable[[int], None] = lambda _runs: None,
-    confirm: Confirm = _taken_at_its_word,
-    go_on: Callable[[], bool] = lambda: True,
+    confirm: Confirm = _believe,
+    has_time: Callable[[], bool] = lambda: True,
 ) -> SearchReport:
     """Search for scenarios that break invariants.
 
@@ -130,9 +131,9 @@ def search(
         base: a scenario to vary; None = none.
         corpus: what other searches have found, see `aim.corpus`; it grows.
         known: names of invariants, and keys of failures, to ignore.
-        again: scenarios to run first; those that show something new become entries of the corpus.
+        again: scenarios to run first; those that show something new enter the corpus.
         failed: called with a failure at once, before it is shrunk.
-        go_on: whether there is time left; checked before every run, except runs of `again`.
+        has_time: whether there is time left; checked before every run, except runs of `again`.
 
     Raises:
         InvariantError: an invariant raised.
@@ -140,7 +141,7 @@ def search(
     """
     report = SearchReport(corpus=corpus or Corpus())
     start_ns = wall_ns()
-    hunt = _Hunt(bench, report, set(known))
+    runner = _Runner(bench, report, set(known))
     random = Random(start)
     draws = Draws(bench.spec, bench.scans, kinds, random, bench.rungs, bench.settings)
     chooser = Chooser(
@@ -151,13 +152,13 @@ def search(
         base,
     )
     waiting = deque(again)
-    while hunt.runs < examples and bench.names - hunt.known and (waiting or go_on()):
+    while runner.runs < examples and bench.names - runner.known and (waiting or has_time()):
         repeated = bool(waiting)
-        scenario = waiting.popleft() if repeated else chooser.next(hunt.shown)
+        scenario = waiting.popleft() if repeated else chooser.next(runner.edges_of)
         edges = Edges()
-        found = hunt.try_one(scenario, edges)
-        if hunt.runs == 1:
-            draws.times = times_of(hunt.logic, draws.scan_ns, draws.scans)
+        found = runner.run_one(scenario, edges)
+        if runner.runs == 1:
+            draws.times = times_of(runner.logic, draws.scan_ns, draws.scans)
         progress(report.runs)
         if found is None:
             if not repeated:
@@ -167,13 +168,7 @@ def search(
             continue
         report.unshrunk_found.append(found)
         failed(found)
-        without = all_but(bench, found.broken, hunt.known)
-        hunt.known.add(found.broken.key)
-        found = shrunk(bench, found, without, report, go_on)
-        found_ns = wall_ns()
-        if confirm(found, without):
-            report.found.append(found)
-        report.spent[CONFIRMING] += wall_ns() - found_ns
+        runner.settle(found, confirm, has_time)
     report.spent[DRAWING] = wall_ns() - start_ns - report.spent.total()
     return report
 
@@ -183,15 +178,15 @@ def undisturbed(
     scenario: Scenario,
     known: Iterable[str] = (),
     *,
-    confirm: Confirm = _taken_at_its_word,
-    go_on: Callable[[], bool] = lambda: True,
+    confirm: Confirm = _believe,
+    has_time: Callable[[], bool] = lambda: True,
 ) -> list[Counterexample]:
     """Run one scenario without random events; return its failures, each once.
 
     Args:
         scenario: an empty one, or that of a recording.
         known: names of invariants to skip, and keys of failures to ignore.
-        go_on: whether there is time to shrink them to the end.
+        has_time: whether there is time to shrink them to the end.
 
     Raises:
         InvariantError: an invariant raised.
@@ -202,14 +197,14 @@ def undisturbed(
     while (broken := bench.run(scenario, without=given_up).broken) is not None:
         without = all_but(bench, broken, given_up)
         given_up.add(broken.key)
-        each = shrunk(bench, Counterexample(scenario, broken, 1), without, go_on=go_on)
+        each = shrunk(bench, Counterexample(scenario, broken, 1), without, has_time=has_time)
         if confirm(each, without):
             found.append(each)
     return found
 
 
 def all_but(bench: TrialBench, broken: BrokenInvariant, known: Collection[str]) -> frozenset[str]:
-    """Return the names to ignore in a run for one failure: all other invariants, and earlier failures."""
+    """Return what to ignore in a run for one failure: all other invariants, and earlier failures."""
     return frozenset({*known, *bench.names} - {broken.invariant, broken.key})
 
 
@@ -218,19 +213,19 @@ def shrunk(
     found: Counterexample,
     without: Collection[str],
     report: SearchReport | None = None,
-    go_on: Callable[[], bool] = lambda: True,
+    has_time: Callable[[], bool] = lambda: True,
 ) -> Counterexample:
     """Return a failure with the smallest scenario that has it, see `shrink`.
 
     Args:
         report: counts the runs.
-        go_on: whether there is time for more than the least number of runs.
+        has_time: whether there is time for more than the least number of runs.
     """
     runs, whole = 0, True
 
     def breaks(scenario: Scenario) -> BrokenInvariant | None:
         nonlocal runs, whole
-        whole = whole and (runs < LEAST_SHRINKING or go_on())
+        whole = whole and (runs < LEAST_SHRINKING or has_time())
         if not whole:
             return None
         runs += 1
@@ -248,8 +243,8 @@ def shrunk(
 
 
 @dataclass(slots=True)
-class _Hunt:
-    """Runs of a search, with what is known."""
+class _Runner:
+    """Runs the scenarios of a search, and ignores the known failures."""
 
     bench: TrialBench
     report: SearchReport
@@ -258,7 +253,7 @@ class _Hunt:
     logic: Any = None  # of the last run
     explored: ExploredStates = field(default_factory=ExploredStates)
 
-    def try_one(self, scenario: Scenario, edges: Edges) -> Counterexample | None:
+    def run_one(self, scenario: Scenario, edges: Edges) -> Counterexample | None:
         """Run a scenario and note its changes; return its failure, or None.
 
         Raises:
@@ -277,15 +272,26 @@ class _Hunt:
             return found
         if broken.cause == HANGS:  # the machine may have been busy
             return None
-        raise NondeterministicError(unsteady(found, self._uses(scenario)))
+        raise NondeterministicError(describe_nondeterminism(found, self._uses(scenario)))
 
-    def shown(self, scenario: Scenario) -> Edges | None:
+    def edges_of(self, scenario: Scenario) -> Edges | None:
         """Run a scenario; return its changes, None if something is broken."""
         self.runs += 1
         edges = Edges()
         broken = self._run(scenario, Probe(edges))
         edges.close()
         return None if broken else edges
+
+    def settle(self, found: Counterexample, confirm: Confirm, has_time: Callable[[], bool]) -> None:
+        """Shrink and confirm a failure; the runs after it ignore it."""
+        report = self.report
+        without = all_but(self.bench, found.broken, self.known)
+        self.known.add(found.broken.key)
+        found = shrunk(self.bench, found, without, report, has_time)
+        found_ns = wall_ns()
+        if confirm(found, without):
+            report.found.append(found)
+        report.spent[CONFIRMING] += wall_ns() - found_ns
 
     def _run(self, scenario: Scenario, probe: Probe | None) -> BrokenInvariant | None:
         verdict = self.bench.run(
@@ -301,13 +307,13 @@ class _Hunt:
         return str(uses)
 
 
-def unsteady(found: Counterexample, uses: str = "") -> str:
-    """Return the sentence that a program is not deterministic, and the cause.
+def describe_nondeterminism(found: Counterexample, uses: str = "") -> str:
+    """Return the message that a program is not deterministic, with the cause.
 
     Args:
         uses: its sources of differences, such as "the clock (line.py:12)"; empty without any.
     """
-    why = f"It uses {uses}." if uses else UNSEEN
+    why = f"It uses {uses}." if uses else UNSEEN_SOURCE
     return (
         "results differ between identical runs "
         f"({'; '.join(described(found.scenario))}): it broke {found.broken.invariant} in one run and not in "
@@ -315,8 +321,8 @@ def unsteady(found: Counterexample, uses: str = "") -> str:
     )
 
 
-UNSEEN = (
+UNSEEN_SOURCE = (
     "It keeps something from run to run, or uses state of its process: the order of a set of texts, a file, "
     "an object's address."
 )
-"""Text for a program that used neither chance nor clock nor threads."""
+"""Text for a program that was seen to use neither chance nor the clock nor threads."""

@@ -6,11 +6,10 @@ Two kinds of steps are repeated until neither helps:
     numbers   make a part's time, duration or count rounder; and select the simplest input, the
               newest firmware, the fewest late words that suffice
 
-At the end no single part can be left out, and no number can be rounder: a number is rounder if it has fewer
-significant digits in decimal (166 ms, 170 ms, 200 ms, 0), or the same number and is less. The candidates for
-a
-number are 0, 1, 2 or 5 in every decade below it, and its neighbors with fewer digits, above and below.
-Times stay on the grid of the scans.
+At the end no single part can be left out, and no number can be rounder. A number is rounder if it has fewer
+significant decimal digits (166 ms, 170 ms, 200 ms, 0), or as many and is smaller. The candidates for a number
+are 0; 1, 2 or 5 in every decade below it; and its neighbors with fewer digits, above and below. Times stay on
+the grid of the scans.
 """
 
 from __future__ import annotations
@@ -51,7 +50,7 @@ def smallest(
         scan_ns: time from scan to scan; candidate times are multiples of it.
     """
     shrinking = _Shrinker(scenario, broken, breaks, inputs, scan_ns)
-    while shrinking.drops_parts() or shrinking.simplifies_parts():
+    while shrinking.drop_parts() or shrinking.simplify_parts():
         pass
     return shrinking.scenario, shrinking.broken
 
@@ -72,7 +71,7 @@ class _Shrinker:
         self._inputs, self._scan_ns = inputs, scan_ns
         self._tried = {scenario}
 
-    def drops_parts(self) -> bool:
+    def drop_parts(self) -> bool:
         """Leave out dispensable parts; return whether there were any."""
         before = self.scenario
         count = len(parts_of(before)) or 1
@@ -84,15 +83,15 @@ class _Shrinker:
             count //= 2
         return self.scenario != before
 
-    def simplifies_parts(self) -> bool:
+    def simplify_parts(self) -> bool:
         """Make numbers and other values simpler; return whether any could be."""
         before = self.scenario
         for place in range(len(parts_of(before))):
-            while self._simplifies(place):
+            while self._simplify(place):
                 pass
         return self.scenario != before
 
-    def _simplifies(self, place: int) -> bool:
+    def _simplify(self, place: int) -> bool:
         parts = parts_of(self.scenario)
         field, part = parts[place]
         return any(
@@ -115,30 +114,65 @@ class _Shrinker:
 
 def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
     """Yield simpler versions of a part, the simplest of each kind first."""
-    if isinstance(part, Timed):
-        yield from (replace(part, at_ns=time_ns) for time_ns in _rounder_times(part.at_ns, scan_ns))
-    if isinstance(part, Lasting) and part.for_ns:
-        yield from (
-            replace(part, for_ns=time_ns) for time_ns in _rounder_times(part.for_ns, scan_ns) if time_ns
-        )
-    if isinstance(part, Press):
-        simpler = takewhile(lambda bit: bit is not part.input, inputs.get(part.slot, ()))
-        yield from (replace(part, input=bit) for bit in simpler)
-    if isinstance(part, Signal) and part.value == int(part.value):
-        yield from (replace(part, value=float(value)) for value in rounder(int(part.value)))
-    if isinstance(part, Turn):
-        yield from (replace(part, counts=counts) for counts in rounder(part.counts) if counts)
-    if isinstance(part, InjectedFault) and len(part.late_words) > 1:
-        words = part.late_words
-        fewer = (words[:place] + words[place + 1 :] for place in range(len(words)))
-        yield from (replace(part, late_words=each) for each in fewer)
-    if isinstance(part, LostSteps):
-        yield from (replace(part, at=at) for at in rounder(part.at))
-    if isinstance(part, LostSteps | SwitchOffset):
-        yield from (replace(part, steps=steps) for steps in rounder(part.steps) if steps)
-    if isinstance(part, tuple):  # a slot and its firmware
-        slot, version = part
-        yield from ((slot, newer) for newer in _newer(version))
+    for kinds, simpler in SIMPLER:
+        if isinstance(part, kinds):
+            yield from simpler(part, inputs, scan_ns)
+
+
+def _earlier(part: Timed, _inputs: Inputs, scan_ns: int) -> Iterator[Timed]:
+    return (replace(part, at_ns=time_ns) for time_ns in _rounder_times(part.at_ns, scan_ns))
+
+
+def _shorter(part: Lasting, _inputs: Inputs, scan_ns: int) -> Iterator[Lasting]:
+    times = _rounder_times(part.for_ns, scan_ns) if part.for_ns else ()
+    return (replace(part, for_ns=time_ns) for time_ns in times if time_ns)
+
+
+def _with_other_input(part: Press, inputs: Inputs, _scan_ns: int) -> Iterator[Press]:
+    simpler = takewhile(lambda bit: bit is not part.input, inputs.get(part.slot, ()))
+    return (replace(part, input=bit) for bit in simpler)
+
+
+def _with_rounder_value(part: Signal, _inputs: Inputs, _scan_ns: int) -> Iterator[Signal]:
+    whole = part.value == int(part.value)
+    return (replace(part, value=float(value)) for value in (rounder(int(part.value)) if whole else ()))
+
+
+def _with_rounder_counts(part: Turn, _inputs: Inputs, _scan_ns: int) -> Iterator[Turn]:
+    return (replace(part, counts=counts) for counts in rounder(part.counts) if counts)
+
+
+def _with_fewer_late_words(part: InjectedFault, _inputs: Inputs, _scan_ns: int) -> Iterator[InjectedFault]:
+    words = part.late_words
+    fewer = (words[:place] + words[place + 1 :] for place in range(len(words)) if len(words) > 1)
+    return (replace(part, late_words=each) for each in fewer)
+
+
+def _elsewhere(part: LostSteps, _inputs: Inputs, _scan_ns: int) -> Iterator[LostSteps]:
+    return (replace(part, at=at) for at in rounder(part.at))
+
+
+def _with_fewer_steps(part: Any, _inputs: Inputs, _scan_ns: int) -> Iterator[Any]:
+    return (replace(part, steps=steps) for steps in rounder(part.steps) if steps)
+
+
+def _with_newer_firmware(part: tuple[int, str], _inputs: Inputs, _scan_ns: int) -> Iterator[tuple[int, str]]:
+    slot, version = part
+    return ((slot, newer) for newer in _newer(version))
+
+
+SIMPLER: tuple[tuple[Any, Callable[[Any, Inputs, int], Iterator[Any]]], ...] = (
+    (Timed, _earlier),
+    (Lasting, _shorter),
+    (Press, _with_other_input),
+    (Signal, _with_rounder_value),
+    (Turn, _with_rounder_counts),
+    (InjectedFault, _with_fewer_late_words),
+    (LostSteps, _elsewhere),
+    (LostSteps | SwitchOffset, _with_fewer_steps),
+    (tuple, _with_newer_firmware),  # a slot and its version
+)
+"""The ways to make a part simpler, in the order in which they are tried, by the kinds of parts."""
 
 
 def _newer(version: str) -> Iterator[str]:

@@ -1,7 +1,8 @@
-"""Tests that a campaign leaves behind: runs that together reach all that it has reached, for pytest.
+"""Writes tests for pytest: runs that together reach all that a campaign has reached.
 
-The folder has one file of tests and a scenario for each. It names the user's rack file and invariants, so the
-tests follow a change of the program; what a run reaches is named without numbers of lines and rungs.
+The folder has one file of tests and a scenario for each test. The file names the user's rack file and
+invariants, so the tests follow a change of the program. What a run reaches is named without numbers of lines
+and rungs.
 """
 
 from __future__ import annotations
@@ -83,10 +84,10 @@ def play(
     setup = Setup(str(rack), tuple(invariants), tuple(checks), scans, frozenset(Kind))
     given = Scenario.from_json(json_value(read_input_text(scenario, TextKind.SCENARIO), TextKind.SCENARIO))
     given.check(bench_of(setup).spec)
-    return _went(bench_of(setup), given, load_job(setup.rack))
+    return _outcome(bench_of(setup), given, load_job(setup.rack))
 
 
-def _went(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> RunOutcome:
+def _outcome(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> RunOutcome:
     broken = [str(each.broken) for each in replay(bench, scenario)]
     return RunOutcome(broken, places_in(bench, scenario, job))
 
@@ -136,8 +137,8 @@ def write_tests(folder: Path, setup: Setup, job: LoadedRack, scenarios: Iterable
 def _chosen(
     bench: TrialBench, job: LoadedRack, scenarios: Iterable[Scenario]
 ) -> Iterator[tuple[Scenario, frozenset[str]]]:
-    """Yield few of the runs, the one that reaches most that is new first, with what is new in each."""
-    runs = [(each, _went(bench, each, job)) for each in scenarios]
+    """Yield few of the runs with what is new in each; the one that reaches most comes first."""
+    runs = [(each, _outcome(bench, each, job)) for each in scenarios]
     left = [(each, went.reached) for each, went in runs if not went.broken]
     reached: frozenset[str] = frozenset()
     while left:

@@ -13,7 +13,7 @@ from scanrack.runtime.loop.exposed import ExposedModule
 from scanrack.runtime.loop.incidents import FaultKind
 from scanrack.runtime.loop.key_switch import KeySwitch
 from scanrack.runtime.loop.listeners import ScanListener
-from scanrack.runtime.loop.module import Follower, Module
+from scanrack.runtime.loop.module import Module, following
 from scanrack.runtime.loop.pace import Pacer, Watchdog
 from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.loop.scan import CpuMode, ScanLogic
@@ -41,8 +41,8 @@ def build_rack(
     """
     modules = {slot.number: _module(slot, slot_seed(spec.seed, slot.number), ports) for slot in spec.slot}
     for module in modules.values():
-        if isinstance(module, Follower):
-            module.join(modules)
+        if (follower := following(module)) is not None:
+            follower.join(modules)
     if around is not None:
         modules = {number: around(number, module) for number, module in modules.items()}
     return Rack(

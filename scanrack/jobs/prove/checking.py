@@ -17,10 +17,11 @@ import shutil
 import subprocess  # noqa: TID251 - a solver is another program, no helper of ours
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
-from importlib.metadata import version
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
+
+from scanrack.io_images.versions import distribution_version
 
 SECONDS = 60
 """Limit of a question."""
@@ -54,7 +55,11 @@ class Opinion(NamedTuple):
 
 def solvers() -> list[Solver]:
     """Return the solvers that are there: packages first, then programs."""
-    found = {name: Solver(f"{name} {version(its)}", says) for name, its, says in _PACKAGES if find_spec(name)}
+    found = {
+        name: Solver(f"{name} {distribution_version(its)}", says)
+        for name, its, says in _PACKAGES
+        if find_spec(name)
+    }
     for name, words in _PROGRAMS.items():
         if name not in found and shutil.which(name):
             found[name] = Solver(name, partial(_program, words))

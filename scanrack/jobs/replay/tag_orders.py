@@ -37,6 +37,7 @@ class TagOrders:
             the recording begins with runs on.
 
     Attributes:
+        given: the orders, by scan.
         lost: scans from which the recording has another program than the one that runs here.
 
     Raises:
@@ -52,20 +53,20 @@ class TagOrders:
         session = any(event.topic == ORDERS.name for event in events)
         read = orders_of(events)
         given = read if session else _of_forces(events)
-        self._given = [each for each in given if isinstance(each.order, Write | Force | Unforce)]
+        self.given = [each for each in given if isinstance(each.order, Write | Force | Unforce)]
         self.notes = [] if session else list(_unknown(score, events))  # orders that can't be repeated
         self._edited = edited
         self._scans: dict[int, int] = {}  # of edits, by their numbers
         for each in read if edited is not None else ():
             if isinstance(each.order, Edit):
-                self._given.append(each)
+                self.given.append(each)
                 self._scans[each.order.number] = each.scan
         brought = set(self._scans.values())
         self.lost = [event.scan for event in events if is_edit(event) and event.scan not in brought]
 
     def program(self, logic: ScanLogic) -> ScanLogic:
         """Return the program to run: a ladder program under a debugger if there are orders."""
-        if not self._given or not isinstance(logic, LadderLogic):
+        if not self.given or not isinstance(logic, LadderLogic):
             return logic
         from scanrack.ladder.debug import Debugger  # most recordings need none
 
@@ -87,7 +88,7 @@ class TagOrders:
         repeated = OrderRepeater(
             cpu,
             OperatorActions(cpu, rack, desk, lambda order, _at_ns: self._edit(program, order)),
-            self._given,
+            self.given,
         )
         cpu.add_listener(repeated)
         repeated.begin()

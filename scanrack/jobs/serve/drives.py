@@ -20,8 +20,8 @@ from scanrack.runtime.loop.pace import Clock
 from scanrack.runtime.machine import Machine, MachineSpec
 from scanrack.runtime.modules.drives.conditions import action
 from scanrack.runtime.modules.drives.drive import DriveUnit
+from scanrack.runtime.modules.drives.drive_options import options_of
 from scanrack.runtime.modules.drives.nonvolatile import DriveMemory
-from scanrack.runtime.modules.drives.options import options_of
 from scanrack.runtime.modules.drives.registers import DriveRegisters
 from scanrack.runtime.tag_servers.drive_adapter import DriveAdapter
 from typing_extensions import override

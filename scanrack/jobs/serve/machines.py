@@ -20,7 +20,7 @@ from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.line.wire import ControllerDevice, LineFormat
 from scanrack.runtime.machine import Machine
-from scanrack.runtime.modules.adapters.pcl601.options import Pcl601Options
+from scanrack.runtime.modules.adapters.pcl601.pcl601_options import Pcl601Options
 from scanrack.runtime.modules.adapters.pcl601.simulated import SimulatedPcl601
 from scanrack.runtime.modules.adapters.plant import Plant
 from scanrack.runtime.modules.adapters.pmc006.simulated import SimulatedPmc006

@@ -13,11 +13,11 @@ import sys
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from importlib.metadata import PackageNotFoundError, requires, version
+from importlib.metadata import requires
 from pathlib import Path
 
 from scanrack.io_images.installing import how_to_install
-from scanrack.io_images.versions import distribution_version, own_project
+from scanrack.io_images.versions import UNKNOWN, distribution_version, own_project
 from scanrack.runtime.loop.realtime import real_time
 
 PACKAGE = "scanrack"
@@ -114,11 +114,7 @@ def _required(extra: str) -> list[str]:
 
 
 def _installed(distribution: str) -> bool:
-    try:
-        version(distribution)
-    except PackageNotFoundError:
-        return False
-    return True
+    return distribution_version(distribution) != UNKNOWN
 
 
 def _ports() -> Iterator[Diagnosis]:

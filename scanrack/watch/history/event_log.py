@@ -293,5 +293,11 @@ class _StateHistory:
 
 
 def _spoken(event: Mapping[str, Any]) -> str:
+    if event.get("topic") == FORCES:
+        images = {key: value for key, value in event.items() if key not in _NOT_FORCED}
+        forces = {**images, **event.get("tags", {})}
+        numbers = {name: int(value) if isinstance(value, bool) else value for name, value in forces.items()}
+        values = ", ".join(f"{name} {value}" for name, value in numbers.items())
+        return f"Forced: {values}" if values else "Nothing is forced."
     skipped = ("scan", "t", "topic", "kind", "slot")
     return ", ".join(f"{key} {value}" for key, value in event.items() if key not in skipped) or "none"

@@ -151,9 +151,9 @@ class Monitor(ABC):
     def tick(self) -> bool:
         """Do the due work; return whether there is more to do at once."""
 
-    def orders_to(self, scan: int) -> list[tuple[int, str]] | None:
-        """Return the orders of the session before a scan and their texts; None if the recording has them."""
-        return None
+    def latest_orders(self, scan: int) -> list[tuple[int, str]]:
+        """Return the kept orders of the session up to a scan; the recording may lack the latest."""
+        return []
 
     @abstractmethod
     def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import pickle
 import tempfile
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import IO, Any
@@ -54,17 +55,22 @@ class QuestionProcesses:
         self._begin(page, number, f"{__package__}.why_process", (trace, what, more), PATIENCE_S, command)
 
     def want(
-        self, page: Page, number: object, trace: str, asked: tuple[str, object, int], orders: object
+        self,
+        page: Page,
+        number: object,
+        trace: str,
+        asked: tuple[str, object, int],
+        latest: Sequence[tuple[int, str]],
     ) -> None:
         """Ask what it would take for a value; the answer goes to the page.
 
         Args:
             asked: the tag, its wanted value, the scan after which something is done.
-            orders: see `want_process`.
+            latest: orders, see `want_process`.
         """
         tag, wanted, scan = asked
         command = f"scanrack why {trace} {tag} --at {scan} --want {wanted} --trust"
-        given = trace, *asked, orders
+        given = trace, *asked, latest
         self._begin(page, number, f"{__package__}.want_process", given, WANT_PATIENCE_S, command)
 
     def share(self, page: Page, number: object, trace: str, scan: int, *, trust: bool, rack: str) -> None:

@@ -357,12 +357,9 @@ class SessionMonitor(Monitor):
     # --- orders
 
     @override
-    def orders_to(self, scan: int) -> list[tuple[int, str]] | None:
-        if self.log.begin or self.log.earlier is not None:
-            return None  # the recording has more of them
-        return [
-            (each["scan"], each["order"]) for each in self.log.up_to(scan, self.log.end) if "order" in each
-        ]
+    def latest_orders(self, scan: int) -> list[tuple[int, str]]:
+        kept = self.log.since(self.log.begin)
+        return [(each["scan"], each["order"]) for each in kept if "order" in each and each["scan"] <= scan]
 
     @override
     def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:

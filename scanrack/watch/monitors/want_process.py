@@ -1,6 +1,6 @@
 """What it would take for a value, in its own process: the session runs again, and copies of it try.
 
-The orders come with the question, since the recording may lack the latest.
+The latest orders come with the question, since the recording may lack them.
 """
 
 from __future__ import annotations
@@ -19,21 +19,21 @@ from scanrack.runtime.loop.faults import CpuFault
 from scanrack.traces.format.records import TraceError
 from scanrack.traces.read.reader import open_trace
 
-Orders = Sequence[tuple[int, str]]
-"""Orders of a session: the scan before which each acts, and its text."""
 
-
-def answer(path: str, tag: str, wanted: object, scan: int, orders: Orders | None) -> dict[str, Any]:
+def answer(
+    path: str, tag: str, wanted: object, scan: int, latest: Sequence[tuple[int, str]]
+) -> dict[str, Any]:
     """Return the answers about a scan of a recording, or the refusal.
 
     Args:
-        orders: of the session up to the scan; None = those of the recording.
+        latest: orders of the session up to the scan: the scan before which each acts, and its text.
     """
     try:
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-            given = [RecordedOrder(at, action_of(parsed(text), RECORDED)) for at, text in orders or ()]
-            known = given if orders is not None else orders_of(trace.events())
-            found = list(wanted_in_trace(trace, Path(folder), tag, wanted, scan, known, trust=True))
+            orders = orders_of(trace.events())
+            given = [RecordedOrder(at, action_of(parsed(text), RECORDED)) for at, text in latest]
+            orders += [each for each in given if each not in orders]
+            found = list(wanted_in_trace(trace, Path(folder), tag, wanted, scan, orders, trust=True))
     except CpuFault as error:
         return {"refused": f"the controller has faulted in {error}: ask before that scan"}
     except (ValueError, TraceError, UntrustedError) as error:

@@ -91,4 +91,4 @@ def want(monitor: Monitor, page: Page, said: Said) -> None:
     scan = int(row["scan"])
     if monitor.subject.programs.at(page.past).logic is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
-    monitor.elsewhere.want(page, said.get("id"), str(trace), (tag, wanted, scan), monitor.orders_to(scan))
+    monitor.elsewhere.want(page, said.get("id"), str(trace), (tag, wanted, scan), monitor.latest_orders(scan))

@@ -11,9 +11,9 @@ from typing import Annotated, Any, NamedTuple
 import typer
 from scanrack.io_images.times import parse_time
 from scanrack.terminal.complaints import reported_mistakes
+from scanrack.terminal.reading import itself, tell_notes
 from scanrack.terminal.status import size_of
 from scanrack.terminal.terminal import say
-from scanrack.terminal.trace_options import itself, tell_notes
 from scanrack.traces.files.guard import check_output
 from scanrack.traces.files.newfile import new_file
 from scanrack.traces.read.reader import Trace

@@ -9,18 +9,20 @@ import { clock, count } from "./format.js";
 import { keep, kept } from "./kept.js";
 import { isPython } from "./lacks.js";
 import { late } from "./lateness.js";
+import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { showRung } from "./program.js";
 import { lookAt } from "./scrub.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 import { askWhy } from "./tag.js";
+import { valueOf } from "./values.js";
 import { aliasOf, nameOf } from "./words.js";
 
 const CALM_MS = 300; // an error bit that another one follows sooner is not explained
 // of a fault: when and where
 const SAID_ELSEWHERE = /^scan [\d,]+ \(.*?\): (the program raised LadderFault: (.*?, rung \d+, )?)?/;
-const WAY_ON = "To go on: look at an earlier scan (, or the slider), then Branch from here.";
+const WAY_ON = "To continue: look at an earlier scan (, or the slider), then Branch from here.";
 
 const sign = el("span", { "aria-hidden": "true" }),
   number = el("span", { class: "cause" }),
@@ -62,7 +64,7 @@ const box = el("input", {
 });
 export const stopBox = el(
   "label",
-  { class: "stops", title: "The page stays at the scan of an error bit; the rack goes on" },
+  { class: "stops", title: "The page stays at the scan of an error bit; the rack continues" },
   box,
   "Stop at errors"
 );
@@ -70,6 +72,7 @@ export const stopBox = el(
 // { fault, scan, t, what, cause, tag, place, links }; seen: its scan was looked at; cause stands for links
 let failed = null;
 let known = null; // the fault that was explained: an earlier scan is looked at without it
+let over = false; // whether the bit of what failed is off again
 let quiet = false, told = null; // late scans are not to be told of; what was told of them
 let open = false, taking = false, own = false; // own: the causes are those of what failed
 
@@ -98,6 +101,7 @@ export function erred({ scan, t, slot, bit, tag, text, rule, stopped }) {
     scan,
     t,
     what: `${aliasOf(tag) ?? `${bit}${where}`} came on`,
+    bit: `${slot}.${bit}`,
     cause: text && `${text}${rule ? ` [${rule}]` : ""}`,
     tag: nameOf(tag),
     seen: stopped,
@@ -119,7 +123,7 @@ async function explain(found) {
   const said = await askWhy(
     found.fault ? { fault: true } : { tag: found.tag, scan: found.scan },
     () => found === failed
-  );
+  ).catch(({ message }) => tell(message));
   if (!said || found !== failed) return;
   found.links = said.chain ?? [];
   found.place ??= found.links.find(link => link.at)?.at;
@@ -184,8 +188,11 @@ function subject() {
   return asked ?? failed ?? (quiet ? null : late);
 }
 
+// Whether the error bit that failed is off in the scan shown, of a rack: of a recording all is over.
+const isOver = ({ bit, scan }) => bit && !orders.recorded() && run.scan > scan && !valueOf(bit);
+
 // A cause in the line: when it was stands beside the line, the slot and input are those of its name.
-const short = text => text.replace(/ \((?:[\d.e+-]+ s, )?(?:slot \d+ input \S+: )?(.*)\)$/s, ": $1");
+const short = text => text.replace(/ \((?:[\d:.]+, )?(?:slot \d+ input \S+: )?(.*)\)$/s, ": $1");
 
 function paint() {
   const shown = subject();
@@ -195,10 +202,11 @@ function paint() {
   const failure = shown === failed,
     numbered = failure && !own ? [] : causes,
     [cause] = failure ? ordered(shown.links ?? []) : causes;
-  setAttribute(causeLine, "data-kind", failure ? "failure" : "why");
+  over = failure && isOver(shown);
+  setAttribute(causeLine, "data-kind", failure ? (over ? "over" : "failure") : "why");
   setText(sign, failure || shown === late ? "!" : "?");
   setText(number, String(numbered.length ? claim.number : ""));
-  setText(what, shown.what);
+  setText(what, isOver(shown) ? shown.what.replace(/came on$/, "was on") : shown.what);
   setText(
     first,
     open && (numbered.length || shown === late)
@@ -245,6 +253,7 @@ onPaint(changes => {
   if (failed?.past && !failed.fault && changes.state && changes.state !== "past") dismiss(); // by Live
   if (late !== told) told = late, paint();
   if (changes.faults) faulted();
+  else if (changes.words && failed?.bit && !claim && over !== isOver(failed)) paint();
 });
 
 // A fault of the CPU is explained once; later looks at it mark its rung only.

@@ -49,7 +49,7 @@ export function visit({ scan, at }) {
 }
 
 function itemOf({ scan, t, text, at }, word) {
-  const said = text.replace(/ \(([\d.e+-]+) s(?:, )?/, " (");
+  const said = text.replace(/ \([\d:.]+(?:, )?/, " (").replace(/ \(\)/, "");
   return [
     el(
       "button",

@@ -153,12 +153,12 @@ function paint(other) {
   setText(
     summary,
     !other.there
-      ? "does not have this scan"
+      ? "It does not have this scan."
       : other.known === false
-        ? "is not known so far yet"
+        ? "Its values in this scan are being computed."
         : differing.length
-          ? `differs here in ${differing.map(([number, thing]) => some(number, thing)).join(", ")}`
-          : "does not differ in this scan"
+          ? `Here it differs in ${differing.map(([number, thing]) => some(number, thing)).join(", ")}.`
+          : "In this scan it does not differ."
   );
   list.replaceChildren(
     ...tags
@@ -169,10 +169,10 @@ function paint(other) {
 }
 
 function sinceText() {
-  if (first === undefined) return "looking for the first difference …";
-  if (first === null) return "has the same words in all scans that both have";
+  if (first === undefined) return "is searched for the first difference …";
+  if (first === null) return "has the same words in all scans that both have.";
   const when = `scan ${count(first)}, ${clock(first * run.hello.period_ns)}`;
-  return `differs since ${when}${differs ? `: ${differs}` : ""}`;
+  return `differs since ${when}${differs ? `: ${differs}` : ""}.`;
 }
 
 // The names of what differs in a scan: tags, else bits and words.

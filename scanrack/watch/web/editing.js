@@ -4,6 +4,7 @@
 import { completing, matching } from "./completing.js";
 import { button, el, setFlag, setText } from "./dom.js";
 import * as draft from "./draft.js";
+import { sentence } from "./format.js";
 import { hush, tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { begin, deleteRung, edit, newRung } from "./rungedit.js";
@@ -49,7 +50,7 @@ const others = el("div", { class: "soft" });
 const hint = el(
   "p",
   { class: "soft hint" },
-  "Type XIC Start and Enter: it stands behind what is chosen; F2 types the chosen one anew. " +
+  "Type XIC Start and Enter: it is inserted after what is selected; F2 replaces that. " +
     "Arrows move, [ makes a branch and , a leg, Shift selects, Enter is a new rung."
 );
 const bar = el(
@@ -83,7 +84,7 @@ draft.onDraft(() => {
   for (const [name, node] of stepButtons) node.disabled = !STEPS[name][1](draft.draft, draft.session);
   undoButton.disabled = !draft.canUndo();
   redoButton.disabled = !draft.canRedo();
-  setFlag(hint, "hidden", draft.draft.rungs.size > 0 || draft.session.stage !== "");
+  setFlag(hint, "hidden", draft.draft.rungs.size > 0 || draft.session.stage !== "" || draft.would.hasChildNodes());
   others.replaceChildren(...draft.draft.mistakes.map(each => el("p", { class: "note", "data-kind": "mistake" }, each)));
   const hasEdit = draft.session.stage || (draft.draft.own && !draft.draft.words); // or a draft of this tab before
   if (hasEdit && bar.hidden && orders.allowed() && panel.hidden) resume();
@@ -122,8 +123,6 @@ async function open() {
   showBar(true);
   begin(selected.rung);
 }
-
-const sentence = said => `${said[0].toUpperCase()}${said.slice(1)}.`;
 
 // --- text
 
@@ -168,7 +167,7 @@ let restarts = [], timer = 0, asked = 0, noted = [];
 onHello(() => { if (base === null) back(); });
 onProgram(hello => {
   const names = (hello.routines ?? []).map(each => each.kind);
-  setFlag(editButton, "hidden", !orders.allowed() || !names.length);
+  setFlag(editButton, "hidden", !orders.allowed() || !names.length || !bar.hidden || !panel.hidden);
 });
 
 async function openText(why = "") {

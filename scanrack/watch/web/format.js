@@ -17,9 +17,15 @@ export function clock(ns) {
 export const grouped = text =>
   text.replace(/(?<![\w.:,#])-?\d{4,}(?![\w.]|:\d)/g, number => Number(number).toLocaleString("en"));
 
-// A text in which the time since when something is so is a clock's, as elsewhere.
+// A text in which a point in time, "since 7.662 s", "scan 3,831, 7.662 s" or "(7.662 s,", is a clock's, as elsewhere.
 export const clocked = text =>
-  text.replace(/\bsince ([\d.e+-]+) s\b/g, (_, s) => `since ${clock(Math.round(Number(s) * 1e9))}`);
+  text.replace(
+    /(\b(?:since|edited at|scan [\d,]+,) |\((?=[\d.e+-]+ s[,)]))([\d.e+-]+) s\b/g,
+    (_, before, s) => before + clock(Math.round(Number(s) * 1e9))
+  );
+
+// A refusal as a sentence.
+export const sentence = said => `${said[0].toUpperCase()}${said.slice(1)}${/[.!?]$/.test(said) ? "" : "."}`;
 
 /** @type {[number, string][]} */
 const UNITS = [[1e9, "s"], [1e6, "ms"], [1e3, "µs"], [1, "ns"]];

@@ -1,7 +1,7 @@
 // Keys for the whole page; they rest while something is typed or a control has a use for the key.
 
 import { ACTIONS, perform } from "./actions.js";
-import { button, dialogOf, el } from "./dom.js";
+import { at, button, dialogOf, el } from "./dom.js";
 import { toNext, toPrevious } from "./changes.js";
 import { toDifference } from "./compare.js";
 import { setCursor } from "./cursors.js";
@@ -10,6 +10,7 @@ import { isClicked } from "./pointer.js";
 import { menuAt } from "./menu.js";
 import { toMark } from "./marks.js";
 import { tell } from "./notice.js";
+import { takesTyped } from "./rungedit.js";
 import { moveRung } from "./program.js";
 import { moveBy } from "./scrub.js";
 import { step, toggle } from "./transport.js";
@@ -20,9 +21,11 @@ import { run } from "./state.js";
 
 const second = () => Math.round(1e9 / (run.hello?.period_ns ?? 2e6));
 
+const PARTS = ["bar", "program", "machine", "tag", "lists", "strip"];
+
 // A key, what it does, how the help says so, and how it calls the key.
 const ROWS = [
-  [" ", toggle, "pause, go on", "space"],
+  [" ", toggle, "pause, continue", "space"],
   [".", step, "one scan on"],
   [",", () => moveBy(-1), "one scan back"],
   ["[", () => moveBy(-second()), "one second back"],
@@ -42,6 +45,7 @@ const ROWS = [
   ["d", () => toDifference(1), "the next difference from the recording compared with"],
   ["D", () => toDifference(-1), "the previous difference"],
   ["/", () => field.focus(), "find"],
+  ["F6", event => toPart(event.shiftKey ? -1 : 1), "the next part of the page, with Shift the one before"],
   ["Escape", () => select({}), "select nothing", "Esc"],
   ["?", () => help(), "this help"],
 ];
@@ -65,8 +69,18 @@ const help = () =>
 
 export const helpButton = () => button("Keys", help, { text: "?", title: "Keys (?)", class: "sign" });
 
+// Gives the focus to the first control of another part that is shown.
+function toPart(by) {
+  const parts = PARTS.map(at).filter(part => part.checkVisibility()),
+    here = parts.findIndex(part => part.contains(document.activeElement)),
+    next = parts[(Math.max(here, by > 0 ? -1 : 0) + by + parts.length) % parts.length];
+  const controls = [...next.querySelectorAll("button, input, select, summary, [tabindex]")];
+  (controls.find(each => each.tabIndex >= 0 && !each.disabled && each.checkVisibility()) ?? next).focus();
+}
+
 function isBusy(event) {
   const on = event.target;
+  if (event.key === "F6") return Boolean(document.querySelector("dialog[open]"));
   if (document.querySelector("dialog[open]") || event.ctrlKey || event.metaKey || event.altKey) return true;
   if (on.matches("input, select, textarea"))
     return !(on.type === "range" && KEYS[event.key] && !event.key.startsWith("Arrow"));
@@ -75,8 +89,9 @@ function isBusy(event) {
 }
 
 document.addEventListener("keydown", event => {
+  if (takesTyped(event)) return event.preventDefault();
   const known = KEYS[event.key];
   if (!known || isBusy(event) || !run.hello || event.defaultPrevented) return;
   event.preventDefault();
-  known();
+  known(event);
 });

@@ -25,6 +25,7 @@ export function buildRungs(routine, list, open) {
     { class: list.length > MANY ? "rungs many" : "rungs", "aria-label": "Rungs", focusin: describe },
     ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung))
   );
+  sheet.querySelector(".instruction")?.setAttribute("tabindex", "0");
   beginNow(sheet);
   return sheet;
 }
@@ -36,6 +37,7 @@ function rowOf(ident, { number, svg, comment, file, line }) {
     {
       type: "button",
       class: "stop",
+      tabindex: -1,
       "aria-label": `Breakpoint on rung ${number}`,
       "aria-pressed": "false",
       disabled: !orders.timed(),
@@ -49,27 +51,25 @@ function rowOf(ident, { number, svg, comment, file, line }) {
     el("div", { class: "body" }, comment ? el("p", { class: "comment" }, comment) : null, picture));
   const elements = [...picture.querySelectorAll("[data-element]")];
   elements.forEach(each => each.setAttribute("data-power", "0"));
-  picture.querySelectorAll(".instruction").forEach(prepare);
+  for (const group of picture.querySelectorAll(".instruction")) {
+    group.setAttribute("role", isCall(group) ? "link" : "button");
+    group.setAttribute("tabindex", "-1");
+  }
   picture.querySelectorAll("[data-name]").forEach(node => place(node, node.dataset.name, shown));
   rungs.set(ident, { row, elements, power: "", stop });
   return row;
 }
 
-function prepare(group, number) {
-  group.setAttribute("role", isCall(group) ? "link" : "button");
-  group.setAttribute("tabindex", number === 0 ? "0" : "-1");
-}
-
-// Tells a reader of the screen the values of the instruction with the focus, and whether it passes power.
-function describe({ target }) {
+// Gives a reader of the screen the values of the instruction with the focus, and whether it passes power. Tab reaches
+// this one of all; arrows go to the others.
+function describe({ target, currentTarget }) {
   const group = target.closest(".instruction");
-  const values = [...group?.querySelectorAll(".value, .now") ?? []].map(each => each.textContent).filter(Boolean);
-  if (group)
-    setAttribute(
-      group,
-      "aria-description",
-      [...values, group.dataset.power === "1" ? "power" : "no power"].join(", ")
-    );
+  if (!group) return;
+  const values = [...group.querySelectorAll(".value, .now")].map(each => each.textContent).filter(Boolean);
+  setAttribute(group, "aria-description", [...values, group.dataset.power === "1" ? "power" : "no power"].join(", "));
+  for (const other of currentTarget.querySelectorAll(".instruction[tabindex='0']"))
+    other.setAttribute("tabindex", "-1");
+  group.setAttribute("tabindex", "0");
 }
 
 const isCall = group => group.dataset.instruction === "JSR";
@@ -95,8 +95,6 @@ function keyed(event) {
   const all = [...event.currentTarget.querySelectorAll(".instruction")], next = all[all.indexOf(group) + move];
   event.preventDefault();
   if (!next) return;
-  group.setAttribute("tabindex", "-1");
-  next.setAttribute("tabindex", "0");
   next.focus();
 }
 

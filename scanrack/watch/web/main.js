@@ -1,6 +1,7 @@
 // Puts the parts of the page together.
 
 import { button } from "./dom.js";
+import { clocked } from "./format.js";
 import { hush, tell } from "./notice.js";
 import { allowed, reload } from "./orders.js";
 import { connect } from "./source.js";
@@ -65,14 +66,14 @@ function hear(message) {
 function edited({ text, ...tags }) {
   const groups = ["new", "changed", "dropped"].filter(name => tags[name]?.length);
   return [
-    text || "The edited program has been taken over.",
+    clocked(text) || "The edited program has been taken over.",
     ...groups.map(name => `${name}: ${tags[name].join(", ")}`),
   ].join("\n");
 }
 
 function mistaken({ text, file, line }) {
   const place = [file, line].filter(Boolean).join(":");
-  return `The old program goes on. ${place && !text.includes(place) ? `${place}: ` : ""}${text}`;
+  return `The old program continues. ${place && !text.includes(place) ? `${place}: ` : ""}${text}`;
 }
 
 // The button that takes the program over all the same, with the sequences that can't continue restarted.

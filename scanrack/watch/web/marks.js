@@ -11,11 +11,11 @@ import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 
 const AGAIN_MS = 150; // between two questions while the recording is looked through
-const THUMB = 16, HIGH = 10; // CSS pixels: of the slider's thumb, of the axis of marks
+const THUMB = 16, HIGH = 10, REACH = 6; // CSS pixels: of the slider's thumb, of the axis of marks; of a click to a mark
 const COLORS = { fault: "fault", error: "fault", rule: "mark", mode: "curve", restart: "curve" };
 const FAILURES = ["fault", "error"];
 
-const canvas = el("canvas", { class: "mark-axis", "aria-hidden": "true" });
+const canvas = el("canvas", { class: "mark-axis", "aria-hidden": "true", click: clicked });
 const earlier = button("Previous mark", () => toMark(-1), {
   text: "◂!",
   title: "The previous mark (E)",
@@ -31,6 +31,8 @@ let marks = [], whole = false, asking = false, generation = 0;
 export const marksIn = (from, to) => marks.filter(([scan]) => scan >= from && scan <= to);
 export const colorOf = kind => colors[COLORS[kind]];
 
+const grave = ([, one], [, other]) => Number(FAILURES.includes(one)) - Number(FAILURES.includes(other)); // drawn last
+
 onHello(() => {
   marks = [];
   whole = false;
@@ -45,7 +47,8 @@ async function askMarks(mine) {
   try {
     const answer = await ask("marks");
     if (mine !== generation) return;
-    ({ marks, whole } = answer);
+    whole = answer.whole;
+    marks = answer.marks.sort(grave);
     draw();
     if (!whole) return setTimeout(askMarks, AGAIN_MS, mine);
     document.documentElement.dataset.marks = String(answer.total);
@@ -66,25 +69,46 @@ export async function toMark(way) {
   try {
     const { mark, whole: all } = await ask("mark", { from: run.scan, way });
     const where = `${way > 0 ? "after" : "before"} scan ${count(run.scan)}`;
-    if (mark) {
-      if (FAILURES.includes(mark.kind)) failed(mark);
-      tell(`${clock(mark.t)}  ${mark.text}`, "told");
-      await lookAt(mark.scan);
-    } else tell(all ? `There is no mark ${where}.` : "The recording is still being looked through for marks.");
+    if (mark) await show(mark);
+    else if (!all) tell("The recording is still being searched for marks.");
+    else tell(`There is no mark ${where}: ${way > 0 ? "E goes back" : "e goes forward"}.`);
   } catch (refused) {
     tell(refused.message);
   }
   asking = false;
 }
 
+async function show(mark) {
+  if (FAILURES.includes(mark.kind)) failed(mark);
+  tell(`${clock(mark.t)}  ${mark.text}`, "told");
+  await lookAt(mark.scan);
+}
+
+// Where a scan is on the axis, CSS pixels.
+function placeOf(scan) {
+  const [first, last] = run.range ?? [0, 0];
+  return THUMB / 2 + ((scan - first) / Math.max(last - first, 1)) * (canvas.clientWidth - THUMB);
+}
+
+function scanAt(place) {
+  const [first, last] = run.range ?? [0, 0];
+  return first + ((place - THUMB / 2) / Math.max(canvas.clientWidth - THUMB, 1)) * (last - first);
+}
+
+// A click at a mark goes to it; of several the gravest.
+async function clicked({ offsetX }) {
+  const near = marks.filter(([scan]) => Math.abs(placeOf(scan) - offsetX) <= REACH).at(-1);
+  if (!near) return lookAt(scanAt(offsetX));
+  const { mark } = await ask("mark", { from: near[0] - 1, way: 1 });
+  if (mark) await show(mark);
+}
+
 function draw() {
-  const wide = canvas.clientWidth, [first, last] = run.range ?? [0, 0];
+  const wide = canvas.clientWidth;
   if (!wide) return;
-  const to = pen(canvas, wide, HIGH),
-    x = scan => THUMB / 2 + ((scan - first) / Math.max(last - first, 1)) * (wide - THUMB);
-  const grave = ([, one], [, other]) => Number(FAILURES.includes(one)) - Number(FAILURES.includes(other)); // on top
-  for (const [scan, kind] of [...marks].sort(grave)) {
-    const failure = FAILURES.includes(kind), place = Math.round(x(scan));
+  const to = pen(canvas, wide, HIGH);
+  for (const [scan, kind] of marks) {
+    const failure = FAILURES.includes(kind), place = Math.round(placeOf(scan));
     to.rect(place - 1, failure ? 0 : 3, 2, failure ? HIGH : HIGH - 3, colorOf(kind));
   }
 }

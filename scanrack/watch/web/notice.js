@@ -3,7 +3,7 @@
 import { at } from "./dom.js";
 
 const LASTS_MS = 8000;
-const LASTING = ["lost", "mistake", "met"]; // until they are over
+const LASTING = ["lost", "mistake", "met", "branch"]; // until they are over
 
 let timer = 0;
 

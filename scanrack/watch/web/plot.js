@@ -6,7 +6,7 @@ import { clock } from "./format.js";
 import { after, range, stretches, valueOf } from "./lanes.js";
 import { colors, pen } from "./pen.js";
 
-const LEFT = 72, RIGHT = 72, TOP = 10, LINES = 4; // CSS pixels; lines of a scale
+const LEFT = 72, RIGHT = 72, TOP = 10, LINES = 5; // CSS pixels; lines of a scale at most
 
 const first = el("select", { "aria-label": "Lane", change: draw }),
   second = el("select", { "aria-label": "Second lane", change: draw });
@@ -60,10 +60,10 @@ function draw() {
 function lane(to, name, color, place, align, x, high, wide) {
   const points = source.points(name), { from, end, left, right } = axis;
   const [low, top] = scaleOf(points), y = value => TOP + (top - Number(value)) / (top - low) * (high - 2 * TOP);
-  for (let line = 0; line <= LINES; line += 1) {
-    const value = low + (top - low) * line / LINES;
+  const step = stepOf(top - low);
+  for (let value = Math.ceil(low / step) * step; value <= top; value += step) {
     to.line(left, y(value), right, y(value), colors.grid);
-    to.text(figure(value, top - low), place, y(value) + 4, color, align);
+    to.text(value.toLocaleString("en-US", { maximumFractionDigits: 6 }), place, y(value) + 4, color, align);
   }
   const even = name.endsWith(".position");
   to.inside(left, 0, () => {
@@ -89,8 +89,11 @@ function scaleOf(points) {
   return points.some(each => each.length === 4) ? range(points) : [0, 1];
 }
 
-const figure = (value, wide) =>
-  wide > LINES ? Math.round(value).toLocaleString("en-US") : String(Number(value.toFixed(2)));
+// The step between the lines of a scale: a round number, and 1 for a bit.
+function stepOf(wide) {
+  const ten = 10 ** Math.floor(Math.log10(wide / LINES));
+  return wide === 1 ? 1 : ten * [1, 2, 5, 10].find(each => each * ten >= wide / LINES);
+}
 
 // What the lanes have at the time under the pointer.
 function read(event) {

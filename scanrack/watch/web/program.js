@@ -2,7 +2,7 @@
 
 import { faultPlaces, markCauses, onCauses } from "./causes.js";
 import { editButton, editor } from "./editing.js";
-import { at, button, el, goTo, heading, setAttribute, setFlag } from "./dom.js";
+import { at, button, el, goTo, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { buildDiagram } from "./diagram.js";
 import { keep, kept } from "./kept.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
@@ -22,7 +22,7 @@ const UNIT = 8, LEAST = 40, MOST = 160; // CSS pixels of a column; columns betwe
 
 const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "Routines" });
 const sheet = el("div", { class: "sheet", role: "tabpanel", "aria-label": "Routine" });
-const unknown = el("p", { class: "unknown", role: "status" }, "Power and values of this scan are being worked out.");
+const unknown = el("p", { class: "unknown", role: "status" });
 let routine = null,
   columns = 0,
   shownAt = "",
@@ -184,9 +184,13 @@ function reveal() {
   (cause ?? node).scrollIntoView({ block: "center", behavior: smooth ? "smooth" : "auto" });
 }
 
+// The focus of an instruction goes along.
 export function moveRung(by) {
-  const rung = moveTo(sheet, selected.rung, by);
-  if (rung) showRung(rung);
+  const focused = document.activeElement?.closest?.(".sheet .instruction"),
+    rung = moveTo(sheet, focused?.closest("[data-at]").dataset.at ?? selected.rung, by);
+  if (!rung) return;
+  showRung(rung);
+  if (focused) sheet.querySelector(`[data-at="${CSS.escape(rung)}"] .instruction`)?.focus({ preventScroll: true });
 }
 
 function mark({ rung, element }) {
@@ -210,6 +214,12 @@ function markFaults() {
 }
 
 onPaint(changes => {
+  setText(
+    unknown,
+    run.state === "paused"
+      ? "Power and values come with the next scan."
+      : "Power and values of this scan are being computed."
+  );
   if (changes.faults || changes.scan !== undefined) markFaults();
   paintRungs(changes);
   paintText(changes);

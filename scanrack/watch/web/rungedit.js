@@ -7,6 +7,7 @@ import { change, draft, isLocked, keyOf, look, onDraft, redo, setColumns, undo }
 import { checkedOf, drawDrafts, lastKey, lay, neighborOf, rowAt, runs, textOf, textsAt } from "./draftrows.js";
 import { between, pieceOf, read, spliced, taken, typedOf } from "./rungtext.js";
 import { offered, offeredInText, tagsOf } from "./rungwords.js";
+import { selected } from "./selection.js";
 
 const EMPTY = ";";
 const FIRST = -1; // before the first rung
@@ -161,7 +162,7 @@ function clicked(event) {
   event.stopPropagation();
   const { key, index } = row.dataset,
     number = Number(event.target.closest(".instruction")?.dataset.element.split(".").at(-1) ?? NaN);
-  if (row.dataset.edited && !row.classList.contains("draft")) return; // the one below it is edited
+  if (row.dataset.edited && !row.classList.contains("draft")) return go(key, 0, 0); // the one below it is edited
   if (!Number.isNaN(number)) return choose(key, Number(index), number);
   go(key, Number(index), 0);
   nearest(svg, row, event);
@@ -304,7 +305,7 @@ const PLAIN = {
 };
 
 function keyed(event) {
-  if (event.key !== "Tab") event.stopPropagation();
+  if (!["Tab", "F6"].includes(event.key)) event.stopPropagation();
   if (offers.keyed(event)) return;
   const typed = input.value.trim(),
     key = event.key.length === 1 && (event.ctrlKey || event.metaKey) ? event.key.toLowerCase() : event.key;
@@ -323,6 +324,18 @@ function keyed(event) {
   // only its text can be mended
   if (!read(textOf(at) ?? "") && !["z", "y", "ArrowUp", "ArrowDown", "Escape"].includes(key)) return text.focus();
   act(event);
+}
+
+// Letters that are typed while no control has the focus go to the caret: they are no keys of the page then.
+export function takesTyped({ key, target, ctrlKey, metaKey, altKey }) {
+  const plain = /^[a-z]$/i.test(key) && !ctrlKey && !metaKey && !altKey;
+  if (!plain || !isOpen() || !target.matches("body, #program")) return false;
+  at ? go(at.key, at.index, at.place, at.anchor) : begin(selected.rung);
+  if (!input.isConnected) return true;
+  input.value += key;
+  widen();
+  offers.show();
+  return true;
 }
 
 function textKeyed(event) {

@@ -3,7 +3,7 @@
 import { button, el, setFlag, setText } from "./dom.js";
 import { clock, count } from "./format.js";
 import { link } from "./link.js";
-import { tell } from "./notice.js";
+import { hush, tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { onPaint, run } from "./state.js";
 
@@ -68,24 +68,30 @@ export function goOn() {
   return orders.go();
 }
 
-// Moves by so many scans, from the present into the past if need be.
-export const moveBy = scans => lookAt((aim ?? run.scan ?? 0) + scans);
+// Moves by so many scans: from the present into the past, and beyond the last scan of a rack into the present.
+export function moveBy(scans) {
+  const to = (aim ?? run.scan ?? 0) + scans;
+  if (to > run.range?.[1] && run.hello.kind === "rack") return run.state === "past" && goLive();
+  return lookAt(to);
+}
 
 let branched = null; // the scan of a branch of which nothing was told yet
 
 async function branch() {
   const scan = branched = run.scan;
+  tell(`The rack runs again up to scan ${count(scan)}, where the branch begins.`, "branch");
   link({ scan: null }); // the new session greets the page before the answer comes
   // the scan that is shown is the last one in common; the server of a recording ends, and that of the branch begins
   if (await orders.branch(scan + 1) || run.state === "lost") return;
   branched = null;
+  hush("branch");
   link({ scan });
 }
 
 // A branch runs, while a recording did not: the page says so.
 function tellBranch() {
   const { wanted: speed } = run.speed, pace = typeof speed === "number" ? `at ${speed}×` : "as fast as it can";
-  const goes = run.paused ? "it stands there: Go on continues it" : `it runs again, ${pace}`;
+  const goes = run.paused ? "it is paused there, and ▶ continues it" : `it runs again, ${pace}`;
   tell(`This is a branch from scan ${count(branched)}: ${goes}.`, "told");
   branched = null;
 }
@@ -98,7 +104,7 @@ onPaint(changes => {
   if (run.scan === aim) aim = null;
   if (Number(slider.min) !== first) slider.min = first;
   if (Number(slider.max) !== last) slider.max = last;
-  if (!held && (document.activeElement !== slider || !past)) slider.value = past ? run.scan : last;
+  if (!held && aim === null) slider.value = past ? run.scan : last;
   slider.setAttribute("aria-valuetext", past ? `scan ${count(run.scan)}` : "present");
   const period = run.hello.period_ns;
   setText(ago, past && run.scan < last ? `−${clock((last - run.scan) * period)}` : "");

@@ -4,7 +4,7 @@ import { causeLine } from "./causeband.js";
 import { compareButton } from "./compare.js";
 import { at, button, el, setAttribute, setFlag, setText } from "./dom.js";
 import { findBox } from "./find.js";
-import { clock, count, times } from "./format.js";
+import { clock, clocked, count, times } from "./format.js";
 import { incidentsButton } from "./incidents.js";
 import { helpButton } from "./keys.js";
 import { lags, late as tardy } from "./lateness.js";
@@ -109,7 +109,7 @@ function paint(changes) {
   if (changes.forced) paintForces(Object.keys(changes.forced));
   if (changes.speed) paintSpeed(changes.speed);
   if (changes.record !== undefined) setText(record.value, fileOf(changes.record) || "off");
-  if (changes.met?.length) tell(changes.met.join("\n"), "met");
+  if (changes.met?.length) tell(clocked(changes.met.join("\n")), "met");
   if (run.state !== "paused") hush("met");
   paintMode();
 }

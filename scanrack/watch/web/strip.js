@@ -140,7 +140,7 @@ onFrame(({ strip, lanes }) => {
 });
 
 onPaint(changes => {
-  if (run.state === "past") look();
+  if (run.state === "past" || changes.strip) look();
   if (changes.state || (run.state === "past" && changes.range)) fillSoon();
   if (changes.strip || changes.lanes || changes.scan !== undefined || changes.range) draw();
   if ((changes.strip || changes.lanes) && details.open && performance.now() - listed > LIST_MS) list();
@@ -179,7 +179,7 @@ function respan() {
   setText(spanText, timeText(Math.round(span * 1e9)));
   past = new Lanes(live.order); // in as many points as this span has room for
   forgetAsked();
-  if (run.state === "past") look();
+  look();
   fillSoon();
   draw();
 }
@@ -201,14 +201,16 @@ function viewed() {
   return [Math.max(Math.floor(from / period), first) * period, Math.min(Math.ceil(to / period), last + 1) * period];
 }
 
-// Asks for what is missing of the strip around a scan of the past, while the rack continues.
+// Requests what is missing of the time in view, while the rack continues: around a scan of the past, or before the
+// first piece of a page that was opened later. That is requested once.
 async function look() {
-  fillSoon();
-  if (asking) return; // the answer is drawn, and then what is missing by then is asked for
-  const [from, to] = viewed(), begin = missing(past.have, from, to), period = run.hello.period_ns;
+  if (run.state === "past") fillSoon();
+  if (asking || !lanes().have.to && run.state !== "past") return; // what is missing after the answer is requested then
+  const period = run.hello.period_ns, [from, end] = viewed(), into = lanes();
+  const to = into === live ? Math.min(end, live.have.from) : end;
+  const begin = missing(into.have, from, to);
   if (begin === null || begin >= to) return;
   asking = true;
-  const into = past;
   try {
     const answer = await ask("window", {
       from: begin / period,
@@ -218,9 +220,11 @@ async function look() {
     into.take(answer.strip, begin);
     live.learn(into);
     draw();
+    if (details.open) list();
   } catch { /* what is there is shown */ }
+  if (into === live) live.have.from = Math.min(begin, live.have.from);
   asking = false;
-  if (run.state === "past" && viewed().join() !== [from, to].join()) look();
+  if (run.state === "past" ? viewed().join() !== [from, to].join() : viewed()[0] < live.have.from) look();
 }
 
 // Asks for the tags of the time in view, now and then.
@@ -363,7 +367,7 @@ export function placeOf(bit) {
   return { top: TOP + axes.length * tall + tags + busy(lanes()).indexOf(bit) * LANE, left, time };
 }
 
-const leftOf = wide => (wide < 400 ? 104 : wide < 600 ? 140 : 168); // where time begins, beside the names
+const leftOf = wide => (wide < 400 ? 120 : wide < 600 ? 140 : 168); // where time begins, beside the names
 
 // The edges of one signal in words, for a reader of the screen and for scripts.
 function list() {

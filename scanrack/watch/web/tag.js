@@ -3,7 +3,7 @@
 import { chainOf, clearChain } from "./chain.js";
 import { toNext, toPrevious } from "./changes.js";
 import { at, button, el, heading, setFlag, setText } from "./dom.js";
-import { clock, clocked, count, parsed, plain, shown } from "./format.js";
+import { clock, clocked, count, parsed, plain, sentence, shown } from "./format.js";
 import { declared, isPython, lacksBreak, lacksForce, lacksWrite } from "./lacks.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
@@ -71,7 +71,7 @@ const own = el("span", {}), parts = el("div", { class: "parts" });
 const since = el("p", { class: "since" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
 const HINTS = new Map([writeButton, forceButton, breakButton].map(each => [each, each.title]));
-let sinceOf = "", asking = false; // what was asked since when
+let sinceOf = "", saidOf = "", asking = false; // the value and scan that is asked about, and that of the line
 let answered = null; // the tag of the answer
 const card = el(
   "div",
@@ -129,7 +129,7 @@ async function askSince() {
       () => wish === wishNow(),
       from => setText(since, `It has not changed since scan ${count(from)}; earlier ones are being looked at …`)
     );
-    if (told !== undefined) showSince(told);
+    if (told !== undefined) showSince(told), saidOf = wish;
   } catch { if (tag === selected.tag) setText(since, ""); }
   setTimeout(() => { asking = false; askSince(); }, SINCE_MS);
 }
@@ -229,10 +229,11 @@ async function answerTo(tag, tries = 1) {
     () => answer.replaceChildren(el("p", { class: "soft" }, "The program runs again up to this scan …")),
     LATE_MS
   );
-  const said = await askWhy({ tag }, () => tag === selected.tag, tries);
+  let refusal = "";
+  const said = await askWhy({ tag }, () => tag === selected.tag, tries).catch(({ message }) => { refusal = message; });
   clearTimeout(late);
   if (tag !== selected.tag) return null;
-  if (!said) return answer.replaceChildren(), null;
+  if (!said) return answer.replaceChildren(refusal && el("p", { class: "refused" }, sentence(refusal))), null;
   // else the chain says the rest
   const lines = linesOf(said), text = said.chain?.length > 1 ? said.text.split("\n")[0] : said.text;
   const when = el(
@@ -246,18 +247,18 @@ async function answerTo(tag, tries = 1) {
     lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "",
     chainOf(said.chain)
   );
-  answer.scrollIntoView({ block: "nearest" });
+  showAnswer();
   return said;
 }
 
-// Asks why; the answer calls words and bits by their names. Returns it, or null.
+// Asks why; the answer calls words and bits by their names. Returns it, or null if it is not wanted any longer.
 export async function askWhy(fields, wanted, tries = TRIES) {
   const said = await askAgain(fields, wanted, tries);
   return (
     said && {
       ...said,
       text: clocked(named(said.text)),
-      chain: said.chain?.map(link => ({ ...link, text: named(link.text) })),
+      chain: said.chain?.map(link => ({ ...link, text: clocked(named(link.text)) })),
     }
   );
 }
@@ -272,8 +273,12 @@ async function askAgain(fields, wanted, tries) {
       if (!wanted()) return null;
     }
   }
-  return orders.order("why", fields);
+  return ask("why", fields);
 }
+
+// Brings the answer into the card's view: its end, or of a long one its start.
+const showAnswer = () =>
+  answer.scrollIntoView({ block: answer.offsetHeight < at("tag").clientHeight ? "nearest" : "start" });
 
 // The lines of the program in Python that an answer names.
 function linesOf({ lines = [] }) {
@@ -294,8 +299,8 @@ export async function want() {
   answer.replaceChildren(el("p", { class: "soft" }, "Copies of the rack try it …"));
   const found = await answersTo(tag, value);
   if (tag !== selected.tag) return;
-  answer.replaceChildren(...(found ?? []));
-  answer.scrollIntoView({ block: "nearest" });
+  answer.replaceChildren(...found);
+  showAnswer();
 }
 
 export async function uses() {
@@ -323,5 +328,7 @@ function paintForced() {
 onPaint(changes => {
   nextButton.disabled = run.state !== "past";
   if (changes.forced || changes.breakpoints) paintForced();
-  if (selected.tag && (changes.tags || changes.words || changes.scan !== undefined)) askSince();
+  if (!selected.tag || !(changes.tags || changes.words || changes.scan !== undefined)) return;
+  setFlag(since, "data-old", saidOf && saidOf !== wishNow());
+  askSince();
 });

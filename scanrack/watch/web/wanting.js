@@ -3,23 +3,26 @@
 
 import { compareWith } from "./compare.js";
 import { button, el } from "./dom.js";
-import { timeText } from "./format.js";
+import { count, plain, sentence, timeText } from "./format.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { ask } from "./source.js";
 import { run } from "./state.js";
+import { nameOf } from "./words.js";
 
 const LOOK_MS = 50, PATIENCE_MS = 60000; // for the branch to have repeated the past
 
-// The answers to a question as nodes; null if there are none.
+// The answers to a question as nodes, or why there are none.
 export async function answersTo(tag, value) {
-  const said = await orders.order("want", { tag, value });
-  return (
-    said && [
-      el("p", {}, `After scan ${said.scan.toLocaleString("en")}:`),
-      el("ul", { class: "answers" }, ...said.answers.map(each => el("li", {}, ...rowOf(each, said.scan)))),
-    ]
-  );
+  try {
+    const { scan, answers } = await ask("want", { tag, value });
+    return [
+      el("p", {}, `For ${nameOf(tag)} ${plain(value)} after scan ${count(scan)}:`),
+      el("ul", { class: "answers" }, ...answers.map(each => el("li", {}, ...rowOf(each, scan)))),
+    ];
+  } catch (refused) {
+    return [el("p", { class: "refused" }, sentence(refused.message))];
+  }
 }
 
 // What is done by no one, or by no order of a page, has no button.
@@ -47,7 +50,7 @@ async function attempt({ orders: steps, after_ns: after, text }, scan) {
   }
   if (left > 0 && !await orders.step(left)) return;
   if (parent) await compareWith(parent);
-  tell(`${text}. This is a branch; it goes on with ▶.`, "told");
+  tell(`${text}. This is a branch: ▶ continues it.`, "told");
 }
 
 // Waits until the branch stands at its scan.
@@ -56,6 +59,6 @@ async function arrived(scan) {
     if (run.hello?.kind === "rack" && run.state === "paused" && run.scan === scan) return ask("look", { scan: "live" });
     await new Promise(done => { setTimeout(done, LOOK_MS); });
   }
-  tell("The branch has not come to its scan in time.");
+  tell("The branch has not reached its scan in time.");
   return null;
 }

@@ -41,8 +41,8 @@ onProgram(hello => {
   key = `scanrack watch ${hello.path}`;
   rows = load();
   known.replaceChildren(...(hello.tags ?? []).map(tag => el("option", { value: tag.name })));
-  at("watch").replaceChildren(heading("Watch"), table, empty,
-    el("div", { class: "line" }, field, known, button("Add to watch table", add, { text: "Add" })));
+  at("watch").replaceChildren(heading("Watch"),
+    el("div", { class: "line" }, field, known, button("Add to watch table", add, { text: "Add" })), table, empty);
   show();
 });
 

@@ -20,7 +20,7 @@ from scanrack.jobs.fuzz.aim.probe import Probe
 from scanrack.jobs.fuzz.aim.sweep import Sweep
 from scanrack.jobs.fuzz.aim.times import times_of
 from scanrack.jobs.fuzz.campaign.campaign import _round
-from scanrack.jobs.fuzz.campaign.fresh import in_fresh_process
+from scanrack.jobs.fuzz.campaign.fresh import run_in_fresh_process
 from scanrack.jobs.fuzz.explain.changes import changes_in
 from scanrack.jobs.fuzz.scenarios.parts import timed_parts
 from scanrack.jobs.fuzz.scenarios.scenario import Press
@@ -145,7 +145,7 @@ def steps_of_a_search(count: int) -> str:
 
 @pytest.mark.slow
 def test_a_thousand_steps_are_the_same_under_another_hash_seed():
-    assert in_fresh_process(steps_of_a_search, 1_000) == steps_of_a_search(1_000)
+    assert run_in_fresh_process(steps_of_a_search, 1_000) == steps_of_a_search(1_000)
 
 
 def test_the_first_run_is_undisturbed_and_counts(tmp_path):
@@ -202,14 +202,14 @@ def test_two_searches_with_a_share_each_do_not_keep_the_same_twice():
     corpus = Corpus()
     corpus.take(Scenario(), shown(a=5), SPEC.scan_ns)
     shared = corpus.share(12)
-    one, two = shared.dealt(0, 2), shared.dealt(1, 2)
+    one, two = shared.for_task(0, 2), shared.for_task(1, 2)
     for each, more in ((one, {"b": 9}), (two, {"b": 7, "c": 8})):
         each.take(Scenario(presses=(press(InputBit.HOME, 5),)), shown(a=5, **more), SPEC.scan_ns)
-        corpus.join(each)
+        corpus.merge(each)
     assert [entry.points for entry in corpus.entries] == [[5], [9], [7, 8]]
     three = corpus.share(12)
     three.take(Scenario(), shown(c=8), SPEC.scan_ns)
-    corpus.join(three)
+    corpus.merge(three)
     assert len(corpus.entries) == 3
 
 
@@ -276,7 +276,7 @@ def steps_of_a_hunt(folder, examples):
 @pytest.mark.slow
 def test_a_hunt_with_a_corpus_is_the_same_under_another_hash_seed(tmp_path):
     here = steps_of_a_hunt(tmp_path / "it", 25)
-    assert in_fresh_process(steps_of_a_hunt, tmp_path / "there", 25) == here
+    assert run_in_fresh_process(steps_of_a_hunt, tmp_path / "there", 25) == here
 
 
 def test_the_next_task_of_a_campaign_gets_what_the_last_one_has_found():

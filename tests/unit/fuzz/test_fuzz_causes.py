@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
 from scanrack.jobs import Kind
-from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, never, search, undisturbed
+from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, always, never, search, undisturbed
 from scanrack.runtime import RackSpec
 
 MS = 1_000_000
@@ -112,3 +112,48 @@ def test_rules_tell_failures_apart_before_places_do():
     assert "CMD-06" in causes
     assert len(causes) == 2
     assert all(cause.startswith("CMD-") for cause in causes)
+
+
+def changed_long_before(out, number):
+    if number == 5:
+        out[0] = 1  # long before
+
+
+def changed_and_changed_back(out, number):
+    if number == 5:
+        out[0] = 1
+    if number == 20:
+        out[0] = 0
+        out[0] = 1  # back again
+
+
+def changed_and_changed_back_only(out, number):
+    if number == 5:
+        out[0] = 1
+        out[0] = 0  # nothing remains
+
+
+def changed_just_before(out, number):
+    if number in (5, 99):
+        out[0] = number  # just before
+
+
+@pytest.mark.parametrize(
+    ("change", "remark"),
+    [
+        (changed_long_before, "long before"),
+        (changed_and_changed_back, "back again"),
+        (changed_and_changed_back_only, "nothing remains"),
+        (changed_just_before, "just before"),
+    ],
+)
+def test_the_line_that_last_changed_an_output_is_found_wherever_it_ran(change, remark):
+    """Only the last scans before the failure in scan 100 are traced at first, later as many as it takes."""
+
+    @always
+    def before_scan_100(now):
+        return now.scan < 100
+
+    planted = bench(lambda: lambda scan: change(scan.slot[1].outputs, scan.number), before_scan_100)
+    broken = planted.run(Scenario()).broken
+    assert (broken.scan, broken.cause) == (100, f"{HERE}:{line_of(remark)}")

@@ -14,7 +14,7 @@ from scanrack.commands.programs import fuzz_session
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs import load_job, read_state
 from scanrack.jobs.fuzz import Press, Scenario
-from scanrack.jobs.fuzz.campaign.memory import MOST_TOLD, Memory
+from scanrack.jobs.fuzz.campaign.memory import MOST_NAMED, Memory
 from scanrack.jobs.fuzz.campaign.recipes import MOST_BYTES, Origin, Recipe, RecipeFolder, read_recipe
 from typer.testing import CliRunner
 
@@ -129,11 +129,11 @@ def test_a_torn_file_a_folder_and_a_stranger_are_left_out_and_the_others_are_rea
 
 
 def test_a_thousand_files_that_are_none_are_named_ten_times(rack):
-    for number in range(MOST_TOLD + 5):
+    for number in range(MOST_NAMED + 5):
         put(rack.parent / "corpus", f"[{number}]")
     told: list[str] = []
     assert Memory(rack.parent, ORIGIN, load_job(str(rack)).spec, told.append).known() == ()
-    assert len(told) == MOST_TOLD + 1
+    assert len(told) == MOST_NAMED + 1
     assert MOST_BYTES == 65_536
 
 

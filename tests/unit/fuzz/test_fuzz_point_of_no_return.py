@@ -34,7 +34,7 @@ def test_the_failures_happen_where_their_arithmetic_says() -> None:
 
 def test_no_instant_is_told_without_time_to_look_for_it() -> None:
     planted = next(iter(PLANTED.values()))
-    assert find_point_of_no_return(*planted.found(), go_on=lambda: False) is None
+    assert find_point_of_no_return(*planted.found(), has_time=lambda: False) is None
 
 
 def test_what_a_report_says() -> None:
@@ -53,7 +53,7 @@ def test_the_chart_marks_the_instant_beside_the_failure(tmp_path, many, marked) 
     """Only an instant at which the share of failing futures rises by most of them has a line."""
     shutil.copy(RECORDING, tmp_path / "trace.mcap")
     found = Counterexample(Scenario(), BrokenInvariant("held", "It holds", 9, 18_000_000, "it does not"), 1)
-    page = job._drawn(found, PointOfNoReturn(4, 5, 10_000_000, 0, many, 0), tmp_path)[0]
+    page = job._draw_chart(found, PointOfNoReturn(4, 5, 10_000_000, 0, many, 0), tmp_path)[0]
     text = Path(page).read_text(encoding="utf-8")
     assert "held is broken" in text
     assert ("up to scan 4 no future of 40 breaks it, from scan 5 (0.01 s) on 40 do" in text) is marked

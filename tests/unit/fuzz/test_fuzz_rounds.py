@@ -94,13 +94,13 @@ def test_the_tasks_of_a_round_begin_with_one_corpus_and_the_next_knows_what_they
 def test_the_sweep_goes_on_where_the_round_before_has_left_it():
     corpus = Corpus(swept={"a"}, waiting=[("a", press(scan)) for scan in range(5)])
     shared = corpus.share(12)
-    one, two = shared.dealt(0, 2), shared.dealt(1, 2)
+    one, two = shared.for_task(0, 2), shared.for_task(1, 2)
     assert [len(each.waiting) for each in (one, two, corpus)] == [3, 2, 0]
     one.waiting.pop()
     for each in (one, two):  # both meet the same thin state
         each.swept.add("b")
         each.waiting.append(("b", press(9)))
-        corpus.join(each)
+        corpus.merge(each)
     assert [kind for kind, _ in corpus.waiting] == [None, None, "b", None, None]
     assert corpus.swept == {"a", "b"}
 
@@ -109,17 +109,17 @@ def test_the_tasks_of_the_first_round_share_the_contacts_and_later_ones_know_the
     button = Press(1, InputBit.HOME, True, 0, 0)
     corpus = Corpus()
     shared = corpus.share(12)
-    one, two = shared.dealt(0, 2), shared.dealt(1, 2)
+    one, two = shared.for_task(0, 2), shared.for_task(1, 2)
     assert (one.part, two.part) == ((0, 2), (1, 2))
     for each in (one, two):
         each.answered.append(button)
-        corpus.join(each)
-    assert corpus.answered == corpus.share(12).dealt(0, 1).answered == [button]
+        corpus.merge(each)
+    assert corpus.answered == corpus.share(12).for_task(0, 1).answered == [button]
 
 
 def test_a_budget_that_is_used_up_ends_a_wide_round_in_its_middle():
     state = State()
-    campaign(keeps, state, InlineExecutor, examples=5, tasks=None, jobs=1, go_on=lambda: state.tasks < 6)
+    campaign(keeps, state, InlineExecutor, examples=5, tasks=None, jobs=1, has_time=lambda: state.tasks < 6)
     assert state.tasks == 6
 
 

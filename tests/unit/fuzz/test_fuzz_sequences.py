@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.jobs.fuzz import Press, Scenario, TrialBench, never
-from scanrack.jobs.fuzz.steady import NondeterminismSources
+from scanrack.jobs.fuzz.nondeterminism import NondeterminismSources
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.sequences import Input, Logic, sequence
 from scanrack.runtime import RackSpec

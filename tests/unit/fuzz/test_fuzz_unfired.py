@@ -36,7 +36,7 @@ def test_every_error_rule_has_its_needs_and_every_reason_its_words():
             "HOM-01",
             given(HOMES, configurations=[LIMITS]),
             UnfiredReason.APART,
-            "its conditions came only apart",
+            "its conditions were never met together",
         ),
         (
             "HOM-03",
@@ -49,13 +49,13 @@ def test_every_error_rule_has_its_needs_and_every_reason_its_words():
         (
             "HOM-04",
             given(HOMES, configurations=[LIMITS], inputs=InputBit.CW_LIMIT),
-            UnfiredReason.SURROUNDINGS,
+            UnfiredReason.INPUTS,
             "CCW_LIMIT was never active",
         ),
         (
             "INP-02",
             given(HOMES, configurations=[LIMITS]),
-            UnfiredReason.SURROUNDINGS,
+            UnfiredReason.INPUTS,
             "CW_LIMIT or CCW_LIMIT was never active",
         ),
         ("PRF-03", given(HOMES), UnfiredReason.UNTESTABLE, None),
@@ -98,7 +98,7 @@ def test_the_oldest_firmware_itself_is_tried(rule, commands, oldest):
 
 def test_of_two_modules_the_one_that_came_furthest_gives_the_reason():
     here = given(HOMES, configurations=[LIMITS])
-    assert reason("INP-02", given(), others=[here])[0] is UnfiredReason.SURROUNDINGS
+    assert reason("INP-02", given(), others=[here])[0] is UnfiredReason.INPUTS
 
 
 def test_what_fired_has_no_reason_and_a_rack_without_a_3601_no_rules():

@@ -9,7 +9,7 @@ from bench3601 import HOME_CW, Bench, configuration
 from contracts3601 import check_of
 from scanrack.io_images.amci3601 import RULES
 from scanrack.io_images.amci3601.contracts import CONTRACTS, Side, broken, contracts_of
-from scanrack.runtime.modules.amci3601.options import Amci3601Options
+from scanrack.runtime.modules.amci3601.amci3601_options import Amci3601Options
 
 POWER_UP = (0x6400, 0, 0, 0, 0, 0, 0, 0)
 

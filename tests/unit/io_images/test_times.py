@@ -31,7 +31,7 @@ from scanrack.ladder.files.steps import parse_steps
 from scanrack.ladder.model.stubs import parse_stub
 from scanrack.ladder.python.sequences.blocks import Timer
 from scanrack.ladder.python.sequences.waits import dwell
-from scanrack.terminal.trace_options import parse_time_range
+from scanrack.terminal.shared_options import parse_time_range
 from scanrack.traces import SlotInfo
 from scanrack.traces.query.language import parse
 from scanrack.traces.signals.catalog import Catalog

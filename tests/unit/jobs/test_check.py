@@ -96,9 +96,6 @@ class Line(Logic):
 HOME = '    {{ input = "home", first = 10, last = 20 }},\n'
 """The home switch, line 9 of the rack."""
 
-LOOP = "        while True:\n", "        while True:\n            self.lamp = True\n        while True:\n"
-"""What is replaced in the program with sequences by a loop that never waits."""
-
 TWO_STEPS = """
 ROUTINE Seq SFC
 INITIAL_STEP A
@@ -124,30 +121,13 @@ PLANTED = {
         RACK,
         "line.toml:25",
     ),
-    "repeated-coil": (
-        ".rung",
-        RUNGS.replace("END", "XIC(Pulse)OTE(Local:3:O.Data.0);\nEND"),
-        RACK,
-        "line.rung:13",
-    ),
     "unknown-tag": (".rung", RUNGS, 'tags = ["Pulse", "Pluse"]\n' + RACK, "line.toml:1"),
-    "unused-tag": (".rung", RUNGS.replace("TAG Pulse", "TAG Spare : DINT\nTAG Pulse"), RACK, "line.rung:5"),
-    "command-held": (
-        ".rung",
-        RUNGS.replace("XIC(axis.status.MOVING_CW)CLR(axis.O.Data[0]);\n", ""),
-        RACK,
-        "line.rung:10",
-    ),
-    "out-of-range": (".rung", RUNGS.replace("5, 0, 1, 1]", "5, 0, 2001, 1]"), RACK, "line.rung:10"),
-    "no-place": (".py", SEQUENCES.replace('"Local:2', '"Local:4'), RACK, "line.py:7"),
     "unreached-step": (
         ".rung",
         RUNGS.replace("TAG Pulse", "TAG A : SFC_STEP\nTAG B : SFC_STEP\nTAG Pulse") + TWO_STEPS,
         RACK,
         f"line.rung:{len(RUNGS.splitlines()) + 7}",
     ),
-    "never-waits": (".py", SEQUENCES.replace(*LOOP), RACK, "line.py:14"),
-    "bad-call": (".py", SEQUENCES.replace("move_to", "moveto"), RACK, "line.py:17"),
 }
 """By rule: suffix, program and rack with the mistake, and where it is found."""
 

@@ -148,3 +148,8 @@ def test_an_l5x_keeps_everything_but_its_edited_rungs(tmp_path):
 
 def routine(imported, name):
     return next(each for each in imported.controller.routines if each.name == name)
+
+
+def test_the_place_before_the_outputs_is_at_the_end_of_the_inputs():
+    rail, end, before_rail = (x for x, _ in live_rung(parse_rung("XIC(A)OTE(B);"), "Main.0", 88).gaps)
+    assert rail < end < before_rail / 2

@@ -305,7 +305,7 @@ def test_an_axis_and_a_control_in_an_add_on_instruction():
 
 
 def test_an_edit_that_adds_axes_keeps_a_move_and_a_jog_under_way():
-    """Axes are numbered in the order of their tags: the edited program numbers them anew."""
+    """Axes are numbered in the order of their tags: the edited program numbers them again."""
     rungs = f"XIC(Go){move(10)};\nXIC(Go){jog('Forward', 'Then')};"
     old, new = (
         parse_program(f"PROGRAM p\n{more}{TAGS}ROUTINE Main\n{SERVO}\n{rungs}\nEND\n")

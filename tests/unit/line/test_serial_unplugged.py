@@ -19,7 +19,7 @@ from scanrack.runtime.line.ports import PortError, PtyPort, SerialPort
 from scanrack.runtime.modules.adapters.live import LiveAdapter
 from scanrack.runtime.modules.adapters.pcl601.driver import LINE_FORMAT
 from scanrack.runtime.modules.adapters.pcl601.module import PCL601
-from scanrack.runtime.modules.adapters.pcl601.options import Pcl601Options
+from scanrack.runtime.modules.adapters.pcl601.pcl601_options import Pcl601Options
 
 UNPLUGGED = termios.error(errno.EIO, "Input/output error")
 """What tcdrain and tcsetattr raise, by way of pyserial, and what is not an OSError."""

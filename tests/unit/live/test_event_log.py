@@ -115,3 +115,10 @@ def test_what_stood_long_ago_is_forgotten():
         log.take(event(scan, "/forces", **{"Local:1:I.Data[0].3": scan % 2}))
     assert log.forces_at(3 * STATES - 1) == {"Local:1:I.Data[0].3": 1}
     assert log.forces_at(0) == {}
+
+
+def test_forces_have_words():
+    log = EventLog()
+    log.take(event(10, "/forces", tags={"Run": True, "Level": 7}))
+    log.take(event(20, "/forces", tags={}))
+    assert [each["text"] for each in log.since(0)] == ["Forced: Run 1, Level 7", "Nothing is forced."]

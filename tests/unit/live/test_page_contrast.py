@@ -54,5 +54,5 @@ def test_two_colors_can_be_told_apart(scheme, least, front, back):
     ],
 )
 def test_what_carries_meaning_has_its_color(selector, declaration):
-    (block,) = re.findall(rf"(?m)^{re.escape(selector)} \{{ ([^}}]*) \}}", CSS)
+    (block,) = re.findall(rf"(?m)^{re.escape(selector)} \{{\s([^}}]*)\s\}}", CSS)
     assert declaration in block

@@ -4,6 +4,7 @@ import time
 
 import numpy as np
 import pytest
+from live_sessions import LiveSession
 from scanrack.commands import build
 from scanrack.traces import open_trace
 from scanrack.traces.read.arrays import column_chunks
@@ -11,6 +12,7 @@ from scanrack.traces.read.columns import Columns, join
 from scanrack.watch.monitors import question_process
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.question_process import QuestionProcesses
+from scanrack.watch.monitors.want_process import answer as answer_want
 from typer.testing import CliRunner
 
 SCANS = 1500
@@ -97,3 +99,16 @@ def test_an_answer_that_takes_too_long_is_given_up(asked, recording, columns, mo
     asked.tick()
     (answer,) = answers(page)
     assert f"scanrack why {recording} line.step --at {SCANS - 1}" in answer["refused"]
+
+
+@pytest.mark.slow
+def test_what_it_would_take_counts_orders_of_the_recording_and_later_ones(tmp_path):
+    trace, stop = tmp_path / "session.mcap", {"do": "press", "slot": 1, "name": "estop", "on": True}
+    session = LiveSession([(1000, stop)], trace)
+    session.play(1200)
+    (pressed,) = answer_want(str(trace), "Feeding", True, 1190, [])["answers"]
+    assert pressed["acts"] == ["open estop (slot 1)"]
+    released = [(1180, '{"do":"press","slot":1,"name":"estop","on":false}')]
+    (alone,) = answer_want(str(trace), "Feeding", True, 1190, released)["answers"]
+    assert alone["acts"] == []
+    assert alone["after_ns"] == pressed["after_ns"] - 20_000_000

@@ -22,8 +22,8 @@ from scanrack.jobs.drive.requests import RequestError
 from scanrack.jobs.imports.export_slots import ExportSlot, slot_tables
 from scanrack.runtime import RackFileError, RackSpec, SlotSpec, parse_rack_file
 from scanrack.runtime.machine import MachineSpec, Switch, press
+from scanrack.runtime.modules.cards.card_options import CardOptions
 from scanrack.runtime.modules.cards.module import GenericCard
-from scanrack.runtime.modules.cards.options import CardOptions
 from scanrack.runtime.modules.registry import MODULES, words_of
 
 
@@ -58,14 +58,6 @@ def test_the_wiring_that_an_export_proposes_for_a_card_can_be_taken(kind: CardKi
     proposed = [line.removeprefix("# ") for line in slot_tables([ExportSlot(2, "", module=kind.name)])]
     assert ("[slot.options]" in proposed) is bool(kind.inputs or kind.channels_in)
     parse_rack_file('program = "line.rung"\n' + "\n".join(proposed), Path("line.toml"))
-
-
-@pytest.mark.parametrize("name", KINDS)
-def test_the_changelog_names_every_card(name: str) -> None:
-    """In full, or after another of its kind: 1762-OB8, -OB16."""
-    log = (PAGE.parents[1] / "CHANGELOG.md").read_text(encoding="utf-8")
-    number = name.partition("-")[2]
-    assert re.search(rf"{name}\b" + rf"| -{number}\b" * bool(number), log), f"{name} is not in CHANGELOG.md"
 
 
 def test_terminals_may_be_any_bits_of_words() -> None:

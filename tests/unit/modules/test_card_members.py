@@ -12,7 +12,7 @@ from scanrack.jobs import open_bench
 from scanrack.ladder.model.operands import Place
 from scanrack.ladder.model.resolver import Resolver
 from scanrack.ladder.model.tags import Layout
-from scanrack.runtime.modules.cards.options import CardOptions
+from scanrack.runtime.modules.cards.card_options import CardOptions
 from scanrack.traces import open_trace
 from scanrack.traces.query import query
 

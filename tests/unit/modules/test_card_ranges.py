@@ -13,8 +13,8 @@ from scanrack.io_images.cards import KINDS
 from scanrack.io_images.image import Image
 from scanrack.io_images.signal_ranges import FORMATS, RANGES, Channel
 from scanrack.jobs import open_bench
+from scanrack.runtime.modules.cards.card_options import CardOptions
 from scanrack.runtime.modules.cards.module import GenericCard
-from scanrack.runtime.modules.cards.options import CardOptions
 from typer.testing import CliRunner
 
 

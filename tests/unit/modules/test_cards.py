@@ -18,8 +18,8 @@ from scanrack.commands import build
 from scanrack.commands.wire.drive import bench_for, converse
 from scanrack.io_images.image import Image
 from scanrack.runtime import RackFileError, parse_rack_file
+from scanrack.runtime.modules.cards.card_options import CardOptions
 from scanrack.runtime.modules.cards.module import GenericCard
-from scanrack.runtime.modules.cards.options import CardOptions
 from scanrack.traces import open_trace
 from typer.testing import CliRunner
 

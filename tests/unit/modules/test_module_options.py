@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 from scanrack.runtime import Amci3601
-from scanrack.runtime.controllers.pmc006.options import Pmc006ControllerOptions
-from scanrack.runtime.modules.adapters.pcl601.options import Pcl601Options
-from scanrack.runtime.modules.adapters.pmc006.options import Pmc006Options
+from scanrack.runtime.controllers.pmc006.pmc006_controller_options import Pmc006ControllerOptions
+from scanrack.runtime.modules.adapters.pcl601.pcl601_options import Pcl601Options
+from scanrack.runtime.modules.adapters.pmc006.pmc006_options import Pmc006Options
 from scanrack.runtime.modules.amci3601 import Amci3601Options
 
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 from scanrack.io_images.pmc006.instructions import INSTRUCTIONS, InstructionRow, Kind, ParameterStorage
-from scanrack.io_images.pmc006.program import CMP_OPTIONS, USER_OPS, WAIT_OPTIONS, UserOp
+from scanrack.io_images.pmc006.program import USER_OPS, UserOp
+from scanrack.runtime.controllers.pmc006.interpreter import CMP_OPTIONS, WAIT_OPTIONS
 
 PAGE = Path(__file__).parents[3] / "docs" / "pmc006.md"
 KEPT = {ParameterStorage.SAVED: "`t`", ParameterStorage.EEPROM: "at once", ParameterStorage.VOLATILE: ""}
@@ -37,7 +38,7 @@ TABLES = {
     "byte name  data default kept meaning and notes": list(map(instruction, INSTRUCTIONS)),
     "command option data meaning": list(map(user_instruction, USER_OPS.values())),
     "option WAIT CMP": [
-        (str(n), WAIT_OPTIONS.get(n, "-"), CMP_OPTIONS.get(n, "-"))
+        (str(n), WAIT_OPTIONS.get(n, "-")[0], CMP_OPTIONS.get(n, "-")[0])
         for n in sorted(WAIT_OPTIONS | CMP_OPTIONS)
     ],
 }

@@ -6,7 +6,7 @@ from scanrack.io_images.amci3601 import WORDS_3601
 from scanrack.io_images.cards import KINDS
 from scanrack.io_images.module_words import PLAIN_WORDS
 from scanrack.ladder.python.sequences.places import find_bit, find_word
-from scanrack.runtime.modules.cards.options import CardOptions
+from scanrack.runtime.modules.cards.card_options import CardOptions
 from sequence_bench import CARD_WORDS, SETUP, SequenceBench
 
 ANALOG = CardOptions(inputs={"level": 0}).words(KINDS["1769-IF4"])

@@ -5,7 +5,7 @@ import os
 import pytest
 from scanrack.commands import build
 from scanrack.jobs import ProgramError, load_job, load_program
-from scanrack.jobs.fuzz.job import logic_maker
+from scanrack.jobs.fuzz.job import logic_factory
 from scanrack.ladder.python.sequences import Logic
 from sequence_bench import SequenceBench
 from typer.testing import CliRunner
@@ -83,7 +83,7 @@ def test_run_rerun_compare_replay_and_why(folder):
 
 def test_a_fuzz_trial_is_a_new_instance(folder):
     job = load_job("line.toml")
-    make = logic_maker(job, "line.toml")
+    make = logic_factory(job, "line.toml")
     first, second = make(), make()
     assert isinstance(first, Logic)
     assert type(first) is type(second)

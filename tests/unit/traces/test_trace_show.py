@@ -11,7 +11,7 @@ import typer
 from scanrack.commands.recordings.show import new_table, plain_lines, register
 from scanrack.io_images.image import Image
 from scanrack.io_images.times import seconds_column
-from scanrack.terminal.trace_options import parse_range
+from scanrack.terminal.shared_options import parse_range
 from scanrack.traces import Attachment, ScanRecorder, SlotInfo
 from typer.testing import CliRunner
 

@@ -12,9 +12,9 @@ from ...amci3601.axis_protocol import BlendProgram
 from ..exchanges import ControllerState
 from ..linked_axis import LinkedAxis
 from ..task import Task, TaskKind
-from .capabilities import AmciDriveCapabilities
+from .amci_drive_capabilities import AmciDriveCapabilities
+from .amci_drive_options import AmciDriveOptions
 from .driver import RESETTABLE, AmciDriver
-from .options import AmciDriveOptions
 from .units import DriveProfile, drive_profile
 
 

@@ -33,7 +33,7 @@ from ..driver import Driver
 from ..exchanges import BIAS, NEAR_ZERO, LinkLostError, PowerLostError, Talk
 from ..findings import FindingKind
 from ..task import Task, TaskKind
-from .options import AmciDriveOptions
+from .amci_drive_options import AmciDriveOptions
 from .units import DriveProfile, segments_of
 
 LINE_FORMAT = LineFormat(100_000_000)

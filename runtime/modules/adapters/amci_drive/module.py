@@ -6,10 +6,10 @@ from ....line.clients.link import Link
 from ....line.hosts import split_address
 from ....line.liveport import TCP, check_address
 from ..module import AdapterKind
-from .capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
+from .amci_drive_capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
+from .amci_drive_options import AmciDriveOptions
 from .drive_axis import DriveAxis
 from .driver import LINE_FORMAT, AmciDriver
-from .options import AmciDriveOptions
 from .simulated import SimulatedDrive
 
 ANSWER_S = 0.1

@@ -17,8 +17,8 @@ from ....line.wire import LineFormat
 from ....machine import Machine
 from ...drives.drive import DriveUnit
 from ...drives.registers import DriveRegisters
+from .amci_drive_options import AmciDriveOptions
 from .driver import LINE_FORMAT
-from .options import AmciDriveOptions
 
 
 class DriveDevice:

@@ -24,7 +24,7 @@ from ..exchanges import BIAS, LinkLostError, Talk
 from ..findings import FindingKind
 from ..task import Task, TaskKind
 from .errors import ERRORS
-from .options import Pcl601Options
+from .pcl601_options import Pcl601Options
 from .units import Drive
 
 LINE_FORMAT = LineFormat(38_400, "E")

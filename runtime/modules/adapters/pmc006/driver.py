@@ -23,7 +23,7 @@ from ....line.wire import LineFormat
 from ..driver import Driver
 from ..exchanges import BIAS, NEAR_ZERO, Talk
 from ..task import Task, TaskKind
-from .options import Pmc006Options
+from .pmc006_options import Pmc006Options
 from .units import START_MIN, fitted
 
 LINE_FORMAT = LineFormat(BAUD)

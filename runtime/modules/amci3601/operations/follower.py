@@ -21,7 +21,7 @@ from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
 from typing_extensions import override
 
 from ....kinematics import MILLI, PICO
-from ..capabilities import Feature
+from ..amci3601_capabilities import Feature
 from ..command_words import CommandWords
 from ..latches import STOPPED
 from ..operation import Host, Limits, Operation
@@ -61,18 +61,22 @@ class EncoderFollower(Operation):
 
     # -- the words ----------------------------------------------------------------------------
 
+    def _leave(self, now_ns: int, command: CommandWords) -> None:
+        """End the mode; a command other than a reset is a fault."""
+        if command.msw & MANUAL_BITS:
+            self.host.fire(now_ns, "CMD-35")
+        elif command.msw not in (0, RESET):
+            self.host.fire(now_ns, "CMD-34")  # such as Hold with a command LSW of 0
+        self.left = True
+
     @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
-        """Check the words; any fault ends the mode (reading A-65)."""
+        """Check the words; any fault ends the mode (interpretation A-65)."""
         self._at_rest = False
         if self.left:
             return
         if not command.lsw & FOLLOW:
-            if command.msw & MANUAL_BITS:
-                self.host.fire(now_ns, "CMD-35")
-            elif command.msw != RESET and command.msw:
-                self.host.fire(now_ns, "CMD-34")  # such as Hold with a command LSW of 0
-            self.left = True
+            self._leave(now_ns, command)
             return
         sense = 1 if command.msw & MANUAL_BIT[1] else -1 if command.msw & MANUAL_BIT[-1] else 0
         self.left = refused(self.host, now_ns, command, FOLLOWER_WORDS)

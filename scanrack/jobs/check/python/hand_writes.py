@@ -18,8 +18,8 @@ from ..facts import FileLine, LocalFinding, OutputWrite, StepAction
 from ..logic import FALSE, TRUE, UNKNOWN, AllOf, Bit, Condition, leaves, negated
 from ..written import UNKNOWN_WORD, WordValue, WordWrite
 from .conditions import ConditionNames, condition
+from .expression_options import Choices, Options
 from .local_names import LocalNames
-from .options import Choices, Options
 from .reader import Reader, UnknownError, functions_in
 from .steps import BITS, PythonSteps, callee_of
 

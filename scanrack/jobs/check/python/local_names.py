@@ -7,7 +7,7 @@ import copy
 from collections.abc import Mapping, Sequence
 
 from ..logic import INPUT
-from .options import Options
+from .expression_options import Options
 from .reader import Function, UnknownError
 
 MOST = 400

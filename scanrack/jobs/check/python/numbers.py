@@ -9,7 +9,7 @@ from types import MappingProxyType
 from scanrack.io_images.amci3601 import BlendSegment
 
 from ..ranges import ANY, OPERATIONS, Range, exactly, joined
-from .options import Options
+from .expression_options import Options
 from .reader import Function, Reader, UnknownError
 
 OPERATORS: Mapping[type[ast.operator], str] = {

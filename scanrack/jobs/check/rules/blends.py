@@ -12,18 +12,21 @@ from scanrack.io_images.thousands import PARAMETER_MAX
 from scanrack.runtime.kinematics import MILLI, PICO
 from scanrack.runtime.kinematics.shape import Shape, ramp_distance
 
-from ..facts import Command, FileLine, Step, StepAction
+from ..facts import Command, Facts, FileLine, Step, StepAction
+from ..groups import grouped, reached
 from ..logic import AllOf, Bit, Condition, all_of, needed, negated, never
 from ..ranges import Range
 from ..subject import Subject, Violation
 from ..written import WordWrite
 from .motion import is_open
 
+PROGRAM = "program_blend"
+
 
 def blends(subject: Subject) -> Iterator[Violation]:
     """Find blend profiles that the module refuses."""
     for each in subject.facts.commands:
-        if each.kind != "program_blend":
+        if each.kind != PROGRAM:
             continue
         count = each.value("segments")
         if count.outside(SEGMENTS_MIN, SEGMENTS_MAX):
@@ -38,28 +41,41 @@ def blends(subject: Subject) -> Iterator[Violation]:
 
 
 def _wrong_segment(
-    segments: Sequence[tuple[Range, Range, Range]], configurations: Sequence[Configuration], limits: Limits
+    segments: Sequence[Segment], configurations: Sequence[Configuration], limits: Limits
 ) -> str:
     """Return what is wrong with a segment; "" if nothing is, or if it is unknown."""
     least = min((each.starting_speed for each in configurations), default=0)
-    for number, (length, speed, rate) in enumerate(segments, 1):
-        for name, found, most in (
-            ("length", length, PARAMETER_MAX),
-            ("speed", speed, limits.speed),
-            ("rate", rate, limits.rate),
-        ):
-            if found.outside(1, most):
-                return f"{name} {found} of segment {number}: must be 1 to {most}"
-        if speed.most < least:
-            return f"speed {speed} of segment {number} is below the starting speed, {least}"
-    known = [each for each in segments if all(part.is_constant for part in each)]
-    if len(known) < len(segments):
-        return ""
+    ranges = (_out_of_range(number, each, least, limits) for number, each in enumerate(segments, 1))
+    wrong = next(filter(None, ranges), "")
+    if wrong or not all(part.is_constant for each in segments for part in each):
+        return wrong
     for number, (one, other) in enumerate(pairwise(segments), 1):
         if one[1] == other[1]:
             return f"segments {number} and {number + 1}: {RULES['PRF-06'].text}"
-    before = least
-    for number, (length, speed, rate) in enumerate(segments if configurations else (), 1):
+    return _too_short(segments, least) if configurations else ""
+
+
+Segment = tuple[Range, Range, Range]
+"""Length, speed and rate."""
+
+
+def _out_of_range(number: int, segment: Segment, starting_speed: int, limits: Limits) -> str:
+    """Return what of a segment is out of its range; "" if nothing is, or if it is unknown."""
+    for name, found, most in zip(
+        ("length", "speed", "rate"), segment, (PARAMETER_MAX, limits.speed, limits.rate), strict=True
+    ):
+        if found.outside(1, most):
+            return f"{name} {found} of segment {number}: must be 1 to {most}"
+    speed = segment[1]
+    if speed.most < starting_speed:
+        return f"speed {speed} of segment {number} is below the starting speed, {starting_speed}"
+    return ""
+
+
+def _too_short(segments: Sequence[Segment], starting_speed: int) -> str:
+    """Return which segment ends before its ramp does; "" if none does."""
+    before = starting_speed
+    for number, (length, speed, rate) in enumerate(segments, 1):
         ramp = ramp_distance(MILLI * before, MILLI * int(speed.least), int(rate.least), Shape.CONSTANT)
         if length.least * PICO < ramp:
             return f"segment {number}: {RULES['PRF-05'].text}"
@@ -71,17 +87,23 @@ def without_blend(subject: Subject) -> Iterator[Violation]:
     """Find blends that run and that nothing programs, or that nothing has programmed before."""
     for commands in subject.by_axis():
         runs = [each for each in commands if each.kind == "run_blend"]
-        programs = [each for each in commands if each.kind == "program_blend"]
-        if not runs or is_open(subject, runs[0]):
-            continue
-        if not programs:
-            yield Violation(runs[0].place, f"{runs[0].text}: {RULES['CMD-16'].text}")
-            continue
-        early = _in_order(runs, programs) or _at_once(runs, programs) or _in_steps(subject, runs[0].axis)
-        if early is not None:
-            place, text, line = early
-            what = f"{text} comes before the blend is programmed in line {line}"
-            yield Violation(place, f"{what}: {RULES['CMD-16'].text}")
+        if runs and not is_open(subject, runs[0]):
+            programs = [each for each in commands if each.kind == PROGRAM]
+            yield from _not_programmed(subject, runs, programs)
+
+
+def _not_programmed(
+    subject: Subject, runs: Sequence[Command], programs: Sequence[Command]
+) -> Iterator[Violation]:
+    """Find the run of an axis whose blend nothing programs, or nothing has programmed before."""
+    if not programs:
+        yield Violation(runs[0].place, f"{runs[0].text}: {RULES['CMD-16'].text}")
+        return
+    early = _in_order(runs, programs) or _at_once(runs, programs) or _in_steps(subject.facts, runs[0].axis)
+    if early is not None:
+        place, text, line = early
+        what = f"{text} comes before the blend is programmed in line {line}"
+        yield Violation(place, f"{what}: {RULES['CMD-16'].text}")
 
 
 Early = tuple[FileLine, str, int]
@@ -120,49 +142,51 @@ def _first_time(on: Condition, name: str) -> Condition:
     return all_of(*(each for each, is_own in zip(parts, own, strict=True) if not is_own))
 
 
-def _in_steps(subject: Subject, axis: str) -> Early | None:
+def _in_steps(facts: Facts, axis: str) -> Early | None:
     """Return a run in a step that is reached without a step that programs the blend."""
-    facts = subject.facts
-    for machine in {each.machine: None for each in facts.actions}:
-        own = [each for each in facts.actions if each.machine == machine]
-        runs = [each for each in own if each.axis == axis and each.kind == "run_blend"]
-        programs = [(each.steps, each.place) for each in own if each.axis == axis and each.kind == PROGRAM]
-        programs += [
-            (each.steps.get(machine, (None, False))[0], each.place)
-            for each in facts.writes
-            if f"slot {each.slot}" == axis and each.word == 1 and _programs(each)
-        ]
-        first = facts.first_steps(machine)
-        if not first or not programs or not runs or any(steps is None for steps, _ in programs):
-            continue
-        programming = frozenset().union(*(steps for steps, _ in programs if steps is not None))
-        reached = _without(programming, first, [each for each in own if each.goes is not None])
-        for each in runs:
-            if each.steps is not None and each.steps <= reached:
+    for machine, actions in grouped(facts.actions, lambda each: each.machine).items():
+        programs = list(_programming(facts, actions, axis, machine))
+        before = _steps_before(programs, facts.first_steps(machine), actions)
+        for each in actions:
+            is_run = each.axis == axis and each.kind == "run_blend"
+            if is_run and before and each.steps is not None and each.steps <= before:
                 return each.place, each.text, programs[0][1].line
     return None
 
 
-PROGRAM = "program_blend"
+def _programming(
+    facts: Facts, actions: Sequence[StepAction], axis: str, machine: str
+) -> Iterator[tuple[frozenset[Step] | None, FileLine]]:
+    """Yield what programs a blend: its steps (None: all), and its place."""
+    for each in actions:
+        if each.axis == axis and each.kind == PROGRAM:
+            yield each.steps, each.place
+    for write in facts.writes:
+        if f"slot {write.slot}" == axis and write.word == 1 and _programs(write):
+            yield write.steps.get(machine, (None, False))[0], write.place
+
+
+def _steps_before(
+    programs: Sequence[tuple[frozenset[Step] | None, FileLine]],
+    first: frozenset[Step],
+    actions: Sequence[StepAction],
+) -> frozenset[Step]:
+    """Return the steps that are reached without one that programs; none if it is not known which do."""
+    where = [steps for steps, _ in programs if steps is not None]
+    if not where or len(where) < len(programs):
+        return frozenset()
+    programming = frozenset().union(*where)
+
+    def onward(step: Step) -> Iterator[Step]:
+        for each in actions:
+            if each.goes is not None and each.steps is not None and step in each.steps:
+                yield from {each.goes} - programming
+
+    starts = first - programming
+    return starts | frozenset(reached(starts, onward))
 
 
 def _programs(write: WordWrite) -> bool:
     """Whether a write of output word 1 may program a blend."""
     options = write.value.options if write.value is not None else (write.sets,)
     return not options or any(each & CommandLsw.BLEND_PROGRAM.value for each in options)
-
-
-def _without(
-    programming: frozenset[Step], first: frozenset[Step], goes: Sequence[StepAction]
-) -> frozenset[Step]:
-    """Return the steps that are reached from the first ones without one that programs."""
-    found = set(first - programming)
-    todo = list(found)
-    while todo:
-        step = todo.pop()
-        for each in goes:
-            is_new = each.goes is not None and each.goes not in found | programming
-            if is_new and each.goes is not None and each.steps is not None and each.happens_in(step):
-                found.add(each.goes)
-                todo.append(each.goes)
-    return frozenset(found)

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import islice
 
 from ..facts import Access, Role, Touch, Variable, overlap
 from ..logic import base_of
 from ..subject import Subject, Violation
-
-SET = (Touch.COIL, Touch.LATCH, Touch.WRITE, Touch.BOTH)
-"""Uses that may give a bit another value than 0."""
 
 
 def coil_and_latch(subject: Subject) -> Iterator[Violation]:
@@ -17,15 +15,22 @@ def coil_and_latch(subject: Subject) -> Iterator[Violation]:
     for variable, accesses in subject.by_variable:
         coils = [each for each in accesses if each.use is Touch.COIL]
         for each in accesses:
-            own = (other for other in coils if other.part == each.part)
-            coil = next((other for other in own if not variable.shown or other.unit == each.unit), None)
-            if each.use in (Touch.LATCH, Touch.UNLATCH) and coil is not None and not _is_before(each, coil):
-                name = each.text or variable.name
-                text = (
-                    f"{name} is latched or unlatched here, and line {coil.place.line} writes it in every scan"
-                )
+            coil = _coil_of(each, coils, variable) if each.use in (Touch.LATCH, Touch.UNLATCH) else None
+            if coil is not None and not _is_before(each, coil):
+                where = f"line {coil.place.line} writes it in every scan"
+                text = f"{_name(each, variable)} is latched or unlatched here, and {where}"
                 yield Violation(each.place, text)
                 break
+
+
+def _coil_of(latch: Access, coils: Sequence[Access], variable: Variable) -> Access | None:
+    """Return the coil of a latched bit; of a tag that others write, one in the same routine."""
+    own = (each for each in coils if each.part == latch.part)
+    return next((each for each in own if not variable.shown or each.unit == latch.unit), None)
+
+
+def _name(access: Access, variable: Variable) -> str:
+    return access.text or variable.name
 
 
 def _is_before(latch: Access, coil: Access) -> bool:
@@ -39,14 +44,19 @@ def overwritten(subject: Subject) -> Iterator[Violation]:
         before: Access | None = None
         for each in accesses:
             if before is not None and _overwrites(each, before):
-                name = each.text or variable.name
-                text = f"{name} is written here in every scan, and in line {before.place.line} already"
+                where = f"in line {before.place.line} already"
+                text = f"{_name(each, variable)} is written here in every scan, and {where}"
                 yield Violation(each.place, text)
                 break
             if each.use is Touch.COIL and each.default:
                 before = each
-            elif before is not None and (each.unit != before.unit or overlap(each.part, before.part)):
+            elif before is not None and _may_use(each, before):
                 before = None
+
+
+def _may_use(later: Access, before: Access) -> bool:
+    """Whether an access may read or replace a value, or is in another routine."""
+    return later.unit != before.unit or overlap(later.part, before.part)
 
 
 def _overwrites(later: Access, before: Access) -> bool:
@@ -58,18 +68,18 @@ def move_over_coil(subject: Subject) -> Iterator[Violation]:
     """Find words that are written as a whole, and bit by bit."""
     for variable, accesses in subject.by_variable:
         bits = [each for each in accesses if each.use is Touch.COIL and each.part]
-        for each in accesses:
-            own = (bit for bit in bits if _contains(each.part, bit.part) and not _exclude(each, bit))
-            under = next(own, None)
-            if (
-                each.use is Touch.WRITE
-                and not each.once
-                and under is not None
-                and variable.role is not Role.BLOCK
-            ):
-                whole, part = each.text or variable.name, under.text or variable.name
-                text = f"this writes all of {whole}, and line {under.place.line} its bit {part}"
-                yield Violation(each.place, text)
+        for each in accesses if bits and variable.role is not Role.BLOCK else ():
+            is_move = each.use is Touch.WRITE and not each.once
+            bit = _bit_under(each, bits) if is_move else None
+            if bit is not None:
+                part = f"line {bit.place.line} its bit {_name(bit, variable)}"
+                yield Violation(each.place, f"this writes all of {_name(each, variable)}, and {part}")
+
+
+def _bit_under(move: Access, bits: Sequence[Access]) -> Access | None:
+    """Return the first bit that a move may write over."""
+    under = (each for each in bits if _contains(move.part, each.part) and not _exclude(move, each))
+    return next(under, None)
 
 
 def _contains(whole: str, part: str) -> bool:
@@ -84,34 +94,30 @@ def _exclude(one: Access, other: Access) -> bool:
 
 def never_written(subject: Subject) -> Iterator[Violation]:
     """Find variables that the program reads, and that nothing gives a value."""
-    if subject.facts.reads_all:
-        return
-    for variable, accesses in subject.by_variable:
-        if (
-            variable.set
-            or variable.shown
-            or variable.role is not Role.PLAIN
-            or any(each.writes for each in accesses)
-        ):
-            continue
-        first = next((each for each in accesses if each.reads), None)
-        if first is not None:
+    for variable, accesses in _own_without_value(subject):
+        if not any(each.writes for each in accesses):
             text = f"{variable.name} is read, and nothing writes it: it is always {_zero(variable)}"
-            yield Violation(first.place, text)
+            yield from _at_first_read(accesses, text)
 
 
 def never_set(subject: Subject) -> Iterator[Violation]:
     """Find bits that the program reads and clears, and that nothing sets."""
-    if subject.facts.reads_all:
-        return
-    for variable, accesses in subject.by_variable:
+    for variable, accesses in _own_without_value(subject):
         writes = [each for each in accesses if each.writes]
-        is_own = variable.role is Role.PLAIN and not variable.set and not variable.shown
-        if is_own and writes and all(each.use is Touch.UNLATCH and not each.part for each in writes):
-            first = next((each for each in accesses if each.reads), None)
-            if first is not None:
-                text = f"{variable.name} is read, and only cleared: it is always {_zero(variable)}"
-                yield Violation(first.place, text)
+        if writes and all(each.use is Touch.UNLATCH and not each.part for each in writes):
+            text = f"{variable.name} is read, and only cleared: it is always {_zero(variable)}"
+            yield from _at_first_read(accesses, text)
+
+
+def _own_without_value(subject: Subject) -> Iterator[tuple[Variable, list[Access]]]:
+    """Yield the variables that begin with 0 and that only the program writes."""
+    for variable, accesses in () if subject.facts.reads_all else subject.by_variable:
+        if variable.role is Role.PLAIN and not variable.set and not variable.shown:
+            yield variable, accesses
+
+
+def _at_first_read(accesses: Sequence[Access], text: str) -> Iterator[Violation]:
+    return islice((Violation(each.place, text) for each in accesses if each.reads), 1)
 
 
 def _zero(variable: Variable) -> str:
@@ -124,54 +130,51 @@ INTERNAL = ("TIMER", "FBD_TIMER")
 
 def never_read(subject: Subject) -> Iterator[Violation]:
     """Find variables that the program writes, and that nothing reads."""
-    if subject.facts.reads_all:
-        return
-    for variable, accesses in subject.by_variable:
+    for variable, accesses in () if subject.facts.reads_all else subject.by_variable:
         is_timer = variable.type in INTERNAL
-        if variable.shown or not (variable.role is Role.PLAIN or is_timer) or not accesses:
-            continue
-        if any(each.use is Touch.READ or (each.use is Touch.BOTH and not is_timer) for each in accesses):
-            continue
-        first = next((each for each in accesses if each.writes), None)
-        if first is not None and not first.parameter:
-            yield Violation(first.place, f"{variable.name} is written, and nothing reads it")
+        reading = (Touch.READ,) if is_timer else (Touch.READ, Touch.BOTH)
+        is_own = variable.role is Role.PLAIN or is_timer
+        if is_own and not variable.shown and not any(each.use in reading for each in accesses):
+            first = next((each for each in accesses if each.writes), None)
+            if first is not None and not first.parameter:
+                yield Violation(first.place, f"{variable.name} is written, and nothing reads it")
 
 
 def parameters_never_read(subject: Subject) -> Iterator[Violation]:
     """Find tags that SBR takes, and that nothing reads."""
     for variable, accesses in subject.by_variable:
-        if (
-            not any(each.use is Touch.READ or each.use is Touch.BOTH for each in accesses)
-            and not variable.shown
-        ):
+        if not variable.shown and not any(each.reads for each in accesses):
             for each in accesses:
                 if each.parameter:
                     yield Violation(each.place, f"{each.unit} takes {variable.name}, and nothing reads it")
 
 
+CLEARING = (Touch.UNLATCH, Touch.WRITE, Touch.BOTH, Touch.COIL)
+"""Uses that may give a bit the value 0."""
+
+
 def latch_never_cleared(subject: Subject) -> Iterator[Violation]:
     """Find bits that are set, and that nothing clears."""
-    for variable, accesses in subject.by_variable:
-        done = set()
-        for each in accesses:
-            if each.use is not Touch.LATCH or each.part in done or variable.role is Role.INPUT:
-                continue
-            if each.once or each.steady:
-                continue  # it is meant to stay
-            done.add(each.part)
-            others = [other for other in accesses if overlap(other.part, each.part)]
-            clears = any(
-                other.use in (Touch.UNLATCH, Touch.WRITE, Touch.BOTH, Touch.COIL) for other in others
-            )
+    for variable, accesses in () if subject.facts.reads_all else subject.by_variable:
+        for each in _latches(accesses) if variable.role is not Role.INPUT else ():
+            clearing = (other.part for other in accesses if other.use in CLEARING)
+            clears = any(overlap(part, each.part) for part in clearing)
             is_guarded = any(not bit.on and _is_of(bit.name, variable, each) for bit in each.needs)
-            if not clears and not is_guarded and not subject.facts.reads_all:
-                yield Violation(
-                    each.place, f"{each.text or variable.name} is set here, and nothing clears it"
-                )
+            if not clears and not is_guarded:
+                yield Violation(each.place, f"{_name(each, variable)} is set here, and nothing clears it")
+
+
+def _latches(accesses: Iterable[Access]) -> Iterable[Access]:
+    """Return the first latch of each bit that is not meant to stay."""
+    found: dict[str, Access] = {}
+    for each in accesses:
+        if each.use is Touch.LATCH and not each.once and not each.steady:
+            found.setdefault(each.part, each)
+    return found.values()
 
 
 def _is_of(name: str, variable: Variable, access: Access) -> bool:
-    return name.partition("#")[0].upper() == f"{variable.name}{access.part}".upper()
+    return base_of(name).upper() == f"{variable.name}{access.part}".upper()
 
 
 def several_tasks(subject: Subject) -> Iterator[Violation]:
@@ -183,16 +186,20 @@ def several_tasks(subject: Subject) -> Iterator[Violation]:
 def several_writers(subject: Subject) -> Iterator[Violation]:
     """Find outputs that two sequences write, or a sequence and every scan."""
     for variable, accesses in subject.by_variable:
-        if variable.role is not Role.OUTPUT:
-            continue
-        own = [each for each in accesses if not each.task]
-        yield from _two_owners(variable, own, "sequence")
-        always = next((each for each in own if each.use is Touch.COIL and not each.owner), None)
-        other = next((each for each in own if each.writes and each.owner), None)
-        if always is not None and other is not None:
-            line = always.place.line
-            text = f"sequence {other.owner} writes {variable.name}, and line {line} does in every scan"
-            yield Violation(other.place, text)
+        if variable.role is Role.OUTPUT:
+            own = [each for each in accesses if not each.task]
+            yield from _two_owners(variable, own, "sequence")
+            yield from _sequence_and_scan(variable, own)
+
+
+def _sequence_and_scan(variable: Variable, accesses: Sequence[Access]) -> Iterator[Violation]:
+    """Find the first write in a sequence of an output that every scan writes, too."""
+    always = next((each for each in accesses if each.use is Touch.COIL and not each.owner), None)
+    other = next((each for each in accesses if each.writes and each.owner), None)
+    if always is not None and other is not None:
+        line = always.place.line
+        text = f"sequence {other.owner} writes {variable.name}, and line {line} does in every scan"
+        yield Violation(other.place, text)
 
 
 def _two_owners(variable: Variable, accesses: list[Access], kind: str) -> Iterator[Violation]:
@@ -201,7 +208,7 @@ def _two_owners(variable: Variable, accesses: list[Access], kind: str) -> Iterat
         first = written[0]
         if each.owner != first.owner and overlap(each.part, first.part):
             text = (
-                f"{kind} {each.owner} writes {each.text or variable.name}, "
+                f"{kind} {each.owner} writes {_name(each, variable)}, "
                 f"which {kind} {first.owner} writes in line {first.place.line}"
             )
             yield Violation(each.place, text)

@@ -88,7 +88,5 @@ def _meet(one: OutputWrite, other: OutputWrite) -> bool:
 
 def _is_free(parts: set[Condition]) -> bool:
     """Whether parts of a condition are inputs, one of them on, and bits that are off from the start."""
-    bits = [each for each in parts if isinstance(each, Bit)]
-    inputs = [each for each in bits if each.name.startswith(INPUT)]
-    others = [each for each in bits if each not in inputs]
-    return len(bits) == len(parts) and any(each.on for each in inputs) and not any(each.on for each in others)
+    on = [each.name.startswith(INPUT) for each in parts if isinstance(each, Bit) and each.on]
+    return bool(on) and all(on) and all(isinstance(each, Bit) for each in parts)

@@ -5,18 +5,20 @@ The limits are those of `io_images.amci3601`, the sentences those of its rule ta
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 from scanrack.io_images.amci3601 import Configuration, InputBit, Limits
 from scanrack.io_images.amci3601.rules import RULES
 from scanrack.io_images.image import WORD_MAX
 from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
+from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.kinematics import MILLI, PICO
 from scanrack.runtime.kinematics.shape import Shape, stopping_distance
 from scanrack.runtime.machine import MachineSpec
 from scanrack.runtime.machine.spec import input_name
 
-from ..facts import Command, Role, Touch
+from ..facts import Access, Command, Role, Touch
+from ..logic import base_of
 from ..ranges import Range
 from ..subject import Subject, Violation
 
@@ -126,29 +128,35 @@ def _stops_too_late(command: Command, starting_speed: int) -> bool:
 def without_configuration(subject: Subject) -> Iterator[Violation]:
     """Find axes that move, and that nothing configures before."""
     for commands in subject.by_axis():
-        motions = [each for each in commands if each.kind in MOTIONS]
-        if not motions or is_open(subject, motions[0]):
-            continue
-        first = motions[0]
-        if not any(each.kind == "configure" for each in commands) and not _is_sent(subject, first):
-            yield Violation(
-                first.place, f"{first.text}: nothing configures {first.axis}, and {RULES['CER-01'].text}"
-            )
-            continue
-        yield from _before_configuration(commands)
+        first = _first_closed(subject, commands, MOTIONS)
+        configuring = [each for each in commands if each.kind == "configure"]
+        if first is not None and not configuring and not _is_sent(subject, first):
+            text = f"{first.text}: nothing configures {first.axis}, and {RULES['CER-01'].text}"
+            yield Violation(first.place, text)
+        elif first is not None:
+            ordered = [each for each in configuring if each.order]
+            for motion, other in _first_before(ordered, commands, MOTIONS):
+                text = f"{motion.text} comes before the configuration in line {other.place.line}"
+                yield Violation(motion.place, text)
 
 
-def _before_configuration(commands: Sequence[Command]) -> Iterator[Violation]:
-    """Find a motion that comes before the configuration in the same sequence."""
-    configuring = [each for each in commands if each.kind == "configure" and each.order]
-    if not configuring or len({each.owner for each in configuring}) > 1:
+def _first_closed(subject: Subject, commands: Sequence[Command], kinds: Collection[str]) -> Command | None:
+    """Return the first command of these kinds, None if others that are not read may reach the axis."""
+    first = next((each for each in commands if each.kind in kinds), None)
+    return None if first is None or is_open(subject, first) else first
+
+
+def _first_before(
+    needed: Sequence[Command], commands: Sequence[Command], kinds: Collection[str]
+) -> Iterator[tuple[Command, Command]]:
+    """Yield the first command of these kinds before what it needs in one sequence, and what it needs."""
+    if len({each.owner for each in needed}) != 1 or not all(each.order for each in needed):
         return
-    first = min(configuring, key=lambda each: each.order)
+    first = min(needed, key=lambda each: each.order)
     for each in sorted(commands, key=lambda each: each.order):
-        if each.owner == first.owner and each.kind in MOTIONS and each.sure and 0 < each.order < first.order:
-            yield Violation(
-                each.place, f"{each.text} comes before the configuration in line {first.place.line}"
-            )
+        is_before = each.owner == first.owner and each.sure and 0 < each.order < first.order
+        if each.kind in kinds and is_before:
+            yield each, first
             return
 
 
@@ -168,31 +176,15 @@ def is_open(subject: Subject, command: Command) -> bool:
 def without_position(subject: Subject) -> Iterator[Violation]:
     """Find absolute moves of axes that never home, and whose position nothing sets."""
     for commands in subject.by_axis():
-        first = next((each for each in commands if each.kind == "move_to"), None)
-        knows = any(each.kind in ("home", "set_position") for each in commands)
-        if first is not None and not knows and not is_open(subject, first):
-            yield Violation(
-                first.place,
-                f"{first.text} needs a valid position, and nothing searches for home or sets the position",
-            )
-        elif first is not None and not is_open(subject, first):
-            yield from _before_position(commands)
-
-
-def _before_position(commands: Sequence[Command]) -> Iterator[Violation]:
-    """Find an absolute move that comes before the position in the same sequence."""
-    knowing = [each for each in commands if each.kind in ("home", "set_position")]
-    if not all(each.order for each in knowing) or len({each.owner for each in knowing}) > 1:
-        return
-    first = min(knowing, key=lambda each: each.order)
-    for each in sorted(commands, key=lambda each: each.order):
-        is_before = each.owner == first.owner and each.sure and 0 < each.order < first.order
-        if each.kind == "move_to" and is_before:
-            what = f"comes before {first.text} in line {first.place.line}: {_section('CMD-06')}"
-            yield Violation(
-                each.place, f"{each.text} needs a valid position, and {what}: {_section('CMD-06')}"
-            )
-            return
+        first = _first_closed(subject, commands, ("move_to",))
+        knowing = [each for each in commands if each.kind in ("home", "set_position")]
+        if first is not None and not knowing:
+            text = "needs a valid position, and nothing searches for home or sets the position"
+            yield Violation(first.place, f"{first.text} {text}")
+        for move, other in _first_before(knowing, commands, ("move_to",)) if first is not None else ():
+            what = f"comes before {other.text} in line {other.place.line}: {_section('CMD-06')}"
+            text = f"{move.text} needs a valid position, and {what}: {_section('CMD-06')}"
+            yield Violation(move.place, text)
 
 
 def _section(rule: str) -> str:
@@ -203,13 +195,10 @@ def interrupted(subject: Subject) -> Iterator[Violation]:
     """Find motions that begin before the one before them is complete."""
     for commands in subject.by_axis():
         motions = [each for each in commands if each.kind in MOTIONS and each.execute]
-        for at, each in enumerate(motions):
-            for other in motions[:at]:
-                if other.execute == each.execute != "1" or (each.starts and other.starts == each.starts):
-                    text = (
-                        f"{each.text} aborts {other.text} of line {other.place.line}: both start in one scan"
-                    )
-                    yield Violation(each.place, text)
+        for each, other in ((each, other) for at, each in enumerate(motions) for other in motions[:at]):
+            if _start_together(other, each):
+                text = f"{each.text} aborts {other.text} of line {other.place.line}: both start in one scan"
+                yield Violation(each.place, text)
         for each in motions:
             busy = _while_busy(subject, each, motions)
             if busy is not None:
@@ -217,18 +206,27 @@ def interrupted(subject: Subject) -> Iterator[Violation]:
                 yield Violation(each.place, text)
 
 
+def _start_together(one: Command, other: Command) -> bool:
+    """Whether one bit, or one condition of bits and steps, starts two blocks."""
+    return one.execute == other.execute != "1" or bool(other.starts and one.starts == other.starts)
+
+
 def _while_busy(subject: Subject, command: Command, motions: Sequence[Command]) -> Command | None:
     """Return the motion whose Busy or Active starts another one."""
-    needed = {command.execute.upper()}
-    tag = command.execute.partition(".")[0].partition("[")[0]
-    for each in subject.by_key.get(tag, ()):
-        if each.use in (Touch.COIL, Touch.LATCH) and f"{each.variable}{each.part}" == command.execute:
-            needed |= {bit.name.partition("#")[0] for bit in each.needs if bit.on}
+    starting = {command.execute.upper(), *_needed_by(subject, command.execute)}
     for other in motions:
         name = other.text.partition(" ")[2].upper()
-        if other is not command and other.kind in ENDING and needed & {f"{name}.BUSY", f"{name}.ACTIVE"}:
+        if other is not command and other.kind in ENDING and starting & {f"{name}.BUSY", f"{name}.ACTIVE"}:
             return other
     return None
+
+
+def _needed_by(subject: Subject, bit: str) -> Iterator[str]:
+    """Yield the bits that are on whenever a coil or a latch switches a bit on."""
+    tag = bit.partition(".")[0].partition("[")[0]
+    for each in subject.by_key.get(tag, ()):
+        if each.use in (Touch.COIL, Touch.LATCH) and f"{each.variable}{each.part}" == bit:
+            yield from (base_of(needed.name) for needed in each.needs if needed.on)
 
 
 def beyond_limits(subject: Subject) -> Iterator[Violation]:
@@ -237,23 +235,40 @@ def beyond_limits(subject: Subject) -> Iterator[Violation]:
     Position 0 is where the search ends: at an end of the range of the home switch.
     """
     for _, slot in subject.steppers:
-        homes = [each for each in slot.machine.switches if each.input == InputBit.HOME]
         own = [each for each in subject.facts.commands if each.slot == slot.number]
-        knows = {each.kind for each in own if each.kind in ("home", "set_position")}
-        if len(homes) != 1 or knows != {"home"} or homes[0].first is None or homes[0].last is None:
+        home = _home_range(slot.machine)
+        if home is None or not _knows_from_home(own, subject.configurations(slot.number)):
             continue
-        configurations = subject.configurations(slot.number)
-        if not configurations or any(each.marker_home for each in configurations):
-            continue
-        first, last = homes[0].first, homes[0].last
         for each in own:
-            for position in _possible(each, "position") if each.kind == "move_to" else ():
-                low, high = position.least + first, position.most + last
-                limit = _limit_at(slot.machine, low, high) if position.is_constant else None
-                if limit is not None and all(each.inputs_used & limit for each in configurations):
-                    text = f"{each.text} to {position}: {input_name(limit)} is operated before"
-                    yield Violation(each.place, text)
-                    break
+            if each.kind == "move_to":
+                yield from _beyond_limit(subject, slot, each, home)
+
+
+def _home_range(machine: MachineSpec) -> tuple[float, float] | None:
+    """Return the ends of a home switch; None without one, with several, or with an open range."""
+    homes = [each for each in machine.switches if each.input == InputBit.HOME]
+    if len(homes) != 1 or homes[0].first is None or homes[0].last is None:
+        return None
+    return homes[0].first, homes[0].last
+
+
+def _knows_from_home(commands: Sequence[Command], configurations: Sequence[Configuration]) -> bool:
+    """Whether only a search for the home switch, and not for a marker, gives an axis its position."""
+    knows = {each.kind for each in commands if each.kind in ("home", "set_position")}
+    is_by_switch = bool(configurations) and not any(each.marker_home for each in configurations)
+    return knows == {"home"} and is_by_switch
+
+
+def _beyond_limit(
+    subject: Subject, slot: SlotSpec, move: Command, home: tuple[float, float]
+) -> Iterator[Violation]:
+    """Find the first position of an absolute move that a limit switch keeps it from."""
+    configurations = subject.configurations(slot.number)
+    for position in filter(lambda each: each.is_constant, _possible(move, "position")):
+        limit = _limit_at(slot.machine, position.least + home[0], position.most + home[1])
+        if limit is not None and all(each.inputs_used & limit for each in configurations):
+            yield Violation(move.place, f"{move.text} to {position}: {input_name(limit)} is operated before")
+            return
 
 
 def _limit_at(machine: MachineSpec, low: float, high: float) -> InputBit | None:
@@ -270,14 +285,19 @@ def two_movers(subject: Subject) -> Iterator[Violation]:
     """Find axes that two sequences move without a lock."""
     for commands in subject.by_axis():
         moving = [each for each in commands if each.kind in MOTIONS and each.owner and each.axis]
-        for each in moving:
-            others = (other for other in moving if other.owner != each.owner and not other.locks & each.locks)
-            first = next(others, None)
+        firsts = ((each, _other_mover(each, moving)) for each in moving)
+        for each, first in firsts:
             if first is not None and first.order < each.order:
                 where = f"sequence {first.owner} moves in line {first.place.line}"
                 text = f"sequence {each.owner} moves {each.axis}, which {where}"
                 yield Violation(each.place, text)
                 break
+
+
+def _other_mover(command: Command, moving: Sequence[Command]) -> Command | None:
+    """Return the first motion of another sequence that holds no lock which this one holds."""
+    others = (each for each in moving if each.owner != command.owner and not each.locks & command.locks)
+    return next(others, None)
 
 
 def execute_stays(subject: Subject) -> Iterator[Violation]:
@@ -293,24 +313,24 @@ def _never_falls(subject: Subject, execute: str, depth: int = 8) -> bool:
     """Whether a bit rises once at most; Done of a block stays as long as its Execute."""
     if execute == "1":
         return True
-    name = next(
-        (
-            key
-            for key in subject.facts.variables
-            if execute == key or execute.startswith((f"{key}.", f"{key}["))
-        ),
-        "",
-    )
-    variable = subject.facts.variables.get(name)
-    if variable is not None and execute == f"{name}.DONE":
+    name = next((key for key in subject.facts.variables if _is_part_of(execute, key)), "")
+    if not name:
+        return False
+    if execute == f"{name}.DONE":
         before = (each.execute for each in subject.facts.commands if each.text.upper().endswith(f" {name}"))
         return depth > 0 and _never_falls(subject, next(before, ""), depth - 1)
-    if variable is None or variable.role is not Role.PLAIN or variable.shown:
-        return False
+    variable = subject.facts.variables[name]
     written = [each for each in subject.by_key.get(name, ()) if each.writes]
-    if not written:
-        return variable.set
-    return all(each.use is Touch.LATCH or (each.use is Touch.COIL and each.steady) for each in written)
+    is_own = variable.role is Role.PLAIN and not variable.shown
+    return is_own and (all(map(_stays_on, written)) if written else variable.set)
+
+
+def _is_part_of(bit: str, tag: str) -> bool:
+    return bit == tag or bit.startswith((f"{tag}.", f"{tag}["))
+
+
+def _stays_on(write: Access) -> bool:
+    return write.use is Touch.LATCH or (write.use is Touch.COIL and write.steady)
 
 
 def torn(subject: Subject) -> Iterator[Violation]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from scanrack.io_images.amci3601 import ALL_INPUTS, InputBit
+from scanrack.io_images.amci3601 import ALL_INPUTS, Configuration, InputBit
 from scanrack.io_images.module_words import BitPlace
 from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.machine import MachineSpec
@@ -49,21 +49,22 @@ def active_at_rest(subject: Subject) -> Iterator[Violation]:
     for index, slot in subject.steppers:
         configurations = subject.configurations(slot.number)
         for bit in LEVELS if configurations else ():
-            level = _level_at_rest(slot.machine, bit)
+            is_high = _level_at_rest(slot.machine, bit)
             is_wired = wired_inputs(slot.machine) & bit.value
-            if not is_wired and bit is InputBit.HOME:
-                continue  # see search_without_switch
-            if all(
-                each.inputs_used & bit.value and bool(each.active_high & bit.value) == level
-                for each in configurations
-            ):
-                contact = ("normally closed" if level else "normally open") if is_wired else "not wired"
-                configured = "high" if level else "low"
+            is_missing = not is_wired and bit is InputBit.HOME  # see search_without_switch
+            if not is_missing and all(_is_active(each, bit, is_high=is_high) for each in configurations):
+                contact = ("normally closed" if is_high else "normally open") if is_wired else "not wired"
                 text = (
                     f"slot {slot.number}: {input_name(bit)} is {contact}, and its configured level is active "
-                    f"{configured}: it is active wherever its switch is not operated"
+                    f"{'high' if is_high else 'low'}: it is active wherever its switch is not operated"
                 )
                 yield Violation(_wiring(subject, index, slot, bit), text)
+
+
+def _is_active(configuration: Configuration, bit: InputBit, *, is_high: bool) -> bool:
+    """Whether a module uses an input, and takes its level for active."""
+    is_used = bool(configuration.inputs_used & bit.value)
+    return is_used and bool(configuration.active_high & bit.value) == is_high
 
 
 def _level_at_rest(machine: MachineSpec, bit: InputBit) -> bool:
@@ -77,34 +78,39 @@ def _level_at_rest(machine: MachineSpec, bit: InputBit) -> bool:
 
 def search_without_switch(subject: Subject) -> Iterator[Violation]:
     """Find home searches of a machine without a home switch."""
-    without = [
-        slot.number
-        for _, slot in subject.steppers
-        if not wired_inputs(slot.machine) & InputBit.HOME.value and slot.machine.encoder is None
-    ]
     yield from _beyond_limit(subject)
-    numbers = [slot.number for _, slot in subject.steppers]
+    slots = [slot for _, slot in subject.steppers]
+    without = [slot.number for slot in slots if not _has_home(slot.machine)]
+    in_all = [None] if without and len(without) == len(slots) else []
     for search in subject.facts.searches:
-        if search.slot in without or (search.slot is None and without and without == numbers):
+        if search.slot in (*without, *in_all):
             where = f"slot {search.slot}" if search.slot is not None else "the machine"
-            yield Violation(
-                search.place, f"a home search starts here, but {where} has neither home switch nor encoder"
-            )
+            text = f"a home search starts here, but {where} has neither home switch nor encoder"
+            yield Violation(search.place, text)
+
+
+def _has_home(machine: MachineSpec) -> bool:
+    return bool(wired_inputs(machine) & InputBit.HOME.value) or machine.encoder is not None
 
 
 def _beyond_limit(subject: Subject) -> Iterator[Violation]:
     """Find home switches that lie where a limit switch is operated: the limit ends the search before."""
+    searched = {each.slot for each in subject.facts.searches}
     for index, slot in subject.steppers:
-        searched = [each for each in subject.facts.searches if each.slot in (None, slot.number)]
-        switches = slot.machine.switches
-        limits = [each for each in switches if each.input in (InputBit.CW_LIMIT, InputBit.CCW_LIMIT)]
-        homes = [(at, each) for at, each in enumerate(switches) if each.input == InputBit.HOME]
-        for at, home in homes if searched else ():
-            limit = next((each for each in limits if _covers(each, home)), None)
-            if limit is not None and len(homes) == 1:
-                place = subject.place("slot", index, "machine", "switches", at)
-                text = f"slot {slot.number}: home lies where {input_name(limit.input)} is operated"
-                yield Violation(place, f"{text}: the limit ends the search before")
+        homes = [at for at, each in enumerate(slot.machine.switches) if each.input == InputBit.HOME]
+        if len(homes) != 1 or not searched & {None, slot.number}:
+            continue
+        limit = _limit_over(slot.machine, slot.machine.switches[homes[0]])
+        if limit is not None:
+            place = subject.place("slot", index, "machine", "switches", homes[0])
+            text = f"slot {slot.number}: home lies where {input_name(limit.input)} is operated"
+            yield Violation(place, f"{text}: the limit ends the search before")
+
+
+def _limit_over(machine: MachineSpec, home: Switch) -> Switch | None:
+    """Return the limit switch that is operated wherever the home switch is."""
+    limits = (each for each in machine.switches if each.input in (InputBit.CW_LIMIT, InputBit.CCW_LIMIT))
+    return next((each for each in limits if _covers(each, home)), None)
 
 
 def _covers(limit: Switch, home: Switch) -> bool:

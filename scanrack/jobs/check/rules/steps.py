@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
-from ..facts import Step, StepAction
+from ..facts import Step, StepAction, StepUse
+from ..groups import grouped, reached
 from ..subject import Subject, Violation
 from .motion import ENDING, MOTIONS
 
@@ -56,21 +57,25 @@ def unfinished(subject: Subject) -> Iterator[Violation]:
                     yield Violation(later.place, text)
 
 
+State = tuple[Step, bool]
+"""A step, and what is true of the way to it."""
+
+
 def _next_unfinished(machine: _Machine, first: StepAction, start: Step) -> StepAction | None:
-    """Return the first motion behind a step that no condition on the way delays until the one before ends."""
-    seen: set[tuple[Step, bool]] = set()
-    todo: list[tuple[Step, bool]] = [(start, machine.clears(start, first.sets))]
-    while todo:
-        step, is_cleared = todo.pop(0)
+    """Return the first motion after a step that no condition on the way delays until the one before ends."""
+
+    def onward(state: State) -> Iterator[State]:
+        step, is_cleared = state
+        is_cleared = is_cleared or machine.clears(step, first.sets)
         for edge in machine.onward_with(first, step):
-            if edge.ends or edge.goes is None or (edge.goes, is_cleared) in seen:
-                continue
-            seen.add((edge.goes, is_cleared))
-            for other in machine.motions_in(edge.goes):
-                is_new = is_cleared or not other.sets & first.sets
-                if is_new and not other.ends:
-                    return other
-            todo.append((edge.goes, is_cleared or machine.clears(edge.goes, first.sets)))
+            if edge.goes is not None and not edge.ends:
+                yield edge.goes, is_cleared
+
+    for step, is_cleared in reached([(start, False)], onward):
+        for other in machine.motions_in(step):
+            is_new = is_cleared or not other.sets & first.sets
+            if is_new and not other.ends:
+                return other
     return None
 
 
@@ -85,50 +90,63 @@ def without_way_out(subject: Subject) -> Iterator[Violation]:
     a step to which its steps go at choice is taken for the end of a job.
     """
     use = subject.facts.step_use
-    machines: dict[str, list[StepAction]] = {}
-    for each in subject.facts.actions if use is not None else ():
-        if each.goes is not None:
-            machines.setdefault(each.machine, []).append(each)
-    for machine, goes in machines.items():
-        ways = {step: _ways(step, goes) for step in {each.goes for each in goes if each.goes is not None}}
-        turns = any(step in _reached(step, ways) for step in ways)
-        left = {one for each in goes for one in each.steps or ()} - ways.keys()
-        for step, onward in ways.items():
-            if onward or (isinstance(step, str) and FINAL.search(step)) or use is None:
-                continue
-            entered = [each for each in goes if each.goes == step]
+    if use is None:
+        return
+    leading = (each for each in subject.facts.actions if each.goes is not None)
+    for machine, goes in grouped(leading, lambda each: each.machine).items():
+        graph = _Graph(goes)
+        for step in graph.dead_ends():
             found = use(machine, step)
-            is_missed = bool(left - subject.facts.first_steps(machine))  # another step is meant
-            if found is None:
-                continue
-            is_end = not found.chosen and all(
-                each.steps is not None and all(len(_ways(one, goes)) > 1 for one in each.steps)
-                for each in entered
-            )
-            if (found.tested or turns or is_missed) and (turns or not found.works) and not is_end:
+            if found is not None and graph.is_stuck(step, found, subject.facts.first_steps(machine)):
                 tag = subject.facts.variables.get(machine)
                 name = machine if tag is None else tag.name
                 text = f"{name} goes to step {_text(step)} here, and nothing leaves this step"
-                yield Violation(entered[0].place, text)
+                yield Violation(graph.entering(step)[0].place, text)
 
 
-def _ways(step: Step, goes: Sequence[StepAction]) -> set[Step]:
-    """Return the steps that follow a step."""
-    return {
-        each.goes for each in goes if each.goes is not None and each.goes != step and each.happens_in(step)
-    }
+class _Graph:
+    """The steps of a machine, and the ways between them."""
 
+    def __init__(self, goes: Sequence[StepAction]) -> None:
+        self._goes = goes
+        entered = dict.fromkeys(each.goes for each in goes if each.goes is not None)
+        self._ways = {step: self._ways_from(step) for step in entered}
+        self._turns = any(step in reached([step], lambda one: self._ways.get(one, ())) for step in entered)
+        self._never_entered = {step for each in goes for step in each.steps or ()} - entered.keys()
 
-def _reached(step: Step, ways: Mapping[Step, set[Step]]) -> set[Step]:
-    """Return the steps that can be reached from a step."""
-    found: set[Step] = set()
-    todo = [step]
-    while todo:
-        for each in ways.get(todo.pop(), ()):
-            if each not in found:
-                found.add(each)
-                todo.append(each)
-    return found
+    def _ways_from(self, step: Step) -> set[Step]:
+        """Return the steps that follow a step."""
+        onward = (each.goes for each in self._goes if each.goes != step and each.happens_in(step))
+        return {each for each in onward if each is not None}
+
+    def entering(self, step: Step) -> list[StepAction]:
+        """Return the actions that go to a step."""
+        return [each for each in self._goes if each.goes == step]
+
+    def dead_ends(self) -> Iterator[Step]:
+        """Yield the steps that nothing leaves, without those whose name says so."""
+        for step, onward in self._ways.items():
+            is_final = isinstance(step, str) and FINAL.search(step)
+            if not onward and not is_final:
+                yield step
+
+    def is_stuck(self, step: Step, use: StepUse, first: frozenset[Step]) -> bool:
+        """Whether the program waits in a dead end, and does not end there.
+
+        Args:
+            first: steps in which the machine may begin.
+        """
+        another_is_meant = bool(self._never_entered - first)
+        is_left = use.tested or self._turns or another_is_meant
+        works_on = use.works and not self._turns
+        return is_left and not works_on and not (self._is_chosen_end(step) and not use.chosen)
+
+    def _is_chosen_end(self, step: Step) -> bool:
+        """Whether each step that goes here may also go elsewhere."""
+        return all(
+            each.steps is not None and all(len(self._ways_from(one)) > 1 for one in each.steps)
+            for each in self.entering(step)
+        )
 
 
 def not_zeroed(subject: Subject) -> Iterator[Violation]:
@@ -146,33 +164,26 @@ def not_zeroed(subject: Subject) -> Iterator[Violation]:
 
 
 def _next_unseen(machine: _Machine, first: StepAction, start: Step) -> StepAction | None:
-    """Return the first motion behind a step whose bit nothing clears before, though a motion has ended."""
-    if machine.clears(start, first.sets):
-        return None
-    seen: set[tuple[Step, bool]] = set()
-    todo: list[tuple[Step, bool]] = [(start, False)]
-    while todo:
-        step, has_ended = todo.pop(0)
+    """Return the first motion after a step whose bit nothing clears before, though a motion has ended."""
+
+    def onward(state: State) -> Iterator[State]:
+        step, has_ended = state
+        if machine.clears(step, first.sets):
+            return
         for edge in machine.onward_with(first, step):
-            here = edge.goes
-            ended = has_ended or edge.ends
-            if here is None or (here, ended) in seen or machine.clears_before(here, first.sets):
-                continue
-            seen.add((here, ended))
-            for other in machine.motions_in(here):
-                if ended and other.sets & first.sets:
-                    return other
-            if not machine.clears(here, first.sets):
-                todo.append((here, ended))
+            if edge.goes is not None and not machine.clears_before(edge.goes, first.sets):
+                yield edge.goes, has_ended or edge.ends
+
+    for step, has_ended in reached([(start, False)], onward):
+        for other in machine.motions_in(step):
+            if has_ended and other.sets & first.sets:
+                return other
     return None
 
 
 def _machines(subject: Subject) -> Iterator[_Machine]:
     """Yield the steps of each axis, if they command it at all."""
-    found: dict[str, list[StepAction]] = {}
-    for each in subject.facts.actions:
-        found.setdefault(each.machine, []).append(each)
-    for actions in found.values():
+    for actions in grouped(subject.facts.actions, lambda each: each.machine).values():
         for axis in dict.fromkeys(each.axis for each in actions if each.kind in MOTIONS):
             yield _Machine(actions, axis)
 

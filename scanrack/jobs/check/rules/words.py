@@ -34,24 +34,29 @@ def images_out_of_range(subject: Subject) -> Iterator[Violation]:
 def _refusals(subject: Subject) -> Iterator[tuple[str, FileLine, str]]:
     """Yield rule, place and text of what modules refuse, once per place and rule."""
     seen: set[tuple[str, FileLine]] = set()
-    several: dict[tuple[int, int], tuple[str, FileLine, str]] = {}  # the last line of two bits
+    several: dict[tuple[int, int], tuple[FileLine, str]] = {}  # the last line of two bits
+    for image, words, name, each in _breaches(subject):
+        place = (image.cells[each.word].place if each.word else None) or image.place
+        text = _text(image, words, name, each)
+        if each.rule == TWO_BITS:
+            key = image.slot, image.command
+            if key not in several or several[key][0] < place:
+                several[key] = place, text
+        elif (each.rule, place) not in seen:
+            seen.add((each.rule, place))
+            yield each.rule, place, text
+    yield from ((TWO_BITS, place, text) for place, text in several.values())
+
+
+TWO_BITS = "CMD-02"
+
+
+def _breaches(subject: Subject) -> Iterator[tuple[SentImage, tuple[int | None, ...], str, Breach]]:
+    """Yield the rules that commands break: image, words, what they come from, and rule."""
     for image in subject.images:
-        if image.command & MODE_CONFIG:
-            continue
-        for words, name in image.variants():
+        for words, name in image.variants() if not image.command & MODE_CONFIG else ():
             for each in _broken(subject, image, words):
-                place = image.cells[each.word].place or image.place
-                place = image.place if each.word == 0 else place
-                if each.rule == "CMD-02":
-                    text = _text(image, words, name, each)
-                    key = image.slot, image.command
-                    before = several.get(key)
-                    if before is None or before[1] < place:
-                        several[key] = each.rule, place, text
-                elif (each.rule, place) not in seen:
-                    seen.add((each.rule, place))
-                    yield each.rule, place, _text(image, words, name, each)
-    yield from several.values()
+                yield image, words, name, each
 
 
 def _broken(subject: Subject, image: SentImage, words: tuple[int | None, ...]) -> list[Breach]:
@@ -63,17 +68,20 @@ def _broken(subject: Subject, image: SentImage, words: tuple[int | None, ...]) -
 
 
 def _text(image: SentImage, words: tuple[int | None, ...], name: str, found: Breach) -> str:
-    listed = [str(bit.name) for bit in CommandMsw if bit.value & image.command]
+    bits = " and ".join(str(bit.name) for bit in CommandMsw if bit.value & image.command)
     with_words = f" with {name}" if name else ""
-    pairs = {3: (2, 3), 5: (4, 5)}.get(found.word, (found.word,))
-    given = " and ".join("?" if words[at] is None else str(words[at]) for at in pairs)
-    numbers = f": words {pairs[0]} and {pairs[1]} are {given}" if len(pairs) > 1 else ""
-    numbers = numbers or (f": word {found.word} is {given}" if found.word > 1 else "")
-    hint = WAYS_ON.get(found.rule, "")
-    hint = _hint(words, pairs) or hint
-    return f"slot {image.slot}, {' and '.join(listed)}{with_words}{numbers}. {found}" + (
-        f": {hint}" if hint else ""
-    )
+    at = {3: (2, 3), 5: (4, 5)}.get(found.word, (found.word,))
+    hint = _hint(words, at) or WAYS_ON.get(found.rule, "")
+    numbers = _numbers(words, at)
+    return f"slot {image.slot}, {bits}{with_words}{numbers}. {found}" + (f": {hint}" if hint else "")
+
+
+def _numbers(words: tuple[int | None, ...], at: tuple[int, ...]) -> str:
+    """Return the words at these places in a message; "" for command words."""
+    given = " and ".join("?" if words[each] is None else str(words[each]) for each in at)
+    if len(at) > 1:
+        return f": words {at[0]} and {at[1]} are {given}"
+    return f": word {at[0]} is {given}" if at[0] > 1 else ""
 
 
 def _hint(words: tuple[int | None, ...], pairs: tuple[int, ...]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from scanrack.io_images.input_files import read_input
@@ -19,8 +20,8 @@ from scanrack.ladder.state.lowered import ADD_ON, AddOnCall, LoweredProgram, Low
 from ...load.program import EXPORT_SUFFIXES
 from ..facts import Access, FileLine, Role, Touch, Variable
 from ..logic import TRUE, Bit, Condition, leaves, needed
-from .conditions import part_of
 from .number_ranges import BY_PEOPLE, written_value
+from .operands import is_zero, part_of, uses_of
 from .walk import Point
 
 FIRST_SCAN = "S:FS"
@@ -28,8 +29,7 @@ FIRST_SCAN = "S:FS"
 OPEN = (".py", *EXPORT_SUFFIXES)
 """Suffixes of programs whose tags others read and write."""
 
-COILS = ("OTE",)
-LATCHES = {"OTL": Touch.LATCH, "OTU": Touch.UNLATCH}
+BIT_USES = {"OTE": Touch.COIL, "OTL": Touch.LATCH, "OTU": Touch.UNLATCH}
 ASSIGNMENTS = (":=", "[:=]")
 
 
@@ -99,11 +99,7 @@ def declaration_lines(path: Path) -> Callable[[str], int]:
 
 
 def accesses_of(
-    point: Point,
-    lowered: LoweredProgram,
-    variables: Variables,
-    place: FileLine,
-    owners: Mapping[str, str],
+    point: Point, lowered: LoweredProgram, variables: Variables, owners: Mapping[str, str]
 ) -> Iterator[Access]:
     """Yield what an instruction does with variables.
 
@@ -112,30 +108,35 @@ def accesses_of(
     """
     step = point.step
     needs = needed(point.condition)
-    once = any(each.name.startswith(FIRST_SCAN) and each.on for each in needs)
-    steady = all(map(_is_steady, (*leaves(point.condition), *leaves(point.value))))
     unit = point.routine.name
-    owner = owners.get(program_of(unit).upper(), "")
+    access = Access(
+        *("", "", Touch.READ, point.place, unit, needs),
+        owner=owners.get(program_of(unit).upper(), ""),
+        once=any(each.name.startswith(FIRST_SCAN) and each.on for each in needs),
+        steady=all(map(_is_steady, (*leaves(point.condition), *leaves(point.value)))),
+        parameter=step.name == "SBR",
+    )
     mentions = list(mentions_of(lowered.sites[step.site], step))
     if step.name == ADD_ON:
         mentions += list(_handed(lowered, step.operands[0], mentions[0].site))
     for each in mentions:
         key = variables.key(each)
         if key:
-            use = _use(point, each)
-            default = not point.is_rung and use is Touch.COIL
-            takes = step.name == "SBR"
-            part = part_of(each.where, _start(key, each))
-            zero = each.writes and gives_zero(step)
-            yield Access(
-                key, part, use, place, unit, needs, owner, once, default, steady, takes, zero, each.text
+            use = use_of(point, each)
+            yield replace(
+                access,
+                variable=key,
+                part=part_of(each.where, _start(key, each)),
+                use=use,
+                default=not point.is_rung and use is Touch.COIL,
+                zero=each.writes and gives_zero(step),
+                text=each.text,
             )
 
 
 def gives_zero(step: LoweredStep) -> bool:
     """Whether an instruction only writes 0."""
-    value = written_value(step)
-    return step.name == "RES" or (isinstance(value, Constant) and not value.value)
+    return step.name == "RES" or is_zero(written_value(step))
 
 
 def _start(key: str, mention: Mention) -> str:
@@ -156,23 +157,24 @@ def _handed(lowered: LoweredProgram, call: AddOnCall, site: Site) -> Iterator[Me
         yield Mention(site, operand, operand.text, True, writes, stretch=True)
 
 
-def _use(point: Point, mention: Mention) -> Touch:
+def use_of(point: Point, mention: Mention) -> Touch:
+    """Return what an instruction does with an operand."""
+    if not mention.writes or mention.reads:
+        return Touch.BOTH if mention.writes else Touch.READ
     step = point.step
-    if not mention.writes:
-        return Touch.READ
-    if mention.reads:
-        return Touch.BOTH
-    if step.name in COILS:
-        return Touch.COIL
-    if step.name in LATCHES:
-        return LATCHES[step.name]
+    if step.name in BIT_USES:
+        return BIT_USES[step.name]
     if step.name in ASSIGNMENTS and isinstance(mention.where, Place) and mention.where.type.is_bool:
-        value = step.operands[1]
-        if point.condition == TRUE:
-            return Touch.COIL
-        if isinstance(value, Constant):
-            return Touch.LATCH if value.value else Touch.UNLATCH
-    for use, operand in zip(step.uses, step.operands, strict=False):
-        if operand is mention.where and use is Use.COIL:
-            return Touch.COIL
-    return Touch.WRITE
+        return _assigned(point)
+    is_coil = any(operand is mention.where and use is Use.COIL for use, operand in uses_of(step))
+    return Touch.COIL if is_coil else Touch.WRITE
+
+
+def _assigned(point: Point) -> Touch:
+    """Return what an assignment does with its bit."""
+    value = point.step.operands[1]
+    if point.condition == TRUE:
+        return Touch.COIL
+    if not isinstance(value, Constant):
+        return Touch.WRITE
+    return Touch.LATCH if value.value else Touch.UNLATCH

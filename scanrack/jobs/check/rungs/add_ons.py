@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
-from scanrack.ladder.debug.crossref import mentions_of
+from scanrack.ladder.debug.crossref import Mention, mentions_of
 from scanrack.ladder.lowering.addon import AddOn, Parameter, ParameterMode
 from scanrack.ladder.model.operands import first_leaf
 from scanrack.ladder.model.tags import OWN
@@ -12,12 +12,11 @@ from scanrack.ladder.model.types import Elementary
 from scanrack.ladder.state.lowered import LoweredProgram
 
 from ..facts import Access, Facts, FileLine, Role, Touch, Variable
+from ..groups import grouped
 from .accesses import gives_zero
-from .conditions import part_of
 from .counting import RUN, is_run
+from .operands import part_of
 from .walk import Point
-
-Placed = Sequence[tuple[Point, FileLine]]
 
 OWNED = (ParameterMode.LOCAL, ParameterMode.OUTPUT)
 """What only the routines of an add-on instruction write."""
@@ -25,7 +24,7 @@ OWNED = (ParameterMode.LOCAL, ParameterMode.OUTPUT)
 
 def note_add_ons(
     add_ons: Iterable[AddOn],
-    points: Placed,
+    points: Sequence[Point],
     lowered: LoweredProgram,
     written_outside: Collection[str],
     declared: Callable[[str], FileLine],
@@ -38,36 +37,36 @@ def note_add_ons(
         declared: returns the place of a declaration.
     """
     owned = {
-        each.name.upper(): {
-            one.name.upper(): one for one in _owned(each) if one.name.upper() not in written_outside
-        }
-        for each in add_ons
+        (add_on.name.upper(), each.name.upper()): each
+        for add_on in add_ons
+        for each in _owned(add_on)
+        if each.name.upper() not in written_outside
     }
-    accesses = list(_accesses(owned, points, lowered)) if owned else []
-    for name, parameters in owned.items():
-        for key, each in parameters.items():
-            own = [access for frame, access in accesses if frame == name and access.variable == key]
-            variable = Variable(each.name, declared(each.name), Role.PLAIN, each.type.name)
-            if each.type.name in RUN:
-                is_run(variable, own, facts)
-            elif not any(access.writes for access in own):
-                first = next((access for access in own if access.reads), None)
-                kind = "local tag" if each.way is ParameterMode.LOCAL else "output"
-                if first is not None:
-                    text = (
-                        f"{kind} {each.name} is read, and no routine of the add-on writes it: it is always 0"
-                    )
-                    facts.remark("never-written", first.place, text)
+    accesses = grouped(_accesses(owned, points, lowered), lambda each: each[0]) if owned else {}
+    for key, each in owned.items():
+        own = [access for _, access in accesses.get(key, ())]
+        if each.type.name in RUN:
+            is_run(Variable(each.name, declared(each.name), Role.PLAIN, each.type.name), own, facts)
+        elif not any(access.writes for access in own):
+            kind = "local tag" if each.way is ParameterMode.LOCAL else "output"
+            text = f"{kind} {each.name} is read, and no routine of the add-on writes it: it is always 0"
+            for first in own[:1]:
+                facts.remark("never-written", first.place, text)
 
 
 def _owned(add_on: AddOn) -> Iterator[Parameter]:
     """Yield the numbers, timers and counters that only its routines write, and that begin with 0."""
-    hosts = {each.at.upper().partition(".")[0].partition("[")[0] for each in add_on.parameters if each.at}
+    hosts = hosts_in(add_on)
     for each in add_on.parameters:
         is_simple = isinstance(each.type, Elementary) and not _is_set(each.initial)
         is_own = each.way in OWNED and not each.at and each.name.upper() not in hosts
         if is_own and (is_simple or each.type.name in RUN):
             yield each
+
+
+def hosts_in(add_on: AddOn) -> set[str]:
+    """Return the parameters of which others name a part, in capitals."""
+    return {each.at.upper().partition(".")[0].partition("[")[0] for each in add_on.parameters if each.at}
 
 
 def _is_set(initial: object) -> bool:
@@ -78,16 +77,22 @@ def _is_set(initial: object) -> bool:
 
 
 def _accesses(
-    owned: dict[str, dict[str, Parameter]], points: Placed, lowered: LoweredProgram
-) -> Iterator[tuple[str, Access]]:
-    for point, place in points:
-        if point.routine.frame not in owned:
-            continue
-        for each in mentions_of(lowered.sites[point.step.site], point.step):
+    owned: Collection[tuple[str, str]], points: Sequence[Point], lowered: LoweredProgram
+) -> Iterator[tuple[tuple[str, str], Access]]:
+    """Yield what routines of add-on instructions do with these parameters."""
+    frames = {frame for frame, _ in owned}
+    for point in points:
+        frame = point.routine.frame
+        for each in mentions_of(lowered.sites[point.step.site], point.step) if frame in frames else ():
             leaf = first_leaf(each.where)
             name = leaf.path.upper().partition(".")[0]
-            if leaf.root == OWN and name in owned[point.routine.frame]:
-                use = Touch.BOTH if each.reads and each.writes else Touch.WRITE if each.writes else Touch.READ
+            if leaf.root == OWN and (frame, name) in owned:
                 zero = each.writes and gives_zero(point.step)
                 part = part_of(each.where, name)
-                yield point.routine.frame, Access(name, part, use, place, zero=zero, text=each.text)
+                yield (frame, name), Access(name, part, _use(each), point.place, zero=zero, text=each.text)
+
+
+def _use(mention: Mention) -> Touch:
+    if mention.reads and mention.writes:
+        return Touch.BOTH
+    return Touch.WRITE if mention.writes else Touch.READ

@@ -2,44 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from math import inf
 
 from scanrack.io_images.amci3601 import Limits
 from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
-from scanrack.ladder.model.operands import Constant, Group, Place
+from scanrack.ladder.model.operands import Group
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.model.tags import Tag, tag_in
 from scanrack.ladder.state.lowered import AddOnCall
 
-from ..facts import Facts, FileLine, LocalFinding
+from ..facts import Facts, LocalFinding
 from ..logic import AllOf, never
-from .blocks import OWNER, BlockCall
-from .number_ranges import Values
+from .blocks import BlockCall
+from .number_ranges import Values, target_of
+from .operands import first_of, is_fixed, path_of
 from .walk import Point
 
-Placed = Sequence[tuple[Point, FileLine]]
-"""Points with their lines."""
 
-
-def misordered(
-    calls: Sequence[BlockCall], axes: Mapping[str, int], facts: Facts, *, has_other_axes: bool
-) -> None:
-    """Note the calls of motion blocks behind the block that owns their axis, and axes without one.
+def misordered(calls: Sequence[BlockCall], facts: Facts, *, has_other_axes: bool) -> None:
+    """Note the calls of motion blocks after the block that owns their axis, and axes without one.
 
     Args:
-        axes: slots of axes.
         has_other_axes: whether something else than Amci3601 may own an axis.
     """
     owned: dict[str, BlockCall] = {}
-    by_slot: dict[int, str] = {}
     for each in calls:
         before = owned.get(each.axis)
-        if each.call.name == OWNER:
+        if each.is_owner:
             owned.setdefault(each.axis, each)
-            slot = axes.get(each.axis)
-            if slot is not None and by_slot.setdefault(slot, each.axis) != each.axis:
-                text = f"axis {each.axis} gets slot {slot}, which axis {by_slot[slot]} has already"
-                facts.remark("no-place", each.place, text)
         elif before is not None and before.point.routine is each.point.routine:
             text = (
                 f"{each.call.name} asks axis {each.axis} behind Amci3601 of line {before.place.line}: "
@@ -47,25 +38,36 @@ def misordered(
             )
             facts.remark("block-order", before.place, text)
     for each in calls:
-        if each.call.name != OWNER and each.axis and each.axis not in owned and not has_other_axes:
+        if each.axis and not each.is_owner and each.axis not in owned and not has_other_axes:
             text = f"no Amci3601 joins axis {each.axis} with a module: {each.call.name} moves nothing"
             facts.remark("block-order", each.place, text)
 
 
-def called_twice(points: Placed, facts: Facts) -> None:
+def slots_shared(calls: Iterable[BlockCall], axes: Mapping[str, int], facts: Facts) -> None:
+    """Note the slots that two axes own."""
+    by_slot: dict[int, str] = {}
+    for each in calls:
+        slot = axes.get(each.axis) if each.is_owner else None
+        if slot is not None and by_slot.setdefault(slot, each.axis) != each.axis:
+            text = f"axis {each.axis} gets slot {slot}, which axis {by_slot[slot]} has already"
+            facts.remark("no-place", each.place, text)
+
+
+def called_twice(points: Iterable[Point], facts: Facts) -> None:
     """Note the instances of blocks that are called twice in a scan."""
-    first: dict[str, tuple[Point, FileLine]] = {}
-    for point, place in points:
+    first: dict[str, Point] = {}
+    for point in points:
         name = _instance(point)
-        before, at = first.setdefault(name, (point, place)) if name else (point, place)
+        before = first.setdefault(name, point) if name else point
         both = AllOf((before.condition, point.condition))
         if before is not point and (point.is_rung or before.is_rung or not never(both)):
-            text = f"{name.capitalize()} is called in line {at.line} already: it runs twice in a scan"
-            facts.remark("block-twice", place, text)
+            line = before.place.line
+            text = f"{name.capitalize()} is called in line {line} already: it runs twice in a scan"
+            facts.remark("block-twice", point.place, text)
 
 
 def parameters_out_of_range(
-    points: Placed, values: Values, tags: Mapping[str, Tag], limits: Limits
+    points: Iterable[Point], values: Values, tags: Mapping[str, Tag], limits: Limits
 ) -> Iterator[LocalFinding]:
     """Yield the numbers that the program itself writes to parameters of motion blocks."""
     target_range = (PARAMETER_MIN, PARAMETER_MAX)
@@ -76,17 +78,16 @@ def parameters_out_of_range(
         "ACCELERATION": (0, limits.rate),
         "DECELERATION": (0, limits.rate),
     }
-    for point, place in points:
+    for point in points:
         step = point.step
-        if step.name not in ("MOV", ":=") or point.argument:
+        target = target_of(step) if step.name in ("MOV", ":=") and not point.argument else None
+        if target is None or not _is_block(tags.get(tag_in(path_of(target)))):
             continue
-        source, target = step.operands[:2] if step.name == "MOV" else reversed(step.operands[:2])
-        if not isinstance(target, Place) or not _is_block(tags.get(tag_in(target.leaf.path).upper())):
-            continue
-        least, most = ranges.get(target.leaf.path.upper().rpartition(".")[2], (None, None))
-        found = values.of(source)
-        if least is not None and most is not None and found.outside(least, most):
-            yield LocalFinding(place, f"{target.text} is {found}: must be {least} to {most}")
+        least, most = ranges.get(path_of(target).rpartition(".")[2], (-inf, inf))
+        found = values.of(step.operands[step.name == ":="])
+        if found.outside(least, most):
+            text = f"{target.text} is {found}: must be {least} to {most}"
+            yield LocalFinding(point.place, text)
 
 
 def _is_block(tag: Tag | None) -> bool:
@@ -95,8 +96,8 @@ def _is_block(tag: Tag | None) -> bool:
 
 def _instance(point: Point) -> str:
     """Return the instance that an instruction runs, in capitals; "" if it runs none."""
-    first = point.step.operands[0] if point.step.operands else None
-    group = first.instance if isinstance(first, AddOnCall) else first
-    if not isinstance(group, Group) or not (isinstance(first, AddOnCall) or Use.BLOCK in point.step.uses):
-        return ""
-    return "" if any(not isinstance(each, Constant) for each in group.indices) else group.text.upper()
+    group = first_of(point.step)
+    is_run = isinstance(group, AddOnCall) or Use.BLOCK in point.step.uses
+    if isinstance(group, AddOnCall):
+        group = group.instance
+    return group.text.upper() if is_run and isinstance(group, Group) and is_fixed(group) else ""

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
-from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved, first_leaf
+from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved, first_leaf
 from scanrack.ladder.model.tags import program_of
-from scanrack.ladder.state.lowered import ADD_ON, AddOnCall, LoweredStep, Node, steps_of
+from scanrack.ladder.state.lowered import ADD_ON, AddOnCall, steps_of
 
 from ..facts import Command, FileLine
 from ..ranges import Range, exactly
-from .conditions import key_of
+from .number_options import OperandOptions
 from .number_ranges import Values
-from .options import OperandOptions
+from .operands import first_of, is_zero, key_of, path_of
 from .walk import Point
 
 OWNER = "AMCI3601"
@@ -21,6 +21,9 @@ OWNER = "AMCI3601"
 
 RATES = {"ACCELERATION": "acceleration", "DECELERATION": "deceleration"}
 PROFILE = {"VELOCITY": "speed", **RATES}
+
+SEGMENTS_MAX = 64
+"""Segments whose values are looked at."""
 
 METHODS: Mapping[str, tuple[str, Mapping[str, str]]] = {
     "CONFIGURE3601": ("configure", {}),
@@ -49,9 +52,18 @@ class BlockCall(NamedTuple):
     """A call of a motion block."""
 
     point: Point
-    place: FileLine
     call: AddOnCall
     order: int
+
+    @property
+    def place(self) -> FileLine:
+        """Its line."""
+        return self.point.place
+
+    @property
+    def is_owner(self) -> bool:
+        """Whether it is the block that owns the axis."""
+        return self.call.name == OWNER
 
     @property
     def axis(self) -> str:
@@ -60,21 +72,21 @@ class BlockCall(NamedTuple):
         return "" if axis is None else axis.text.upper()
 
 
-def block_calls(points: Iterable[tuple[Point, FileLine]]) -> Iterator[BlockCall]:
+def block_calls(points: Iterable[Point]) -> Iterator[BlockCall]:
     """Yield the calls of motion blocks in the user's routines, in order."""
-    for order, (point, place) in enumerate(points):
-        call = point.step.operands[0] if point.step.name == ADD_ON else None
+    for order, point in enumerate(points):
+        call = first_of(point.step, (ADD_ON,))
         if isinstance(call, AddOnCall) and (call.name in METHODS or call.name == OWNER):
-            yield BlockCall(point, place, call, order)
+            yield BlockCall(point, call, order)
 
 
 def slots_of(calls: Iterable[BlockCall]) -> dict[str, int]:
     """Return the slots of axes: Amci3601 joins the two."""
     found = {}
     for each in calls:
-        outputs = each.call.handed.get("OUTPUTS")
+        outputs = each.call.handed.get("OUTPUTS") if each.is_owner else None
         slot = None if outputs is None else first_leaf(outputs).slot
-        if each.call.name == OWNER and slot is not None:
+        if slot is not None:
             found[each.axis] = slot
     return found
 
@@ -94,7 +106,7 @@ def commands_of(
             slots.get(each.axis),
             each.place,
             f"{each.call.name} {each.call.instance.text}",
-            dict(_arguments(each.call, parameters, values)),
+            {name: values.of(source) for name, source in _sources(each.call, parameters)},
             {name: _choices(source, values) for name, source in _sources(each.call, parameters)},
             each.order,
             unit,
@@ -110,16 +122,12 @@ def _choices(source: Resolved, values: Values) -> tuple[Range, ...]:
     return tuple(map(exactly, options)) if len(options) > 1 else values.choices(source)
 
 
-def _arguments(call: AddOnCall, parameters: Mapping[str, str], values: Values) -> Iterator[tuple[str, Range]]:
-    for name, source in _sources(call, parameters):
-        yield name, values.of(source)
-
-
 def _sources(call: AddOnCall, parameters: Mapping[str, str]) -> Iterator[tuple[str, Resolved]]:
-    for step in _copies(call):
+    """Yield the arguments of a call by their names in `Axis3601`."""
+    for step in (step for nodes in call.inputs for step in steps_of(nodes)):
         target = step.operands[-1]
         if step.name == "MOV" and isinstance(target, Place):
-            name = target.leaf.path.upper().rpartition(".")[2]
+            name = path_of(target).rpartition(".")[2]
             if name in parameters:
                 yield parameters[name], step.operands[0]
 
@@ -128,12 +136,12 @@ def _execute(call: AddOnCall) -> str:
     """Return the name of the bit that is the argument of Execute; "1" for a constant."""
     for copies in call.inputs:
         steps = steps_of(copies)
-        target = steps[-1].operands[0] if steps and steps[-1].name == "OTE" else None
-        if isinstance(target, Place) and target.leaf.path.upper().endswith(".EXECUTE"):
-            source: Resolved | None = steps[0].operands[0] if len(steps) == 2 else None
-            if isinstance(source, Constant):
-                return "1" if source.value else ""
-            return "" if source is None else _text(source)
+        target = first_of(steps[-1], ("OTE",)) if steps else None
+        if isinstance(target, Place) and path_of(target).endswith(".EXECUTE"):
+            source = steps[0].operands[0]
+            if len(steps) != 2 or is_zero(source):
+                return ""
+            return "1" if isinstance(source, Constant) else _text(source)
     return ""
 
 
@@ -148,22 +156,12 @@ def _text(operand: Resolved) -> str:
 
 def _segments(call: AddOnCall, values: Values) -> tuple[tuple[Range, Range, Range], ...] | None:
     """Return length, speed and rate of the segments of a blend, as far as they are known."""
-    count = dict(_arguments(call, {"SEGMENTS": "segments"}, values)).get("segments")
-    if call.name != "PROGRAMBLEND3601" or count is None or not count.is_constant or not 0 < count.least <= 64:
+    source = dict(_sources(call, {"SEGMENTS": "segments"})).get("segments")
+    if call.name != "PROGRAMBLEND3601" or source is None:
         return None
-    columns = [
-        _column(call.handed.get(name), int(count.least), values)
-        for name in ("LENGTHS", "VELOCITIES", "RATES")
-    ]
-    return tuple(zip(*columns, strict=True)) if all(columns) else None
-
-
-def _column(operand: Place | Group | None, count: int, values: Values) -> list[Range]:
-    """Return the values of an array, which nothing writes; none if they are not known."""
-    return values.elements(operand, count) if operand is not None else []
-
-
-def _copies(call: AddOnCall) -> Iterator[LoweredStep]:
-    nodes: tuple[Node, ...]
-    for nodes in call.inputs:
-        yield from steps_of(nodes)
+    count = values.of(source)
+    if not count.is_constant or not 0 < count.least <= SEGMENTS_MAX:
+        return None
+    arrays = [call.handed.get(name) for name in ("LENGTHS", "VELOCITIES", "RATES")]
+    columns = [values.elements(each, int(count.least)) for each in arrays if each is not None]
+    return tuple(zip(*columns, strict=True)) if len(columns) == len(arrays) and all(columns) else None

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from itertools import combinations
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import combinations, product
 from typing import NamedTuple
 
 from scanrack.ladder.model.operands import Constant, Group, Place
 from scanrack.ladder.model.spec import Use
-from scanrack.ladder.state.lowered import Call, LoweredRoutine, LoweredStep
+from scanrack.ladder.state.lowered import Call, LoweredRoutine
 
-from ..facts import Facts, FileLine, LocalFinding
+from ..facts import Facts, LocalFinding
+from ..groups import grouped
 from ..logic import TRUE, AllOf, Condition, never, plain
-from .conditions import key_of
+from .operands import first_of, is_fixed, key_of, uses_of
 from .walk import Point
-
-Placed = Sequence[tuple[Point, FileLine]]
 
 DEPTH = 6
 """Routines in routines that are followed."""
@@ -34,15 +33,15 @@ class Run(NamedTuple):
 class RoutineCalls:
     """The calls of a program's routines."""
 
-    def __init__(self, points: Placed) -> None:
+    def __init__(self, points: Sequence[Point]) -> None:
         self._points = points
-        self._of: dict[str, list[tuple[Point, FileLine]]] = {}
-        for point, place in points:
+        self._of: dict[str, list[Point]] = {}
+        for point in points:
             for each in point.step.operands:
                 if isinstance(each, Call):
-                    self._of.setdefault(each.routine.upper(), []).append((point, place))
+                    self._of.setdefault(each.routine.upper(), []).append(point)
 
-    def of(self, routine: str) -> Sequence[tuple[Point, FileLine]]:
+    def of(self, routine: str) -> Sequence[Point]:
         """Return the calls of a routine."""
         return self._of.get(routine.upper(), ())
 
@@ -52,95 +51,91 @@ class RoutineCalls:
         if not calls or depth == 0:
             return [Run(TRUE, 0)]
         found = []
-        for point, place in calls:
+        for point in calls:
             if point.routine.chart is None and point.step.name == "JSR":
                 for each in self.runs(point.routine, depth - 1):
-                    found.append(Run(AllOf((each.when, plain(point.condition))), place.line))
+                    found.append(Run(AllOf((each.when, plain(point.condition))), point.place.line))
         return found
 
     def exclude(self, one: Point, other: Point) -> bool:
         """Whether two instructions are in routines that never run in one scan."""
-        ways = [(a, b) for a in self.runs(one.routine) for b in self.runs(other.routine)]
-        return one.routine is not other.routine and all(never(AllOf((a.when, b.when))) for a, b in ways)
+        if one.routine is other.routine:
+            return False
+        ways = product(self.runs(one.routine), self.runs(other.routine))
+        return all(never(AllOf((a.when, b.when))) for a, b in ways)
 
-    def mixed(self, written: Callable[[LoweredStep], str], *, latches: bool) -> Iterator[LocalFinding]:
+    def mixed(self, *, latches: bool) -> Iterator[LocalFinding]:
         """Yield the assignments of structured text to bits that an OTE writes in every scan.
 
         Args:
-            written: returns an instruction as it is written.
             latches: whether those of constants under a condition count, see `data.coil_and_latch`.
         """
-        coils: dict[str, tuple[Point, FileLine]] = {}
-        for point, place in self._points:
-            if point.is_rung and point.step.name == "OTE" and isinstance(point.step.operands[0], Place):
-                coils.setdefault(key_of(point.step.operands[0]), (point, place))
-        for point, place in self._points:
-            if point.is_rung or point.step.name not in (":=", "[:=]"):
-                continue
-            target = point.step.operands[0]
-            key = key_of(target) if isinstance(target, Place) else "?"
-            coil, at = coils.get(key, (None, place))
-            is_latch = (
-                not latches and point.condition != TRUE and isinstance(point.step.operands[-1], Constant)
-            )
-            if coil is not None and "?" not in key and not is_latch and not self.exclude(coil, point):
-                text = f"{written(point.step)} and {written(coil.step)} of line {at.line} write one bit"
-                yield LocalFinding(place, text)
+        coils: dict[str, Point] = {}
+        for point in self._points:
+            bit = first_of(point.step, ("OTE",)) if point.is_rung else None
+            if isinstance(bit, Place) and "?" not in key_of(bit):
+                coils.setdefault(key_of(bit), point)
+        for point in self._points:
+            bit = first_of(point.step, (":=", "[:=]")) if not point.is_rung else None
+            coil = coils.get(key_of(bit)) if isinstance(bit, Place) else None
+            if coil is not None and (latches or not _is_latch(point)) and not self.exclude(coil, point):
+                line = coil.place.line
+                yield LocalFinding(point.place, f"{point.text} and {coil.text} of line {line} write one bit")
 
     def twice(self, facts: Facts) -> None:
         """Note what keeps its state from scan to scan, in routines that run twice in one."""
         ways: dict[str, tuple[Run, Run] | None] = {}
-        for point, place in self._points:
+        for point in self._points:
             name = point.routine.name
             kept = _kept(point) if self.of(name) else ""
             if kept and name not in ways:
-                pairs = combinations(self.runs(point.routine), 2)
-                ways[name] = next(
-                    (each for each in pairs if not never(AllOf((each[0].when, each[1].when)))), None
-                )
+                ways[name] = self._both_ways(point.routine)
             both = ways.get(name) if kept else None
             if both is not None:
                 lines = " and ".join(str(each) for each in sorted({each.line for each in both}))
                 text = f"{kept} runs twice in a scan: lines {lines} both lead to routine {name}"
-                facts.remark("block-twice", place, text)
+                facts.remark("block-twice", point.place, text)
+
+    def _both_ways(self, routine: LoweredRoutine) -> tuple[Run, Run] | None:
+        """Return two ways to a routine that may be taken in one scan."""
+        pairs = combinations(self.runs(routine), 2)
+        return next((both for both in pairs if not never(AllOf((both[0].when, both[1].when)))), None)
+
+
+def _is_latch(point: Point) -> bool:
+    """Whether an assignment writes a constant under a condition."""
+    return point.condition != TRUE and isinstance(point.step.operands[-1], Constant)
 
 
 def _kept(point: Point) -> str:
     """Return the timer, counter, one-shot or instance that an instruction keeps; "" if it keeps none."""
-    step = point.step
-    for use, operand in zip(step.uses, step.operands, strict=False):
-        is_named = isinstance(operand, Group | Place) and use in REMEMBERING
-        if is_named and all(isinstance(each, Constant) for each in operand.indices):
-            return str(operand.text)
+    for use, operand in uses_of(point.step):
+        if use in REMEMBERING and isinstance(operand, Group | Place) and is_fixed(operand):
+            return operand.text
     return ""
 
 
 def exclusive_repeats(
-    remarks: Sequence[LocalFinding], points: Placed, calls: RoutineCalls
+    remarks: Sequence[LocalFinding], points: Iterable[Point], calls: RoutineCalls
 ) -> Iterator[LocalFinding]:
     """Yield the remarks on repeated coils and timers, without those of routines that exclude each other."""
-    at: dict[FileLine, list[tuple[str, Point]]] = {}
-    writers: dict[str, list[Point]] = {}
-    for point, place in points if remarks else ():
-        name = _written(point)
-        if name:
-            at.setdefault(place, []).append((name, point))
-            writers.setdefault(name, []).append(point)
+    writing = [point for point in points if _written(point)] if remarks else []
+    at = grouped(writing, lambda point: point.place)
+    writers = grouped(writing, _written)
     for each in remarks:
-        excluded = (
-            calls.exclude(point, other)
-            for name, point in at.get(each.place, ())
-            for other in writers[name]
+        pairs = [
+            (point, other)
+            for point in at.get(each.place, ())
+            for other in writers[_written(point)]
             if other is not point
-        )
-        if not next(excluded, False) or not all(excluded):
+        ]
+        if not pairs or not all(calls.exclude(*both) for both in pairs):
             yield each
 
 
 def _written(point: Point) -> str:
     """Return the bit or the timer that only one instruction should write; "" for another one."""
-    step = point.step
-    for use, operand in zip(step.uses, step.operands, strict=False):
+    for use, operand in uses_of(point.step):
         if use in (Use.COIL, Use.TIMER, Use.STORAGE) and isinstance(operand, Group | Place):
             return operand.text.upper()
     return ""

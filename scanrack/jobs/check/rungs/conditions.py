@@ -9,8 +9,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from itertools import count
 
-from scanrack.ladder.debug.crossref import TARGETS
-from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved
+from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved
 from scanrack.ladder.model.operators import RELATIONS
 from scanrack.ladder.state.lowered import ADD_ON, LoweredStep
 
@@ -28,33 +27,15 @@ from ..logic import (
     FixedTruth,
     negated,
 )
-from ..ranges import Range
+from ..ranges import ANY, Range
 from .number_ranges import Values, type_range
+from .operands import group_of, key_of, path_of, written_by
 
 COMPARISONS = {"EQU": "=", "NEQ": "<>", "LES": "<", "LEQ": "<=", "GRT": ">", "GEQ": ">="}
 
 
 EDGE = "ONS "
 """Begins the names of one-shots, whose power says nothing about their bits."""
-
-
-def key_of(place: Place) -> str:
-    """Return the name of a value: equal for equal places; "?" in it where a subscript is computed."""
-    indices = "".join(f"[{_fixed(each)}]" for each in place.indices)
-    bit = "" if place.bit is None else f".{_fixed(place.bit)}"
-    return f"{place.leaf.path.upper()}{indices}{bit}"
-
-
-def part_of(place: Place | Group, tag: str) -> str:
-    """Return what of a tag a place is: the rest of its path, its subscripts, its bit."""
-    path = place.leaf.path if isinstance(place, Place) else place.path
-    indices = "".join(f"[{_fixed(each)}]" for each in place.indices)
-    bit = f".{_fixed(place.bit)}" if isinstance(place, Place) and place.bit is not None else ""
-    return f"{path[len(tag) :].upper()}{indices}{bit}"
-
-
-def _fixed(index: Resolved) -> str:
-    return str(index.value) if isinstance(index, Constant) else "?"
 
 
 @dataclass(slots=True)
@@ -74,18 +55,15 @@ class RungConditionNames:
             self.forget()  # another element each time
         self.places.setdefault(key, place)
         mark = ON_DELAY if key.rpartition(".")[0] in self.timers else ""
-        return f"{key}#{self.all}.{self.written.get(place.leaf.path.upper(), 0)}{mark}"
+        return f"{key}#{self.all}.{self.written.get(path_of(place), 0)}{mark}"
 
     def note(self, step: LoweredStep) -> None:
         """Give what an instruction writes another name."""
         if step.name in ("JSR", "SBR", "FOR", ADD_ON):
             self.forget()
-        for use, operand in zip(step.uses, step.operands, strict=False):
-            if use not in TARGETS:
-                continue
+        for operand in written_by(step):
             if isinstance(operand, Place):
-                path = operand.leaf.path.upper()
-                self.written[path] = next(self.turns)
+                self.written[path_of(operand)] = next(self.turns)
             else:
                 self.forget()
 
@@ -104,11 +82,9 @@ class RungConditionNames:
 
 def on_delays(steps: Iterable[LoweredStep]) -> frozenset[str]:
     """Return the keys of timers that only TON and RTO run: their DN and TT are never on together."""
-    timers = [
-        step for step in steps if step.name in ("TON", "RTO", "TOF") and isinstance(step.operands[0], Group)
-    ]
-    off = {step.operands[0].text.upper() for step in timers if step.name == "TOF"}
-    return frozenset(step.operands[0].text.upper() for step in timers) - off
+    timers = [(step.name, group_of(step, ("TON", "RTO", "TOF"))) for step in steps]
+    named = [(name, timer.text.upper()) for name, timer in timers if timer is not None]
+    return frozenset(text for _, text in named) - {text for name, text in named if name == "TOF"}
 
 
 class Conditions:
@@ -152,42 +128,41 @@ class Conditions:
 
     def condition(self, operand: Resolved) -> Condition:
         """Return the condition that an expression is."""
-        if isinstance(operand, Constant):
-            return FixedTruth(bool(operand.value))
-        if isinstance(operand, Place) and operand.type.is_bool:
-            return Bit(self.names.of(operand))
-        if not isinstance(operand, Calculation):
-            return UNKNOWN
-        if operand.name in RELATIONS:
-            return self.compared(operand.operands[0], operand.name, operand.operands[1])
-        if operand.name not in ("AND", "OR", "NOT"):
-            return UNKNOWN
-        parts = tuple(map(self.condition, operand.operands))
-        return (
-            negated(parts[0])
-            if operand.name == "NOT"
-            else AllOf(parts)
-            if operand.name == "AND"
-            else AnyOf(parts)
-        )
+        match operand:
+            case Constant():
+                return FixedTruth(bool(operand.value))
+            case Place() if operand.type.is_bool:
+                return Bit(self.names.of(operand))
+            case Calculation(name, (one, other)) if name in RELATIONS:
+                return self.compared(one, name, other)
+            case Calculation("NOT", (one,)):
+                return negated(self.condition(one))
+            case Calculation("AND" | "OR" as name, parts):
+                return (AllOf if name == "AND" else AnyOf)(tuple(map(self.condition, parts)))
+        return UNKNOWN
 
     def compared(self, one: Resolved, relation: str, other: Resolved) -> Condition:
         """Return the condition that a comparison is."""
         if isinstance(one, Constant) and not isinstance(other, Constant):
             return self.compared(other, MIRRORED[relation], one)
-        if isinstance(one, Place) and one.type.is_bool and isinstance(other, Constant):
-            is_on = (relation == "=") == bool(other.value)
-            return Bit(self.names.of(one), is_on) if relation in ("=", "<>") else UNKNOWN
         if isinstance(other, Constant):
-            if relation in ("=", "<>") and self._is_none_of(one, other.value):
-                return FixedTruth(relation == "<>")
-            limits = self._limits(one)
-            name = self.names.of(one) if isinstance(one, Place) else f"{one!r}#{self.names.all}"
-            if isinstance(one, Place | Calculation | Constant):
-                return Compare(name, relation, other.value, limits.least, limits.most, limits.whole)
+            return self._with_constant(one, relation, other.value)
         if isinstance(one, Place) and isinstance(other, Place) and key_of(one) == key_of(other):
             is_same = relation in ("=", "<=", ">=")
             return FixedTruth(is_same) if "?" not in key_of(one) and one.type.is_integer else UNKNOWN
+        return UNKNOWN
+
+    def _with_constant(self, one: Resolved, relation: str, value: float) -> Condition:
+        """Return the condition that a comparison with a constant is."""
+        is_equality = relation in ("=", "<>")
+        if isinstance(one, Place) and one.type.is_bool:
+            return Bit(self.names.of(one), (relation == "=") == bool(value)) if is_equality else UNKNOWN
+        if is_equality and self._is_none_of(one, value):
+            return FixedTruth(relation == "<>")
+        limits = self._limits(one)
+        name = self.names.of(one) if isinstance(one, Place) else f"{one!r}#{self.names.all}"
+        if isinstance(one, Place | Calculation | Constant):
+            return Compare(name, relation, value, limits.least, limits.most, limits.whole)
         return UNKNOWN
 
     def _is_none_of(self, operand: Resolved, value: float) -> bool:
@@ -198,17 +173,11 @@ class Conditions:
 
     def _limits(self, operand: Resolved) -> Range:
         """Return the sure range of a compared number: its type's, or that of the constants written to it."""
+        if isinstance(operand, Constant):
+            return self._values.of(operand)
         if not isinstance(operand, Place):
-            found = self._values.of(operand) if isinstance(operand, Constant) else None
-            return found or Range(-float("inf"), float("inf"), False)
-        limits = type_range(operand.type)
-        if (
-            operand.type.is_integer
-            and operand.bit is None
-            and operand.leaf.slot is None
-            and not operand.frame
-        ):
-            written = self._values.written(operand)
-            if len(written) > 1 and all(each.is_constant for each in written):
-                return self._values.of(operand)
-        return limits
+            return ANY
+        is_tag = operand.type.is_integer and operand.leaf.slot is None and not operand.frame
+        written = self._values.written(operand) if is_tag and operand.bit is None else []
+        is_chosen = len(written) > 1 and all(each.is_constant for each in written)
+        return self._values.of(operand) if is_chosen else type_range(operand.type)

@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from scanrack.ladder.debug.crossref import Mention
-from scanrack.ladder.model.operands import Constant, Group, Place
+from scanrack.ladder.model.operands import Group, Place
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.state.lowered import LoweredStep
 
 from ..facts import Facts, FileLine
-from .conditions import key_of
-from .output_writes import path_of
+from .operands import around, first_of, group_of, is_fixed, key_of, path_of, uses_of
 from .walk import Point
-
-Placed = Sequence[tuple[Point, FileLine]]
 
 FAMILIES: Mapping[str, str] = {
     "FFL": "FIFO",
@@ -31,103 +28,105 @@ LOADS = {"FFU": "FFL", "LFU": "LFL"}
 """By instruction that takes from a queue, the one that fills it."""
 
 
-def shared(points: Placed, mentions: Sequence[Mention], facts: Facts) -> None:
+def shared(points: Sequence[Point], mentions: Sequence[Mention], facts: Facts) -> None:
     """Note the mistakes of instructions that share something.
 
     Args:
         mentions: all operands of the program.
     """
     _never_reset(points, mentions, facts)
-    own = [(point, place) for point, place in points if point.is_rung]
+    own = [point for point in points if point.is_rung]
     _queues(own, facts)
     _controls(own, facts)
     _counters(own, facts)
     _outputs(points, facts)
 
 
-def _queues(points: Placed, facts: Facts) -> None:
+def _queues(points: Sequence[Point], facts: Facts) -> None:
     """Note queues that are filled with one CONTROL and emptied with another one."""
     filled: dict[tuple[str, str], dict[str, FileLine]] = {}
-    for point, place in points:
+    for point in points:
         if point.step.name in LOADS.values():
-            filled.setdefault((point.step.name, _array(point.step)), {})[_control(point.step)] = place
-    for point, place in points:
-        step = point.step
-        others = filled.get((LOADS.get(step.name, ""), _array(step) if step.name in LOADS else ""), {})
+            filled.setdefault((point.step.name, _array(point.step)), {})[_control(point.step)] = point.place
+    for point in points:
+        load, step = LOADS.get(point.step.name, ""), point.step
+        others = filled.get((load, _array(step)), {}) if load else {}
         if others and _control(step) not in others:
             name, at = next(iter(others.items()))
             text = (
                 f"{step.name} takes from {_array(step)} with {_control(step)}, and "
-                f"{LOADS[step.name]} of line {at.line} fills it with {name}: they need the same CONTROL"
+                f"{load} of line {at.line} fills it with {name}: they need the same CONTROL"
             )
-            facts.remark("control-mixed", place, text)
+            facts.remark("control-mixed", point.place, text)
 
 
-def _controls(points: Placed, facts: Facts) -> None:
+def _controls(points: Sequence[Point], facts: Facts) -> None:
     """Note a CONTROL of two instructions that do not belong together."""
-    first: dict[str, tuple[str, LoweredStep, FileLine]] = {}
-    for point, place in points:
+    first: dict[str, Point] = {}
+    for point in points:
         control = _control(point.step)
-        family = FAMILIES.get(point.step.name, f"{point.step.name} {point.step.site}")
-        if not control:
-            continue
-        before, step, at = first.setdefault(control, (family, point.step, place))
-        if before != family:
-            text = f"{control} controls {point.step.name} here, and {step.name} of line {at.line}"
-            facts.remark("control-mixed", place, text)
+        before = first.setdefault(control, point) if control else point
+        if _family(before.step) != _family(point.step):
+            where = f"{before.step.name} of line {before.place.line}"
+            text = f"{control} controls {point.step.name} here, and {where}"
+            facts.remark("control-mixed", point.place, text)
 
 
-def _counters(points: Placed, facts: Facts) -> None:
+def _family(step: LoweredStep) -> str:
+    """Return the instructions with which one may share its CONTROL; its own site for a family of one."""
+    return FAMILIES.get(step.name, f"{step.name} {step.site}")
+
+
+def _counters(points: Sequence[Point], facts: Facts) -> None:
     """Note a counter that counts in two rungs of a routine: each one's edge is the other one's."""
     first: dict[tuple[str, str, str], FileLine] = {}
-    for point, place in points:
-        group = point.step.operands[0] if point.step.name in ("CTU", "CTD") else None
-        if isinstance(group, Group) and all(isinstance(each, Constant) for each in group.indices):
-            key = point.routine.name, point.step.name, group.text.upper()
-            at = first.setdefault(key, place)
-            if at != place:
-                text = (
-                    f"{group.text} counts here, and in line {at.line} already: it takes one edge for another"
-                )
-                facts.remark("repeated-coil", place, text)
+    for point in points:
+        group = group_of(point.step, ("CTU", "CTD"))
+        if group is not None and is_fixed(group):
+            at = first.setdefault((point.routine.name, point.step.name, group.text.upper()), point.place)
+            if at != point.place:
+                where = f"in line {at.line} already"
+                text = f"{group.text} counts here, and {where}: it takes one edge for another"
+                facts.remark("repeated-coil", point.place, text)
 
 
-def _never_reset(points: Placed, mentions: Sequence[Mention], facts: Facts) -> None:
+COUNTING = ("RTO", "CTU", "CTD")
+
+
+def _never_reset(points: Sequence[Point], mentions: Sequence[Mention], facts: Facts) -> None:
     """Note RTO and counters whose DN is read, and that nothing sets back: it stays on for good."""
-    counting = {"RTO", "CTU", "CTD"}
     kinds: dict[str, set[str]] = {}
-    for point, _ in points:
-        first = point.step.operands[0] if point.step.name in counting else None
-        if isinstance(first, Group):
-            kinds.setdefault(first.path.upper(), set()).add(point.step.name)
-    written = {
-        path_of(each.where)
-        for each in mentions
-        if each.writes and each.site.instruction.partition("(")[0] not in counting
-    }
+    counting = [(group, point) for point in points if (group := group_of(point.step, COUNTING)) is not None]
+    for group, point in counting:
+        kinds.setdefault(path_of(group), set()).add(point.step.name)
+    written = set(_written_otherwise(mentions))
     read = {path_of(each.where) for each in mentions if each.reads}
-    for point, place in points:
-        group = point.step.operands[0] if point.step.name in ("RTO", "CTU") else None
-        path = group.path.upper() if isinstance(group, Group) and not group.frame else ""
-        is_open = path in written or f"{path}.ACC" in written or len(kinds.get(path, ())) > 1
-        names = path.split(".")
-        around = any(".".join(names[:at]) in written for at in range(1, len(names)))
-        if group is not None and path and f"{path}.DN" in read and not is_open and not around:
+    for group, point in counting:
+        path = path_of(group)
+        is_set_back = len(kinds[path]) > 1 or not written.isdisjoint((path, f"{path}.ACC", *around(path)))
+        if point.step.name != "CTD" and not group.frame and f"{path}.DN" in read and not is_set_back:
             text = f"{group.text} is never set back: once its DN is on, it stays on"
-            facts.remark("latch-never-cleared", place, text)
+            facts.remark("latch-never-cleared", point.place, text)
 
 
-def _outputs(points: Placed, facts: Facts) -> None:
+def _written_otherwise(mentions: Sequence[Mention]) -> Iterator[str]:
+    """Yield the paths that something else than an RTO or a counter writes."""
+    for each in mentions:
+        if each.writes and each.site.instruction.partition("(")[0] not in COUNTING:
+            yield path_of(each.where)
+
+
+def _outputs(points: Sequence[Point], facts: Facts) -> None:
     """Note bits that an add-on instruction writes, and a coil or another one, too."""
-    first: dict[str, tuple[Point, FileLine]] = {}
-    for point, place in points:
-        target = point.step.operands[0] if point.step.name == "OTE" else None
+    first: dict[str, Point] = {}
+    for point in points:
+        target = first_of(point.step, ("OTE",))
         if not isinstance(target, Place) or target.can_fault or _is_input(point, target):
             continue
-        before, at = first.setdefault(key_of(target), (point, place))
+        before = first.setdefault(key_of(target), point)
         if before is not point and (before.argument or point.argument):
-            text = f"{target.text} is written here, and in line {at.line} already"
-            facts.remark("repeated-coil", place, text)
+            text = f"{target.text} is written here, and in line {before.place.line} already"
+            facts.remark("repeated-coil", point.place, text)
 
 
 def _is_input(point: Point, target: Place) -> bool:
@@ -137,16 +136,10 @@ def _is_input(point: Point, target: Place) -> bool:
 
 def _control(step: LoweredStep) -> str:
     """Return the CONTROL of an instruction; "" if it has none, or a computed one."""
-    return next(_controls_of(step), "")
-
-
-def _controls_of(step: LoweredStep) -> Iterator[str]:
-    for use, operand in zip(step.uses, step.operands, strict=False):
-        is_group = use is Use.CONTROL and isinstance(operand, Group)
-        if is_group and all(isinstance(each, Constant) for each in operand.indices):
-            yield operand.text
+    controls = (operand for use, operand in uses_of(step) if use is Use.CONTROL)
+    return next((each.text for each in controls if isinstance(each, Group) and is_fixed(each)), "")
 
 
 def _array(step: LoweredStep) -> str:
-    found = (operand.text for use, operand in zip(step.uses, step.operands, strict=False) if use is Use.ARRAY)
+    found = (operand.text for use, operand in uses_of(step) if use is Use.ARRAY)
     return next(found, "").partition("[")[0]

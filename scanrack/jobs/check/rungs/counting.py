@@ -10,20 +10,21 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import chain, repeat
+from typing import NamedTuple, TypeGuard
 
 from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.state.lowered import AddOnCall, Call
 
 from ..facts import Access, Facts, FileLine, Variable, overlap
-from ..logic import TRUE, Bit, Compare, base_of, leaves
+from ..logic import TRUE, Bit, Compare, Condition, base_of, compares, leaves
 from .accesses import FIRST_SCAN
-from .conditions import EDGE, key_of
-from .number_ranges import BY_PEOPLE, Values, target_of, written_value
+from .conditions import EDGE
+from .number_ranges import BY_PEOPLE, Values, written_value
+from .operands import is_zero, key_of, parts_of, uses_of
 from .walk import Point
-
-Placed = Sequence[tuple[Point, FileLine]]
 
 RUN = {
     "COUNTER": "counts",
@@ -51,18 +52,21 @@ def never_run(facts: Facts) -> None:
 
 def is_run(variable: Variable, accesses: Sequence[Access], facts: Facts) -> None:
     """Note a counter or timer whose result is read, and that nothing runs."""
-    running = []
+    running = [each for each in accesses if _runs(each)]
     for each in accesses:
         member, element = _member(each.part)
-        if each.writes and not each.zero and member in ("", *RESULTS):
-            running.append(element)
-    for each in accesses:
-        member, element = _member(each.part)
-        if each.reads and member in RESULTS and not any(overlap(element, other) for other in running):
-            name = (each.text or variable.name).rpartition(".")[0] or variable.name
-            text = f"{each.text or variable.name} is read, and no instruction {RUN[variable.type]} {name}"
+        is_result = each.reads and member in RESULTS
+        if is_result and not any(overlap(element, _member(other.part)[1]) for other in running):
+            read = each.text or variable.name
+            name = read.rpartition(".")[0] or variable.name
+            text = f"{read} is read, and no instruction {RUN[variable.type]} {name}"
             facts.remark("never-run", each.place, text)
             return
+
+
+def _runs(access: Access) -> bool:
+    """Whether an instruction runs a counter or timer, or writes its result; to reset it is not enough."""
+    return access.writes and not access.zero and _member(access.part)[0] in ("", *RESULTS)
 
 
 def _member(part: str) -> tuple[str, str]:
@@ -75,112 +79,135 @@ BUTTONS = re.compile(r"reset|clear|start|ack|new", re.IGNORECASE)
 """In names of inputs that people press: when they do, is their choice."""
 
 
-def unbounded(points: Placed, values: Values, places: Mapping[str, Place], facts: Facts) -> None:
+def unbounded(points: Sequence[Point], values: Values, places: Mapping[str, Place], facts: Facts) -> None:
     """Note subscripts that count up or down, and that nothing limits."""
-    used: dict[str, tuple[Place, FileLine, str, int]] = {}
-    for point, place in points:
-        for operand in point.step.operands:
-            for index, text, most in _subscripts(operand):
-                used.setdefault(key_of(index), (index, place, text, most))
-    if not used:
-        return
-    limits: dict[str, list[Point]] = {}  # what reads it, but for subscripts and its own counting
+    used: dict[str, Subscript] = {}
+    for point in points:
+        for each in _subscripts(point):
+            used.setdefault(key_of(each.number), each)
+    limits: dict[str, list[Point]] = {}
     resets: dict[str, list[Point]] = {}
-    for point, _ in points:
-        target = target_of(point.step)
-        own = "" if target is None else key_of(target)
-        source = written_value(point.step)
-        is_counting = own in used and source is not None and _counts(source, own)
-        for use, operand in zip(point.step.uses, point.step.operands, strict=False):
-            is_target = operand is target or use is Use.TARGET
-            if not is_target and not (is_counting and own in set(_read(operand))):
-                for key in _read(operand):
-                    limits.setdefault(key, []).append(point)
+    for point in points if used else ():
+        own = key_of(point.target) if point.target is not None else ""
+        is_counting = own in used and _counts(written_value(point.step), own)
+        for key in _limited(point, own if is_counting else ""):
+            limits.setdefault(key, []).append(point)
         if own in used and not is_counting and not _at_will(point, places):
             resets.setdefault(own, []).append(point)
-    for key, (index, place, text, most) in used.items():
-        sources = values.sources(index)
-        counts = any(each is not None and _counts(each, key) for each in sources)
-        if not counts or None in sources:
-            continue
-        if key not in limits and key not in resets:
-            facts.remark(
-                "subscript", place, f"{text}: {index.text} counts, and nothing keeps it within the array"
-            )
-        reached = _reached(key, limits.get(key, ()), resets.get(key, ()))
-        if reached is not None and reached > most:
-            facts.remark("subscript", place, f"{text}: {index.text} reaches {reached:g}; must be 0 to {most}")
+    for key, each in used.items():
+        if _only_counts(each.number, values):
+            _note_reached(each, limits.get(key, ()), resets.get(key, ()), facts)
+
+
+class Subscript(NamedTuple):
+    """A number in a subscript.
+
+    Attributes:
+        number: the number.
+        text: the operand that has the subscript.
+        last: the last legal one; `sys.maxsize` if it is not known.
+    """
+
+    number: Place
+    place: FileLine
+    text: str
+    last: int
+
+
+def _only_counts(index: Place, values: Values) -> bool:
+    """Whether a number counts, and only known values are written to it."""
+    sources = values.sources(index)
+    return None not in sources and any(_counts(each, key_of(index)) for each in sources)
+
+
+def _limited(point: Point, counted: str) -> Iterator[str]:
+    """Yield the numbers that an instruction reads; not those in subscripts, nor the one that it counts."""
+    for use, operand in uses_of(point.step):
+        if operand is not point.target and use is not Use.TARGET:
+            read = list(_read(operand))
+            yield from read if counted not in read else ()
+
+
+def _note_reached(each: Subscript, limits: Sequence[Point], resets: Sequence[Point], facts: Facts) -> None:
+    """Note a subscript that counts: nothing limits it, or a limit beyond its array."""
+    if not limits and not resets:
+        text = f"{each.text}: {each.number.text} counts, and nothing keeps it within the array"
+        facts.remark("subscript", each.place, text)
+    reached = _reached(key_of(each.number), limits, resets)
+    if reached is not None and reached > each.last:
+        text = f"{each.text}: {each.number.text} reaches {reached:g}; must be 0 to {each.last}"
+        facts.remark("subscript", each.place, text)
 
 
 def _reached(key: str, limits: Sequence[Point], resets: Sequence[Point]) -> float | None:
     """Return what a subscript that counts up reaches: the one comparison of it takes it back, or None."""
-    if len({id(each.step) for each in limits}) != 1 or not resets:
+    if len({id(each.step) for each in limits}) != 1 or not all(_asks(each.condition, key) for each in resets):
         return None
-    found = [each for each in leaves(limits[0].own) if isinstance(each, Compare)]
-    if len(found) != 1 or base_of(found[0].name) != key or found[0].relation not in (">", ">=", "="):
-        return None
-    by_it = all(
-        any(isinstance(each, Compare) and base_of(each.name) == key for each in leaves(reset.condition))
-        for reset in resets
-    )
-    return found[0].number - (found[0].relation != ">") if by_it else None
+    match [each for each in leaves(limits[0].own) if isinstance(each, Compare)]:
+        case [Compare(relation=">" | ">=" | "=" as relation) as found] if resets and compares(found, key):
+            return found.number - (relation != ">")
+    return None
 
 
-def _subscripts(operand: object) -> Iterator[tuple[Place, str, int]]:
-    """Yield the single numbers in the subscripts of an operand, with its text and the last legal one."""
-    if isinstance(operand, Calculation):
-        for part in operand.operands:
-            yield from _subscripts(part)
-    elif isinstance(operand, Place | Group):
-        sizes = operand.leaf.dims if isinstance(operand, Place) else operand.array
-        for at, index in enumerate(operand.indices):
-            place, last = index, (sizes[at] if at < len(sizes) else sys.maxsize) - 1
-            if isinstance(index, Calculation) and index.name in ("+", "-"):
-                place, last = index.operands[0], sys.maxsize
-            if isinstance(place, Place) and place.bit is None and not place.frame and not place.can_fault:
-                yield place, operand.text, last
+def _asks(condition: Condition, key: str) -> bool:
+    """Whether a condition compares a number."""
+    return any(compares(each, key) for each in leaves(condition))
 
 
-def _counts(source: Resolved, key: str) -> bool:
+def _subscripts(point: Point) -> Iterator[Subscript]:
+    """Yield the single numbers in the subscripts of an instruction."""
+    for operand in (each for given in point.step.operands for each in parts_of(given)):
+        if isinstance(operand, Place | Group):
+            for number, last in _numbers(operand):
+                yield Subscript(number, point.place, operand.text, last)
+
+
+def _numbers(operand: Place | Group) -> Iterator[tuple[Place, int]]:
+    """Yield the single numbers in subscripts, each with the last legal one; of a sum it is not known."""
+    sizes = operand.leaf.dims if isinstance(operand, Place) else operand.array
+    for index, size in zip(operand.indices, chain(sizes, repeat(sys.maxsize)), strict=False):
+        if isinstance(index, Calculation) and index.name in ("+", "-") and _is_single(index.operands[0]):
+            yield index.operands[0], sys.maxsize
+        elif _is_single(index):
+            yield index, size - 1
+
+
+def _is_single(operand: Resolved) -> TypeGuard[Place]:
+    """Whether an operand is one number of a program."""
+    return isinstance(operand, Place) and operand.bit is None and not operand.frame and not operand.can_fault
+
+
+def _counts(source: Resolved | None, key: str) -> bool:
     """Whether a number becomes itself and a constant."""
-    if not isinstance(source, Calculation) or source.name not in ("+", "-") or len(source.operands) != 2:
-        return False
-    one, other = source.operands
-    pairs = ((one, other), (other, one)) if source.name == "+" else ((one, other),)
-    return any(
-        isinstance(a, Place) and key_of(a) == key and isinstance(b, Constant) and b.value for a, b in pairs
-    )
+    match source:
+        case Calculation("+", (Constant() as by, Place() as counted)):
+            return key_of(counted) == key and not is_zero(by)
+        case Calculation("+" | "-", (Place() as counted, Constant() as by)):
+            return key_of(counted) == key and not is_zero(by)
+    return False
 
 
 def _read(operand: object) -> Iterator[str]:
     """Yield the keys of the numbers that an operand reads, without those in subscripts."""
-    if isinstance(operand, Place):
-        yield key_of(operand)
-    elif isinstance(operand, Calculation):
-        for each in operand.operands:
-            yield from _read(each)
-    elif isinstance(operand, Call | AddOnCall):
+    given: Iterable[object] = (operand,)
+    if isinstance(operand, Call | AddOnCall):
         given = operand.inputs if isinstance(operand, Call) else operand.handed.values()
-        for each in given:
-            yield from _read(each)
+    for each in (part for one in given for part in parts_of(one)):
+        if isinstance(each, Place):
+            yield key_of(each)
 
 
 def _at_will(point: Point, places: Mapping[str, Place]) -> bool:
     """Whether an instruction only acts in the first scan, or when a person presses a button."""
     parts = [each for each in leaves(point.condition) if each != TRUE]
-    bits = [each for each in parts if isinstance(each, Bit) and not each.name.startswith(EDGE)]
-    if any(each.on and each.name.startswith(FIRST_SCAN) for each in bits):
-        return True
-    return bool(bits) and all(
-        isinstance(each, Bit) and (each.name.startswith(EDGE) or _is_button(places.get(base_of(each.name))))
-        for each in parts
-    )
+    bits = [each for each in parts if isinstance(each, Bit)]
+    levels = [each for each in bits if not each.name.startswith(EDGE)]
+    is_first_scan = any(each.on and each.name.startswith(FIRST_SCAN) for each in levels)
+    is_pressed = bool(levels) and all(_is_button(each, places) for each in levels)
+    return is_first_scan or (is_pressed and len(bits) == len(parts))
 
 
-def _is_button(place: Place | None) -> bool:
-    return (
-        place is not None
-        and place.leaf.slot is not None
-        and not place.leaf.output
-        and BUTTONS.search(place.text) is not None
-    )
+def _is_button(bit: Bit, places: Mapping[str, Place]) -> bool:
+    place = places.get(base_of(bit.name))
+    is_input = place is not None and place.leaf.slot is not None and not place.leaf.output
+    return is_input and place is not None and BUTTONS.search(place.text) is not None

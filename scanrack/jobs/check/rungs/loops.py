@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 
-from scanrack.ladder.debug.crossref import TARGETS
-from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved
+from scanrack.ladder.model.operands import Calculation, Constant, Group, Place
 from scanrack.ladder.state.lowered import (
     ADD_ON,
     Act,
@@ -20,6 +19,7 @@ from scanrack.ladder.state.lowered import (
 
 from ..facts import Facts, FileLine
 from ..ranges import Range
+from .operands import around, is_zero, parts_of, path_of, steps_in, written_by
 
 LEAVES = ("EXIT", "RETURN", "RET", "TND", "JMP")
 
@@ -39,61 +39,76 @@ def endless(
 
 def _why_endless(loop: Loop) -> str:
     """Return why a loop never ends; "" if it may."""
-    steps = [step for line in _lines(loop.body) for step in line.all_steps]
+    steps = _steps(loop.body)
     if any(step.name in LEAVES for step in steps):
         return ""
     if loop.start is not None:
-        advance = loop.advance.steps[-1].operands[1] if loop.advance is not None else None
-        by = advance.operands[1] if isinstance(advance, Calculation) else None
-        return "FOR counts by 0: it never ends" if isinstance(by, Constant) and not by.value else ""
-    places = list(_places(loop.condition.steps[0].operands[0]))
-    paths = {each.leaf.path.upper() for each in places}
-    is_fixed = all(not each.leaf.output and not each.leaf.frame and not each.can_fault for each in places)
-    if not paths or not is_fixed or any(_may_write(step, paths) for step in steps):
-        return ""
+        return "FOR counts by 0: it never ends" if _counts_by_zero(loop) else ""
+    tested = loop.condition.steps[0].operands[0]
+    places = [each for each in parts_of(tested) if isinstance(each, Place)]
     names = ", ".join(dict.fromkeys(each.text for each in places))
+    if not names or not _are_fixed(places, steps):
+        return ""
     return f"nothing in this loop changes {names}: it never ends once it begins"
+
+
+def _are_fixed(places: Sequence[Place], steps: Iterable[LoweredStep]) -> bool:
+    """Whether no instruction may write one of these values, nor anything else during a scan."""
+    paths = set(map(path_of, places))
+    return all(map(_is_of_program, places)) and not any(_may_write(step, paths) for step in steps)
+
+
+def _counts_by_zero(loop: Loop) -> bool:
+    """Whether a FOR adds a constant 0 after each pass."""
+    advance = loop.advance.steps[-1].operands[1] if loop.advance is not None else None
+    return isinstance(advance, Calculation) and is_zero(advance.operands[1])
+
+
+def _is_of_program(place: Place) -> bool:
+    """Whether only the program changes a value during a scan, and it is always the same element."""
+    return not place.leaf.output and not place.leaf.frame and not place.can_fault
 
 
 def _may_write(step: LoweredStep, paths: set[str]) -> bool:
     """Whether an instruction may write one of these; calls may write anything."""
     if step.name in ("JSR", ADD_ON, "FOR", "GSV"):
         return True
-    for use, operand in zip(step.uses, step.operands, strict=False):
-        path = (operand.leaf.path if isinstance(operand, Place) else getattr(operand, "path", "")).upper()
-        is_same = any(each == path or each.startswith(f"{path}.") for each in paths)
-        if use in TARGETS and is_same:
-            return True
-    return False
+    within = {each for path in paths for each in (path, *around(path))}
+    return any(isinstance(each, Place | Group) and path_of(each) in within for each in written_by(step))
 
 
 def _jumps_back(routine: LoweredRoutine) -> Iterator[tuple[LoweredLine, str]]:
     """Yield rungs that always jump back over rungs that never leave."""
     for at, line in enumerate(routine.lines):
-        first = line.nodes[0] if line.nodes else None
-        if isinstance(first, LoweredStep) and first.name == "JMP":
-            label = routine.labels.get(first.operands[0])
-            between = routine.lines[label:at] if label is not None else ()
-            leaving = any(step.name in LEAVES for each in between for step in each.all_steps)
-            if label is not None and label <= at and not leaving:
-                yield line, f"this always jumps back to {first.operands[0]}: the scan never ends"
+        label = _always_jumps_to(line)
+        target = routine.labels.get(label, at + 1)
+        between = (step for each in routine.lines[target:at] for step in each.all_steps)
+        if target <= at and not any(step.name in LEAVES for step in between):
+            yield line, f"this always jumps back to {label}: the scan never ends"
+
+
+def _always_jumps_to(line: LoweredLine) -> str:
+    """Return the label of a JMP that begins a rung; "" without one."""
+    first = line.nodes[0] if line.nodes else None
+    return str(first.operands[0]) if isinstance(first, LoweredStep) and first.name == "JMP" else ""
 
 
 def counted(routines: Iterable[LoweredRoutine]) -> Iterator[tuple[str, Range, frozenset[int]]]:
     """Yield each FOR counter: its tag in capitals, its range in the loop, and where FOR writes it."""
     for routine in routines:
         for loop in loops_in(routine.body or ()):
-            for path, range_ in _counted_by(loop):
-                lines = (line for line in (loop.start, loop.advance) if line is not None)
-                yield path, range_, frozenset(each.steps[-1].site for each in lines)
-        for line in routine.lines:
-            for step in line.all_steps:
-                if step.name == "FOR" and all(isinstance(each, Constant) for each in step.operands[2:4]):
-                    yield (
-                        step.operands[1].leaf.path.upper(),
-                        _range(*step.operands[2:4]),
-                        frozenset({step.site}),
-                    )
+            sites = frozenset(each.steps[-1].site for each in (loop.start, loop.advance) if each is not None)
+            yield from ((path, range_, sites) for path, range_ in _counted_by(loop))
+        yield from (_counted_by_step(step) for step in steps_in(routine) if _is_bounded(step))
+
+
+def _is_bounded(step: LoweredStep) -> bool:
+    """Whether an instruction is a FOR with constant bounds."""
+    return step.name == "FOR" and all(isinstance(each, Constant) for each in step.operands[2:4])
+
+
+def _counted_by_step(step: LoweredStep) -> tuple[str, Range, frozenset[int]]:
+    return path_of(step.operands[1]), _range(*step.operands[2:4]), frozenset({step.site})
 
 
 def counts_by_site(routines: Iterable[LoweredRoutine]) -> dict[int, dict[str, Range]]:
@@ -101,7 +116,7 @@ def counts_by_site(routines: Iterable[LoweredRoutine]) -> dict[int, dict[str, Ra
     found: dict[int, dict[str, Range]] = {}
     for routine in routines:
         for loop in loops_in(routine.body or ()):
-            steps = [step for line in _lines(loop.body) for step in line.all_steps]
+            steps = _steps(loop.body)
             for path, range_ in _counted_by(loop):
                 if not any(_may_write(step, {path}) for step in steps):
                     for step in steps:
@@ -117,7 +132,7 @@ def _counted_by(loop: Loop) -> Iterator[tuple[str, Range]]:
     last = loop.test.steps[0].operands[0]
     end = last.operands[1] if isinstance(last, Calculation) and last.name in ("<=", ">=") else None
     if isinstance(first, Constant) and isinstance(end, Constant) and not place.frame:
-        yield place.leaf.path.upper(), _range(first, end)
+        yield path_of(place), _range(first, end)
 
 
 def _range(first: Constant, last: Constant) -> Range:
@@ -146,25 +161,21 @@ def bodies_of(each: Act | Arms | Selection | Loop) -> Iterator[Body]:
             yield each.body
 
 
-def _lines(body: Body) -> Iterator[LoweredLine]:
+def _steps(body: Body) -> list[LoweredStep]:
+    """Return the instructions of statements."""
+    return [step for line in lines_in(body) for step in line.all_steps]
+
+
+def lines_in(body: Body) -> Iterator[LoweredLine]:
+    """Yield the lines of statements, of each statement before those within it."""
     for each in body:
         match each:
-            case Act(line):
+            case Act(line) | Selection(line):
                 yield line
             case Arms():
                 yield from (line for line, _ in each.arms)
-            case Selection(line):
-                yield line
             case Loop():
-                yield from (
-                    line for line in (each.start, each.test, each.advance, each.until) if line is not None
-                )
+                lines = (each.start, each.test, each.advance, each.until)
+                yield from (line for line in lines if line is not None)
         for inner in bodies_of(each):
-            yield from _lines(inner)
-
-
-def _places(operand: Resolved) -> Iterator[Place]:
-    if isinstance(operand, Place):
-        yield operand
-    for each in operand.operands if isinstance(operand, Calculation) else ():
-        yield from _places(each)
+            yield from lines_in(inner)

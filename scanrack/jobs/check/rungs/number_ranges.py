@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from scanrack.ladder.debug.crossref import TARGETS, Mention
+from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved
 from scanrack.ladder.model.predefined.slc_types import SLC_COUNTER, SLC_TIMER
 from scanrack.ladder.model.tags import Tag, tag_in
@@ -19,6 +19,7 @@ from scanrack.ladder.model.types import COUNTER, FBD_COUNTER, FBD_TIMER, TIMER, 
 from scanrack.ladder.state.lowered import LoweredStep
 
 from ..ranges import ANY, OPERATIONS, Range, exactly, joined
+from .operands import around, path_of, written_by
 
 RESULTS = {"ADD": "+", "SUB": "-", "MUL": "*", "DIV": "/", "MOD": "MOD", "NEG": "NEG", "ABS": "ABS"}
 """Instructions that write the result of an operator to their last operand."""
@@ -89,66 +90,64 @@ class Values:
         counted: Iterable[tuple[str, Range, frozenset[int]]] = (),
     ) -> None:
         self._tags = tags
-        self._presets = {(path.upper(), index): value for (path, index), value in presets.items()}
+        self._presets: dict[str, list[float]] = {}
+        for (path, _), value in presets.items():
+            self._presets.setdefault(path.upper(), []).append(value)
         self._written: dict[str, list[Resolved | None]] = {}  # by path, and by fixed element
         self._elements: dict[str, set[str]] = {}  # the elements of a path that are written
-        known: dict[str, int] = {}
+        self._others: set[str] = set()  # what gets other values, too
         every = list(steps)
         for step in every:
             target = target_of(step)
             if target is not None and target.bit is None and not target.frame:
                 element = _element(target)
                 self._written.setdefault(element, []).append(written_value(step))
-                self._elements.setdefault(target.leaf.path.upper(), set()).add(element)
-                known[element] = known.get(element, 0) + 1
-        self._others: set[str] = set()
+                self._elements.setdefault(path_of(target), set()).add(element)
+        known = {element: len(values) for element, values in self._written.items()}
         for each in mentions:
             if each.writes:
-                path, element = _path(each.where), _element(each.where)
-                if known.get(element, 0) > 0 and isinstance(each.where, Place) and each.where.bit is None:
-                    known[element] -= 1
-                elif each.stretch:
-                    self._others.add(path)
-                elif not _is_counting(each.where):
-                    self._others.add(element)
-                    self._elements.setdefault(path, set()).add(element)
-                else:  # the preset stays
-                    self._others.update(f"{path}.{name}" for name in _COUNTED)
-        self._known: dict[str, Range] = dict(self._counted(every, list(counted)))
+                self._note_write(each, known)
+        self._known: dict[str, Range] = dict(_counted(every, list(counted)))
 
-    def _counted(
-        self, steps: Iterable[LoweredStep], loops: Sequence[tuple[str, Range, frozenset[int]]]
-    ) -> Iterator[tuple[str, Range]]:
-        """Yield the ranges of numbers that only FOR writes."""
-        sites = frozenset().union(*(each for _, _, each in loops))
-        paths = {path for path, _, _ in loops}
-        for step in steps:
-            for use, operand in zip(step.uses, step.operands, strict=False):
-                if use in TARGETS and step.site not in sites:
-                    paths.discard(_path(operand) if isinstance(operand, Place | Group) else "")
-        for path in sorted(paths):
-            yield path, joined(*(found for each, found, _ in loops if each == path))
+    def _note_write(self, mention: Mention, known: dict[str, int]) -> None:
+        """Note what else a mention writes than known values.
+
+        Args:
+            known: the known values of each element of which no mention has been seen yet.
+        """
+        where = mention.where
+        path, element = path_of(where), _element(where)
+        if known.get(element, 0) > 0 and isinstance(where, Place) and where.bit is None:
+            known[element] -= 1
+        elif mention.stretch:
+            self._others.add(path)
+        elif isinstance(where, Group) and where.type in COUNTING:
+            self._others.update(f"{path}.{name}" for name in _COUNTED)  # the preset stays
+        else:
+            self._others.add(element)
+            self._elements.setdefault(path, set()).add(element)
 
     def of(self, operand: Resolved, depth: int = DEPTH) -> Range:
         """Return the range of an operand."""
-        if isinstance(operand, Constant):
-            return exactly(operand.value)
-        if isinstance(operand, Place):
-            return self._of_place(operand, depth)
-        if isinstance(operand, Calculation) and operand.name in OPERATIONS:
-            found = OPERATIONS[operand.name](*(self.of(each, depth) for each in operand.operands))
-            whole = operand.name == "/" and all(is_whole(each) for each in operand.operands)
-            return _cut(found) if whole else found
+        match operand:
+            case Constant():
+                return exactly(operand.value)
+            case Place():
+                return self._of_place(operand, depth)
+            case Calculation(name, operands) if name in OPERATIONS:
+                found = OPERATIONS[name](*(self.of(each, depth) for each in operands))
+                return _cut(found) if name == "/" and all(map(is_whole, operands)) else found
         return ANY
 
     def choices(self, operand: Resolved) -> tuple[Range, ...]:
         """Return the constants that a tag gets, with its initial value; one range for another operand."""
-        if isinstance(operand, Place) and operand.bit is None and operand.leaf.slot is None:
-            written = self.written(operand)
-            if written and all(each.is_constant for each in written):
-                return (*written, *filter(None, [self.initial(operand)]))
-            return (self.of(operand), *(each for each in written if each.is_constant))
-        return (self.of(operand),)
+        if not isinstance(operand, Place) or operand.bit is not None or operand.leaf.slot is not None:
+            return (self.of(operand),)
+        written = self.written(operand)
+        constants = [each for each in written if each.is_constant]
+        if not constants or len(constants) < len(written):
+            return (self.of(operand), *constants)
+        return (*constants, *filter(None, [self.initial(operand)]))
 
     def written(self, place: Place) -> list[Range]:
         """Return the ranges of what is written to a number; none if other instructions write it, too."""
@@ -164,17 +163,17 @@ class Values:
 
     def _is_other(self, place: Place) -> bool:
         """Whether something else than a known value may be written to a number."""
-        path = place.leaf.path.upper()
-        return self._is_in_group(path) or any(each in self._others for each in (path, *self._same(place)))
+        path = path_of(place)
+        return self._is_in_group(path) or not self._others.isdisjoint((path, *self._same(place)))
 
     def _writes(self, place: Place) -> list[Resolved | None]:
         """Return what is written to a number: to its element, and to elements that are computed."""
-        keys = dict.fromkeys((place.leaf.path.upper(), *self._same(place)))
+        keys = dict.fromkeys((path_of(place), *self._same(place)))
         return [each for key in keys for each in self._written.get(key, ())]
 
     def _same(self, place: Place) -> Iterable[str]:
         """Return the elements that a number may be: its own, or all if it is computed."""
-        path, element = place.leaf.path.upper(), _element(place)
+        path, element = path_of(place), _element(place)
         return (element,) if element != path else sorted(self._elements.get(path, ()))
 
     def constants(self, path: str) -> Sequence[float] | None:
@@ -186,15 +185,13 @@ class Values:
 
     def elements(self, operand: Place | Group, count: int) -> list[Range]:
         """Return the first elements of an array that nothing writes; none if they are not known."""
-        path = _path(operand)
-        tag = self._tags.get(path)
+        path = path_of(operand)
+        initial = self._tags[path].initial if path in self._tags and not self.is_written(path) else None
         start = operand.fixed_index if isinstance(operand, Place) else 0
-        if tag is None or self.is_written(path) or start is None:
+        if start is None or not isinstance(initial, list):
             return []
-        listed = tag.initial if isinstance(tag.initial, list) else []
-        numbers = [each for each in listed if isinstance(each, int | float)][start : start + count]
-        missing = count - len(numbers) if isinstance(tag.initial, list) else 0
-        return [exactly(each) for each in numbers] + [exactly(0)] * missing
+        numbers = [each for each in initial if isinstance(each, int | float)][start : start + count]
+        return [*map(exactly, numbers), *[exactly(0)] * (count - len(numbers))]
 
     def is_written(self, path: str) -> bool:
         """Whether an instruction writes a path."""
@@ -203,17 +200,16 @@ class Values:
 
     def initial(self, place: Place) -> Range | None:
         """Return the range of the initial values of a number's leaf; None if it is not a tag's."""
-        path = place.leaf.path.upper()
+        path = path_of(place)
         tag = self._tags.get(tag_in(path))
         if tag is None or place.leaf.frame:
             return None
-        presets = [value for (at, _), value in self._presets.items() if at == path]
-        found = [*_numbers(_member(tag.initial, path[len(tag.name) + 1 :])), *presets]
+        found = [*_numbers(_member(tag.initial, path[len(tag.name) + 1 :])), *self._presets.get(path, ())]
         return joined(*map(exactly, found)) if found else exactly(0)
 
     def _of_place(self, place: Place, depth: int) -> Range:
         limits = type_range(place.type)
-        path = place.leaf.path.upper()
+        path = path_of(place)
         if depth == 0 or place.bit is not None or place.leaf.slot is not None or place.leaf.frame:
             return limits
         if path in self._known:
@@ -236,12 +232,7 @@ class Values:
 
     def _is_in_group(self, path: str) -> bool:
         """Whether an instruction writes what contains the path."""
-        start = path.find(".")
-        while start >= 0:
-            if path[:start] in self._others:
-                return True
-            start = path.find(".", start + 1)
-        return False
+        return "." in path and not self._others.isdisjoint(around(path))
 
 
 COUNTING = (TIMER, COUNTER, FBD_TIMER, FBD_COUNTER, SLC_TIMER, SLC_COUNTER)
@@ -251,20 +242,24 @@ _COUNTED = ("ACC", "DN", "TT", "EN", "CU", "CD", "OV", "UN", "UA")
 """Members that a timer or a counter writes itself."""
 
 
-def _is_counting(where: Place | Group) -> bool:
-    """Whether this is a timer or a counter."""
-    return isinstance(where, Group) and where.type in COUNTING
-
-
-def _path(where: Place | Group) -> str:
-    return (where.leaf.path if isinstance(where, Place) else where.path).upper()
+def _counted(
+    steps: Iterable[LoweredStep], loops: Sequence[tuple[str, Range, frozenset[int]]]
+) -> Iterator[tuple[str, Range]]:
+    """Yield the ranges of numbers that only FOR writes."""
+    sites = frozenset().union(*(each for _, _, each in loops))
+    others = (each for step in steps if step.site not in sites for each in written_by(step))
+    paths = {path for path, _, _ in loops}
+    if paths:
+        paths -= {path_of(each) for each in others if isinstance(each, Place | Group)}
+    for path in sorted(paths):
+        yield path, joined(*(found for each, found, _ in loops if each == path))
 
 
 def _element(where: Place | Group) -> str:
     """Return the path of a value, with its subscripts if all are constants; without any computed ones."""
     if not isinstance(where, Place) or not where.indices or where.fixed_index is None:
-        return _path(where)
-    return f"{_path(where)}[{where.fixed_index}]"
+        return path_of(where)
+    return f"{path_of(where)}[{where.fixed_index}]"
 
 
 def _member(initial: object, path: str) -> object:

@@ -21,23 +21,25 @@ them, the command: a write to them counts as a write to the module.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.image import WORDS, signed_word
-from scanrack.ladder.debug.crossref import TARGETS, Mention
+from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.operands import Constant, Group, Place, first_leaf
 from scanrack.ladder.model.types import count_of
-from scanrack.ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
+from scanrack.ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, Node
 
 from ..facts import FileLine
-from ..ranges import ANY, Range
+from ..ranges import Range
 from ..written import UNKNOWN_WORD, WordValue
+from .number_options import OperandOptions
 from .number_ranges import Values, target_of, written_value
-from .options import OperandOptions
+from .operands import first_of, path_of, steps_in, written_by
 
 _WORD = 0xFFFF
+COPIES = ("COP", "CPS")
 ELSEWHERE = (
     StatusMsw.MODE_CONFIG | StatusMsw.CONFIG_ERROR | StatusMsw.COMMAND_ERROR | StatusMsw.POSITION_INVALID
 ).value
@@ -99,16 +101,19 @@ class WriteReader:
 
     def _stages(self, lowered: LoweredProgram) -> Iterator[tuple[str, tuple[int, int]]]:
         """Yield the paths of tags that are copied to all output words: slot, and first word."""
-        lines = [line for routine in lowered.routines.values() for line in routine.lines]
-        for step in (step for line in lines for step in steps_of(line.nodes)):
-            if step.name not in ("COP", "CPS") or output_word(step.operands[0]) is not None:
-                continue
-            source, target, length = step.operands[0], output_word(step.operands[1]), step.operands[2]
-            is_whole = isinstance(length, Constant) and length.value >= WORDS
-            if target is None or target[0] not in self._slots or target[1] or not is_whole:
-                continue
-            if isinstance(source, (Place, Group)) and self._is_written(source):
-                yield path_of(source), (target[0], _start_of(source))
+        for step in (step for routine in lowered.routines.values() for step in steps_in(routine)):
+            source = first_of(step, COPIES)
+            is_tag = isinstance(source, Place | Group) and output_word(source) is None
+            slot = self._whole_image(step) if is_tag else None
+            if slot is not None and self._is_written(source):
+                yield path_of(source), (slot, _start_of(source) or 0)
+
+    def _whole_image(self, copy: LoweredStep) -> int | None:
+        """Return the slot of a 3601 all of whose output words a copy writes; None for another copy."""
+        slot, word = output_word(copy.operands[1]) or (0, 0)
+        length = copy.operands[2]
+        is_whole = isinstance(length, Constant) and length.value >= WORDS and not word
+        return slot if is_whole and slot in self._slots else None
 
     def _is_written(self, source: Place | Group) -> bool:
         """Return whether the program writes the first of the words at an operand, the command."""
@@ -118,10 +123,11 @@ class WriteReader:
     def target(self, operand: object) -> tuple[int, int] | None:
         """Return slot and first word of a write to an operand, staged or not; None if it is neither."""
         direct = output_word(operand)
-        if direct is not None or not isinstance(operand, (Place, Group)):
+        if direct is not None or not isinstance(operand, Place | Group):
             return direct
         slot, first = self._staged.get(path_of(operand), (0, 0))
-        word = _start_of(operand) - first
+        at = operand.fixed_index if isinstance(operand, Place) else 0
+        word = (at or 0) - first
         return (slot, word) if slot and 0 <= word < WORDS else None
 
     def words_of(self, operand: object) -> tuple[int | None, ...] | None:
@@ -129,42 +135,33 @@ class WriteReader:
 
         None if the operand is no such array.
         """
-        if not isinstance(operand, (Place, Group)):
-            return None
-        start = operand.fixed_index if isinstance(operand, Place) else 0
-        words = self._constants.get(path_of(operand))
-        if words is None or start is None or (isinstance(operand, Group) and operand.indices):
-            return None
-        return words[start : start + 8] if len(words) >= start + 8 else None
+        return self.constants_at(operand, WORDS)
 
     def constants_at(self, operand: object, length: int) -> tuple[int | None, ...] | None:
         """Return constant words at an operand, of an array that may be shorter than an image."""
-        if not isinstance(operand, (Place, Group)) or (isinstance(operand, Group) and operand.indices):
+        if not isinstance(operand, Place | Group):
             return None
-        start = operand.fixed_index if isinstance(operand, Place) else 0
-        words = self._constants.get(path_of(operand))
-        is_there = words is not None and start is not None and len(words) >= start + length
-        return words[start : start + length] if is_there and words is not None and start is not None else None
+        start, words = _start_of(operand), self._constants.get(path_of(operand), ())
+        return words[start : start + length] if start is not None and len(words) >= start + length else None
 
     def writes(self, is_rung: bool, line: LoweredLine) -> Iterator[Write]:
         """Yield the writes of a rung, or of a statement."""
         needs = _needs(line) if is_rung else {}
-        for step in steps_of(line.nodes):
-            for use, operand in zip(step.uses, step.operands, strict=False):
-                target = self.target(operand) if use in TARGETS else None
+        for step in line.all_steps:
+            for operand in written_by(step):
+                target = self.target(operand)
                 if target is not None and target[0] in self._slots and not self._hands_on(step, operand):
                     yield from self._written(step, operand, *target, self._place(line), needs.get(target[0]))
-            for call in step.operands:
-                for operand in call.handed.values() if isinstance(call, AddOnCall) else ():
-                    target = self.target(operand)
-                    if target is not None:
-                        yield Write(self._place(line), target[0], 0, 0, _WORD, known=False)
+            for operand in _handed(step):
+                target = self.target(operand)
+                if target is not None:
+                    yield Write(self._place(line), target[0], 0, 0, _WORD, known=False)
 
     def _hands_on(self, step: LoweredStep, operand: object) -> bool:
         """Return whether an instruction copies staged words to the module."""
-        source = step.operands[0]
-        is_copy = step.name in ("COP", "CPS") and isinstance(source, (Place, Group))
-        return is_copy and output_word(operand) is not None and path_of(source) in self._staged
+        source = first_of(step, COPIES)
+        is_copy = isinstance(source, Place | Group) and output_word(operand) is not None
+        return is_copy and path_of(source) in self._staged
 
     def _written(
         self,
@@ -184,9 +181,10 @@ class WriteReader:
             rung = base if step.name in ("OTL", "OTU") else plain  # a false rung acts, too
             yield replace(rung, word=word, sets=sets, clears=clears)
             return
-        words = [(at, value) for at in self._computed(step, operand) for value in self._words(step)[:1]]
+        words = self._words(step)
+        computed = [(at, value) for at in self._computed(step, operand) for value in words[:1]]
         options = self._options.word(written_value(step)) if target_of(step) is not None else UNKNOWN_WORD
-        for at, value in words or enumerate(self._words(step), word):
+        for at, value in computed or enumerate(words, word):
             if value is None:
                 yield replace(base, word=at, sets=0, clears=_WORD, known=False, value=options)
             else:
@@ -198,22 +196,23 @@ class WriteReader:
         if not isinstance(operand, Place) or operand.fixed_index is not None or output_word(operand) is None:
             return ()
         index = operand.indices[-1]
-        path = index.leaf.path.upper() if isinstance(index, Place) else ""
-        found = self._counts.get(step.site, {}).get(path) or self._values.of(index)
+        counts = self._counts.get(step.site, {})
+        found = counts.get(path_of(index)) if isinstance(index, Place) else None
+        found = found or self._values.of(index)
         return range(max(0, int(found.least)), min(WORDS - 1, int(found.most)) + 1) if found.is_known else ()
 
     def _words(self, step: LoweredStep) -> Sequence[int | None]:
         """Return the values of the words that an instruction writes; None for an unknown one."""
-        source = step.operands[0]
-        if step.name in ("FLL", "COP", "CPS") and isinstance(step.operands[2], Constant):
-            length = min(int(step.operands[2].value), 8)
+        source = first_of(step, ("FLL", *COPIES))
+        if source is not None and isinstance(step.operands[2], Constant):
+            length = min(int(step.operands[2].value), WORDS)
             if step.name == "FLL":
                 return [int(source.value) if isinstance(source, Constant) else None] * length
-            return (self.constants_at(source, length) or (None,) * 8)[:length]
-        if target_of(step) is None:
-            return [None] * 8
+            return self.constants_at(source, length) or (None,) * length
         written = written_value(step)
-        found = ANY if written is None else self._values.of(written)
+        if target_of(step) is None or written is None:
+            return [None] * (WORDS if target_of(step) is None else 1)
+        found = self._values.of(written)
         return [int(found.least) if found.is_constant and found.whole else None]
 
 
@@ -225,34 +224,48 @@ def _constants(lowered: LoweredProgram, mentions: Sequence[Mention]) -> Mapping[
         if isinstance(tag.initial, list) and all(isinstance(each, int) for each in tag.initial)
     }
     for each in mentions:
-        name = path_of(each.where)
-        if each.writes and name in found:
-            at = each.where.fixed_index if isinstance(each.where, Place) else None
-            whole = at is None or each.stretch
-            for index in range(at or 0, len(found[name])) if whole else (at or 0,):
-                found[name][index] = None
+        words = found.get(path_of(each.where), []) if each.writes else []
+        for at in _written_at(each, len(words)):
+            words[at] = None
     return {name: tuple(words) for name, words in found.items()}
+
+
+def _written_at(mention: Mention, length: int) -> Iterable[int]:
+    """Return the elements of an array of a length that an operand may write."""
+    at = mention.where.fixed_index if isinstance(mention.where, Place) else None
+    if at is None or mention.stretch:
+        return range(at or 0, length)
+    return (at,) if length else ()
+
+
+def _handed(step: LoweredStep) -> Iterator[Place | Group]:
+    """Yield what an add-on instruction gets by reference."""
+    for each in step.operands:
+        yield from each.handed.values() if isinstance(each, AddOnCall) else ()
 
 
 def _needs(line: LoweredLine) -> dict[int, Write]:
     """Return, by slot, the contacts in series with the whole rung."""
     status: dict[int, int] = {}
     command: dict[int, int] = {}
-    first = False
-    for step in line.nodes:
-        if not isinstance(step, LoweredStep) or step.name != "XIC" or not isinstance(step.operands[0], Place):
-            continue
-        place = step.operands[0]
-        first = first or place.leaf.path == "S:FS"
+    contacts = [each for node in line.nodes if (each := _contact(node)) is not None]
+    for place in contacts:
         slot = place.leaf.slot
         if slot is not None and place.fixed_index == 0 and isinstance(place.bit, Constant):
             bits = command if place.leaf.output else status
             bits[slot] = bits.get(slot, 0) | 1 << int(place.bit.value)
+    first = any(place.leaf.path == "S:FS" for place in contacts)
     slots = range(1, 256) if first else {*status, *command}
     return {
         slot: Write(FileLine("", 0), slot, 0, 0, 0, True, first, status.get(slot, 0), command.get(slot, 0))
         for slot in slots
     }
+
+
+def _contact(node: Node) -> Place | None:
+    """Return the bit of an XIC that is no part of a branch."""
+    found = first_of(node, ("XIC",)) if isinstance(node, LoweredStep) else None
+    return found if isinstance(found, Place) else None
 
 
 def _of_bit(step: LoweredStep) -> tuple[bool, bool]:
@@ -262,8 +275,11 @@ def _of_bit(step: LoweredStep) -> tuple[bool, bool]:
     return step.name != "OTU", step.name != "OTL"
 
 
-def _start_of(operand: Place | Group) -> int:
-    return (operand.fixed_index or 0) if isinstance(operand, Place) else 0
+def _start_of(operand: Place | Group) -> int | None:
+    """Return the index of the first element of an operand; None if it is computed."""
+    if isinstance(operand, Place):
+        return operand.fixed_index
+    return None if operand.indices else 0
 
 
 def output_word(operand: object) -> tuple[int, int] | None:
@@ -275,9 +291,3 @@ def output_word(operand: object) -> tuple[int, int] | None:
         return None
     at = operand.fixed_index if isinstance(operand, Place) else 0
     return leaf.slot, at or 0
-
-
-def path_of(operand: Place | Group, *, as_written: bool = False) -> str:
-    """Return the path of a tag, in capitals unless as written."""
-    path = operand.leaf.path if isinstance(operand, Place) else operand.path
-    return path if as_written else path.upper()

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
 from fnmatch import fnmatch
 from pathlib import Path
 
@@ -17,14 +16,15 @@ from scanrack.ladder.debug.crossref import mentions_of
 from scanrack.ladder.model.chart_checks import unreached
 from scanrack.ladder.model.operands import Place
 from scanrack.ladder.model.tags import tag_in
-from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram, LoweredStep, steps_of
+from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram
 from scanrack.runtime.config.rackspec import RackSpec, profile_in
 
 from ...load.program import EXPORT_SUFFIXES, SLC_SUFFIXES
 from ..facts import Facts, FileLine, LocalFinding, SentCommand
+from ..written import place_at
 from .accesses import Variables, accesses_of, declaration_lines
 from .add_ons import note_add_ons
-from .block_mistakes import called_twice, misordered, parameters_out_of_range
+from .block_mistakes import called_twice, misordered, parameters_out_of_range, slots_shared
 from .blocks import block_calls, commands_of, slots_of
 from .calls import RoutineCalls, exclusive_repeats
 from .conditions import Conditions, on_delays
@@ -34,7 +34,8 @@ from .drive_axes import fastest, note_drives
 from .loops import counted, counts_by_site, endless
 from .mistakes import Mistakes, sealed
 from .number_ranges import Values
-from .output_writes import WriteReader, path_of
+from .operands import path_of, steps_in
+from .output_writes import Write, WriteReader
 from .outputs import OutputBits
 from .reals import note_reals
 from .sent_words import SentWords
@@ -67,25 +68,20 @@ class _ProgramReader:
         drives = {slot.number: model_of(slot.words) for slot in spec.slot}
         self.drives = {number: model for number, model in drives.items() if model is not None}
         self.tags = self.lowered.layout.tags()
-        every = [step for routine in self.lowered.routines.values() for line in routine.lines
-                 for step in steps_of(line.nodes)]  # fmt: skip
-        loops = counted(self.lowered.routines.values())
-        self.values = Values(every, self.mentions, self.tags, self.lowered.presets, loops)
-        self.counts = counts_by_site(self.lowered.routines.values())
+        routines = self.lowered.routines.values()
+        every = [step for routine in routines for step in steps_in(routine)]
+        self.values = Values(every, self.mentions, self.tags, self.lowered.presets, counted(routines))
+        self.counts = counts_by_site(routines)
         self.writes = WriteReader(
             self.lowered, self.mentions, self.slots, self.values, self.counts, self._place
         )
         self.conditions = Conditions(self.values, on_delays(every))
-        walker = Walker(self.conditions)
+        walker = Walker(self.conditions, self.lowered, path)
         self.routines = own_routines(program, self.lowered)
-        self.points = [(each, self._place(each.line)) for own in self.routines for each in walker.points(own)]
-        self.main = [each for each in self.points if not each[0].routine.frame]
-        self.lines = [
-            (routine.body is None, line)
-            for routine in self.lowered.routines.values()
-            if not routine.frame
-            for line in routine.lines
-        ]
+        self.points = [point for routine in self.routines for point in walker.points(routine)]
+        self.main = [point for point in self.points if not point.routine.frame]
+        own = [routine for routine in routines if not routine.frame]
+        self.lines = [(routine.body is None, line) for routine in own for line in routine.lines]
         self.calls = list(block_calls(self.main))
         self.axes = slots_of(self.calls)
         self.owners = self._owners()
@@ -101,7 +97,8 @@ class _ProgramReader:
         self._commands(facts)
         self._tags(facts)
         self._text(facts)
-        misordered(self.calls, self.axes, facts, has_other_axes=bool(self.lowered.axes))
+        slots_shared(self.calls, self.axes, facts)
+        misordered(self.calls, facts, has_other_axes=bool(self.lowered.axes))
         called_twice(self.main, facts)
         shared(self.main, self.mentions, facts)
         calls.twice(facts)
@@ -112,12 +109,12 @@ class _ProgramReader:
         """Yield the warnings of the build, without coils of routines that exclude each other."""
         repeated = []
         for each in self.program.warnings:
-            remark = LocalFinding(FileLine(each.site.file or str(self.path), each.site.line or 1), each.text)
+            remark = LocalFinding(place_at(each.site, self.path), each.text)
             if each.rule == "repeated-coil":
                 repeated.append(remark)
             else:
                 yield each.rule or "repeated-coil", remark
-        mixed = calls.mixed(self._written, latches=self.path.suffix in EXPORT_SUFFIXES)
+        mixed = calls.mixed(latches=self.path.suffix in EXPORT_SUFFIXES)
         for remark in (*exclusive_repeats(repeated, self.main, calls), *mixed):
             yield "repeated-coil", remark
 
@@ -126,58 +123,45 @@ class _ProgramReader:
         writes = [each for rungs, line in self.lines for each in self.writes.writes(rungs, line)]
         lines = [(line, self._place(line)) for _, line in self.lines]
         sent = SentWords(self.writes, lines, writes, self.slots, self.axes, self.drives)
-        homes = (each for each in self.calls if each.call.name == "MC_HOME")
+        homes = [each for each in self.calls if each.call.name == "MC_HOME"]
         facts.configurations = list(sent.configurations())
-        facts.searches = [
-            *sent.searches(),
-            *(SentCommand(each.place, self.axes.get(each.axis)) for each in homes),
-        ]
+        facts.searches = [*sent.searches(), *(SentCommand(e.place, self.axes.get(e.axis)) for e in homes)]
         facts.remarks["command-held"] += held(writes)
-        limits = fastest(profile_in(self.slots.values(), None).limits, self.drives.values())
-        wrong = [*sent.out_of_range(), *parameters_out_of_range(self.main, self.values, self.tags, limits)]
-        reported = {each.place for each in wrong}
-        wrong += [each for each in words_out_of_range(writes, self.slots) if each.place not in reported]
-        facts.remarks["out-of-range"] += wrong
-        facts.remarks["out-of-range"] += note_drives(
-            self.calls, self.axes, self.drives, self.writes.constants_at
-        )
+        facts.remarks["out-of-range"] += self._out_of_range(sent, writes)
         facts.not_seen += computed(writes)
-        unknown = {each.slot for each in writes if not each.known and each.word < 2}
-        facts.computed = unknown | self.writes.staged
+        facts.computed = {each.slot for each in writes if not each.known and each.word < 2}
+        facts.computed |= self.writes.staged
         facts.at_once = list(sent.at_once())
-        blocks = list(commands_of(self.calls, self.axes, self.values, self.owners))
         steps = Steps(self.main, self.values, self.conditions.places, self.slots)
-        executed = [(each, *steps.executed(each)) for each in blocks]
-        blocks = [
-            replace(each, starts=steps.starts(each), on=on, implies=implies) for each, on, implies in executed
-        ]
+        blocks = list(map(steps.with_start, commands_of(self.calls, self.axes, self.values, self.owners)))
         facts.commands = [*blocks, *sent.commands()]
         facts.actions = list(steps.actions(writes, blocks))
         facts.step_use, facts.first_steps = steps.use, steps.first
-        facts.writes = list(word_writes(self.main, writes, steps, self.lowered))
+        facts.writes = list(word_writes(self.main, writes, steps))
         facts.outputs = list(OutputBits(self.main, self.conditions.places, self.slots).writes())
+
+    def _out_of_range(self, sent: SentWords, writes: Sequence[Write]) -> Iterator[LocalFinding]:
+        """Yield the values that modules and drives refuse; of words one by one only what no copy says."""
+        limits = fastest(profile_in(self.slots.values(), None).limits, self.drives.values())
+        wrong = [*sent.out_of_range(), *parameters_out_of_range(self.main, self.values, self.tags, limits)]
+        yield from wrong
+        reported = {each.place for each in wrong}
+        yield from (each for each in words_out_of_range(writes, self.slots) if each.place not in reported)
+        yield from note_drives(self.calls, self.axes, self.drives, self.writes.constants_at)
 
     def _sites(self, facts: Facts) -> None:
         for routine in self.routines:
             for line in routine.lines:
-                place = self._place(line)
-                site = Site(
-                    self.lowered.name,
-                    routine.name,
-                    line.number,
-                    unit=routine.unit,
-                    file=place.file,
-                    line=place.line,
-                )
+                place, unit = self._place(line), routine.unit
+                site = Site(self.lowered.name, routine.name, line.number, "", unit, place.file, place.line)
                 facts.sites.setdefault(place, site)
 
     def _unreached(self) -> Iterator[LocalFinding]:
         for routine in self.program.routines:
             origins = {each.number: each.origin for each in routine.chart.steps} if routine.chart else {}
             for each in unreached(routine.chart) if routine.chart else ():
-                origin = origins[each.number]
                 text = f"{each.text}, in chart {routine.name}; only SFR can reach it"
-                yield LocalFinding(FileLine(origin.file or str(self.path), origin.line or 1), text)
+                yield LocalFinding(place_at(origins[each.number], self.path), text)
 
     # --- the text
 
@@ -191,49 +175,52 @@ class _ProgramReader:
 
     def _text(self, facts: Facts) -> None:
         """Note accesses, and the mistakes of instructions and routines."""
-        outside = frozenset(
-            path_of(each.where).partition(".")[2]
-            for point, _ in self.main
-            for each in mentions_of(self.lowered.sites[point.step.site], point.step)
-            if each.writes
-        )
+        outside = frozenset(self._written_members())
         variables = Variables(self.lowered, self.path, self._is_recorded, outside)
         facts.variables = variables.found
-        for point, place in self.points:
-            facts.accesses += accesses_of(point, self.lowered, variables, place, self.owners)
-        read = frozenset(
-            path_of(each.where) for each in self.mentions if each.reads and isinstance(each.where, Place)
-        )
+        for point in self.points:
+            facts.accesses += accesses_of(point, self.lowered, variables, self.owners)
+        self._mistakes(facts)
+        note_add_ons(own_add_ons(self.program), self.points, self.lowered, outside, self._declaration, facts)
+        analog = [slot.number for slot in self.spec.slot if _is_analog(slot.module)]
+        note_reals(self.points, self.values, analog, facts)
+        note_timing(self.points, self.mentions, self.values, self.tags, facts)
+        sealed(self.main, self.conditions.places, facts)
+        unbounded(self.points, self.values, self.conditions.places, facts)
+        if self.path.suffix != ".py" and not facts.reads_all:
+            never_run(facts)
+        Structure(self.program, self.lowered, facts, str(self.path), self.declared).note(self.routines)
+
+    def _written_members(self) -> Iterator[str]:
+        """Yield the members of instances that the program itself writes, in capitals."""
+        for point in self.main:
+            for each in mentions_of(self.lowered.sites[point.step.site], point.step):
+                if each.writes:
+                    yield path_of(each.where).partition(".")[2]
+
+    def _mistakes(self, facts: Facts) -> None:
+        """Note the mistakes that show in one rung or statement."""
+        read = (each.where for each in self.mentions if each.reads)
         mistakes = Mistakes(
-            *(self.lowered, self.values, facts, read),
+            *(self.lowered, self.values, facts),
+            frozenset(path_of(each) for each in read if isinstance(each, Place)),
             made=self.path.suffix == ".py",
             scan_ms=float(self.spec.scan_ms),
         )
         seen: set[tuple[str, str]] = set()
-        for point, place in self.points:
-            mistakes.note(point, place)
-            note_subscripts(point, place, self.counts, facts, seen)
-            note_lengths(point, place, facts)
-        add_ons = own_add_ons(self.program)
-        note_add_ons(add_ons, self.points, self.lowered, outside, self._declaration, facts)
-        analog = [slot.number for slot in self.spec.slot if _is_analog(slot.module)]
-        note_reals(self.points, self.values, analog, facts, self._written)
-        note_timing(self.points, self.mentions, self.values, self.tags, facts, self._written)
-        sealed(self.main, self.conditions.places, facts, self._written)
-        unbounded(self.points, self.values, self.conditions.places, facts)
-        if self.path.suffix != ".py" and not facts.reads_all:
-            never_run(facts)
+        for point in self.points:
+            mistakes.note(point)
+            note_subscripts(point, self.counts, facts, seen)
+            note_lengths(point, facts)
         for routine in self.routines:
             for line in routine.lines if routine.body is None else ():
                 mistakes.branches(line, self.conditions, self._place(line))
-        Structure(self.program, self.lowered, facts, str(self.path), self.declared).note(self.routines)
 
     def _is_recorded(self, tag: str) -> bool:
         if tag.upper() in self.stubbed:
             return True
-        return any(
-            fnmatch(f"{tag}.".upper(), f"{pattern.upper().partition('.')[0]}.") for pattern in self.spec.tags
-        )
+        patterns = (pattern.upper().partition(".")[0] for pattern in self.spec.tags)
+        return any(fnmatch(f"{tag}.".upper(), f"{pattern}.") for pattern in patterns)
 
     # --- tags and terminals
 
@@ -246,23 +233,23 @@ class _ProgramReader:
             facts.not_seen.append(f"routines in Python ({names}) may use any tag and any terminal")
             return
         facts.uses_bit = terminals.uses_bit()
+        if self.path.suffix not in SLC_SUFFIXES:  # its data files are there, used or not
+            self._unused(facts)
+
+    def _unused(self, facts: Facts) -> None:
+        """Note the tags that no instruction names, and that are not recorded."""
         used = {tag_in(path_of(each.where, as_written=True)).upper() for each in self.mentions}
-        if self.path.suffix in SLC_SUFFIXES:
-            return  # its data files are there, used or not
         for name, tag in self.tags.items():
             recorded = any(fnmatch(name, pattern.upper()) for pattern in self.spec.tags)
             if name not in used and not recorded:
-                place = FileLine(str(self.path), self.declared(tag.name))
-                facts.remark("unused-tag", place, f"tag {tag.name} is declared, and no instruction names it")
+                text = f"tag {tag.name} is declared, and no instruction names it"
+                facts.remark("unused-tag", self._declaration(tag.name), text)
 
     def _declaration(self, name: str) -> FileLine:
         return FileLine(str(self.path), self.declared(name))
 
-    def _written(self, step: LoweredStep) -> str:
-        return self.lowered.sites[step.site].instruction
-
     def _place(self, line: LoweredLine) -> FileLine:
-        return FileLine(line.origin.file or str(self.path), line.origin.line or 1)
+        return place_at(line.origin, self.path)
 
 
 def _is_analog(module: str) -> bool:

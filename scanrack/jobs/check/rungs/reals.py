@@ -11,17 +11,17 @@ Values that are only chosen (constants, copies, what people write) and sums of w
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
-from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved
+from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved
+from scanrack.ladder.model.spec import Use
 from scanrack.ladder.state.lowered import LoweredStep
 
-from ..facts import Facts, FileLine
-from .conditions import COMPARISONS, key_of
-from .number_ranges import RESULTS, Values, target_of, written_value
+from ..facts import Facts
+from .conditions import COMPARISONS
+from .number_ranges import RESULTS, Values, written_value
+from .operands import calculations_of, group_of, is_zero, key_of, parts_of, path_of, uses_of
 from .walk import Point
-
-Placed = Sequence[tuple[Point, FileLine]]
 
 TIMERS = ("TON", "TOF", "RTO", "TONR", "TOFR", "RTOR")
 
@@ -38,58 +38,47 @@ MEASURED = re.compile(r":I\b", re.IGNORECASE)
 DEPTH = 8
 
 
-def note_reals(
-    points: Placed,
-    values: Values,
-    analog: Collection[int],
-    facts: Facts,
-    written: Callable[[LoweredStep], str],
-) -> None:
+def note_reals(points: Sequence[Point], values: Values, analog: Collection[int], facts: Facts) -> None:
     """Note the comparisons of a calculated REAL, a running time or an analog input for equality.
 
     Args:
         analog: slots of cards with analog inputs.
-        written: returns an instruction as it is written.
     """
     reals = _Reals(points, values)
-    timers = {
-        point.step.operands[0].path.upper()
-        for point, _ in points
-        if point.step.name in TIMERS and isinstance(point.step.operands[0], Group)
-    }
-    for point, place in points:
+    groups = (group_of(point.step, TIMERS) for point in points)
+    timers = {path_of(each) for each in groups if each is not None}
+    for point in points:
         for one, relation, other in _comparisons(point.step):
             what = _measured(one, other, timers, analog) if relation == "=" else ""
             if not what and reals.differ(one, relation, other):
                 what = "a calculated REAL"
             if what:
                 says = "hardly ever equals" if relation == "=" else "nearly always differs from"
-                text = f"{written(point.step)}: {what} {says} another number"
-                facts.remark("real-equality", place, text)
+                facts.remark("real-equality", point.place, f"{point.text}: {what} {says} another number")
                 break
 
 
 class _Reals:
-    def __init__(self, points: Placed, values: Values) -> None:
+    def __init__(self, points: Sequence[Point], values: Values) -> None:
         self._values = values
         self._divisors: set[str] = set()
         self._calculated: set[tuple[str, str]] = set()  # what an instruction calculates in a way of its own
         self._in_frames: dict[tuple[str, str], list[Resolved | None]] = {}
-        for point, _ in points:
+        for point in points:
             self._divisors.update(_divisors(point.step))
             self._calculated.update(map(_memory, _results(point.step)))
-            target = target_of(point.step)
+            target = point.target
             if target is not None and target.frame:
                 self._in_frames.setdefault(_memory(target), []).append(written_value(point.step))
 
     def differ(self, one: Resolved, relation: str, other: Resolved) -> bool:
         """Whether two operands have a REAL among them that is not exact."""
         sides = (one, other)
-        if not any(map(_is_real, sides)) or any(_is_zero(each) for each in sides if relation == "<>"):
+        has_zero = any(map(is_zero, sides))
+        is_exact_zero = relation == "<>" or any(_key(each) in self._divisors for each in sides)
+        if not any(map(_is_real, sides)) or (has_zero and is_exact_zero):
             return False
-        if any(_is_zero(each) for each in sides) and any(_key(each) in self._divisors for each in sides):
-            return False
-        if all(map(self._is_chosen, sides)) or all(self._is_whole(each) for each in sides):
+        if all(map(self._is_chosen, sides)) or all(map(self._is_whole, sides)):
             return False
         return not (self._copies(one, other) or self._copies(other, one))
 
@@ -122,15 +111,14 @@ class _Reals:
             return operand.name in WHOLE and all(self._is_whole(each, depth) for each in operand.operands)
         if not isinstance(operand, Place) or depth == 0:
             return False
-        if operand.type.is_integer:
-            return True
-        sources = self._sources(operand)
-        initial = self._values.initial(operand)
-        return (
-            bool(sources)
-            and (initial is None or initial.least == int(initial.least))
-            and all(each is not None and self._is_whole_source(each, operand, depth - 1) for each in sources)
-        )
+        return operand.type.is_integer or self._gets_whole(operand, depth)
+
+    def _gets_whole(self, operand: Place, depth: int) -> bool:
+        """Whether a REAL only gets whole numbers, and begins with one."""
+        sources, initial = self._sources(operand), self._values.initial(operand)
+        if not sources or (initial is not None and initial.least != int(initial.least)):
+            return False
+        return all(each is not None and self._is_whole_source(each, operand, depth - 1) for each in sources)
 
     def _is_whole_source(self, source: Resolved, operand: Place, depth: int) -> bool:
         if self._is_self(source, operand):
@@ -154,14 +142,13 @@ class _Reals:
 def _measured(one: Resolved, other: Resolved, timers: Collection[str], analog: Collection[int]) -> str:
     """Return the running time or the analog input among two operands, in words; "" without one."""
     for place, number in ((one, other), (other, one)):
-        if not isinstance(place, Place) or place.bit is not None:
-            continue
-        path, dot, member = place.leaf.path.upper().rpartition(".")
-        is_constant = isinstance(number, Constant) and bool(number.value)
-        if dot and member == "ACC" and path in timers and is_constant:
-            return "a running time"
-        if place.leaf.slot in analog and not place.leaf.output:
-            return "an analog input"
+        if isinstance(place, Place) and place.bit is None:
+            timer = path_of(place).removesuffix(".ACC")
+            is_time = timer != path_of(place) and timer in timers
+            if is_time and isinstance(number, Constant) and not is_zero(number):
+                return "a running time"
+            if place.leaf.slot in analog and not place.leaf.output:
+                return "an analog input"
     return ""
 
 
@@ -169,26 +156,14 @@ def _comparisons(step: LoweredStep) -> Iterator[tuple[Resolved, str, Resolved]]:
     if step.name in ("EQU", "NEQ"):
         one, other = step.operands[:2]
         yield one, COMPARISONS[step.name], other
-    for operand in step.operands:
-        yield from _equalities(operand)
-
-
-def _equalities(operand: object) -> Iterator[tuple[Resolved, str, Resolved]]:
-    if isinstance(operand, Calculation):
-        if operand.name in EQUALITIES and len(operand.operands) == 2:
-            yield operand.operands[0], operand.name, operand.operands[1]
-        for each in operand.operands:
-            yield from _equalities(each)
+    for each in calculations_of(step, EQUALITIES):
+        if len(each.operands) == 2:
+            yield each.operands[0], each.name, each.operands[1]
 
 
 def _is_real(operand: Resolved) -> bool:
-    if isinstance(operand, Calculation):
-        return any(map(_is_real, operand.operands))
-    return isinstance(operand, Place) and not operand.type.is_integer and not operand.type.is_bool
-
-
-def _is_zero(operand: Resolved) -> bool:
-    return isinstance(operand, Constant) and not operand.value
+    places = (each for each in parts_of(operand) if isinstance(each, Place))
+    return any(not each.type.is_integer and not each.type.is_bool for each in places)
 
 
 def _key(operand: Resolved) -> str:
@@ -196,29 +171,20 @@ def _key(operand: Resolved) -> str:
 
 
 def _divisors(step: LoweredStep) -> Iterator[str]:
-    if step.name in ("DIV", "MOD") and isinstance(step.operands[1], Place):
-        yield key_of(step.operands[1])
-    for operand in step.operands:
-        yield from _dividing(operand)
-
-
-def _dividing(operand: object) -> Iterator[str]:
-    if isinstance(operand, Calculation):
-        if operand.name in ("/", "MOD") and isinstance(operand.operands[1], Place):
-            yield key_of(operand.operands[1])
-        for each in operand.operands:
-            yield from _dividing(each)
+    """Yield the numbers that an instruction divides by."""
+    own = step.operands[1:2] if step.name in ("DIV", "MOD") else ()
+    inner = (each.operands[1] for each in calculations_of(step, ("/", "MOD")))
+    yield from (key_of(each) for each in (*own, *inner) if isinstance(each, Place))
 
 
 def _memory(place: Place) -> tuple[str, str]:
     """Return the add-on instruction and the path of a value, in capitals."""
-    return place.frame, place.leaf.path.upper()
+    return place.frame, path_of(place)
 
 
 def _results(step: LoweredStep) -> Iterator[Place]:
     """Yield what an instruction calculates that is no operator, such as SCP or AVE."""
-    if step.name in (*COPYING, *RESULTS, "CPT"):
-        return
-    for use, operand in zip(step.uses, step.operands, strict=False):
-        if use.name in ("TARGET", "OPTIONAL_TARGET") and isinstance(operand, Place):
-            yield operand
+    if step.name not in (*COPYING, *RESULTS, "CPT"):
+        for use, operand in uses_of(step):
+            if use in (Use.TARGET, Use.OPTIONAL_TARGET) and isinstance(operand, Place):
+                yield operand

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from scanrack.io_images.amci3601 import Firmware, Limits, Parameters
 from scanrack.io_images.amci3601.configuration import check
 from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands
-from scanrack.ladder.state.lowered import AddOnCall, LoweredLine, steps_of
+from scanrack.ladder.state.lowered import AddOnCall, LoweredLine
 from scanrack.runtime.config.rackspec import SlotSpec, profile_in
 
 from ..facts import Command, FileLine, LocalFinding, SentCommand
-from ..module_kinds import MODE_CONFIG, MOVES, SEARCHES, kinds_of
+from ..module_kinds import MODE_CONFIG, MOVES, NEWEST, SEARCHES, kinds_of
 from ..ranges import Range, exactly
-from .output_writes import Write, WriteReader, output_word
+from .output_writes import COPIES, Write, WriteReader, output_word
 
 BLEND = 0x0100
 """The bit of output word 1 that programs a blend."""
@@ -63,86 +63,102 @@ class SentWords:
     def commands(self) -> Iterator[Command]:
         """Yield the commands."""
         for copy in self._copies:
-            is_move = copy.words[0] & (MOVES | SEARCHES) and copy.speed is not None
-            values = {"speed": exactly(copy.speed or 0)} if is_move else {}
-            for kind in kinds_of(copy.words[0]):
-                yield _command(kind, copy, f"the words of {kind}", values)
-            if len(copy.words) > 1 and copy.words[1] & BLEND:
-                yield _command("program_blend", copy, "the words of a blend")
+            yield from _commands_of(copy)
         copied = {(each.place, each.slot) for each in self._copies}
         for write in self._writes:
-            if write.word == 0 and write.known and (write.place, write.slot) not in copied:
-                for kind in kinds_of(write.sets):
-                    yield _command(kind, write, f"output word 0, {kind}")
+            is_known = write.known and (write.place, write.slot) not in copied
+            for kind in kinds_of(write.sets) if write.word == 0 and is_known else ():
+                yield _command(kind, write, f"output word 0, {kind}")
             if write.word == 1 and (write.sets & BLEND or not write.known):
                 yield _command("program_blend", write, "output word 1")
-        yield from self._slow_words()
-
-    def _slow_words(self) -> Iterator[Command]:
-        """Yield the speeds that the program writes word by word."""
         for slot in self._slots:
-            own = [each for each in self._writes if each.slot == slot]
-            moves = any(each.word == 0 and each.sets & (MOVES | SEARCHES) for each in own)
-            thousands = [each for each in own if each.word == 4]
-            units = [each for each in own if each.word == 5]
-            if not moves or not units or not all(each.known for each in (*thousands, *units)):
-                continue
-            high = max((each.sets for each in thousands), default=0)
-            for each in units:
-                if each.sets or high:
-                    speed = {"speed": exactly(1000 * high + each.sets)}
-                    yield _command("move_by", each, "output words 4 and 5", speed)
+            yield from _slow_words([each for each in self._writes if each.slot == slot])
 
     def at_once(self) -> Iterator[LocalFinding]:
         """Yield the copies of a command with its parameters that an update may interrupt: CPS is not."""
         for line, place in self._lines:
             written = set()
-            for step in steps_of(line.nodes):
+            for step in line.all_steps:
                 operand = step.operands[-2 if step.name == "COP" else -1] if step.operands else None
-                target = self._reader.target(operand)
-                if target is None or target[0] not in self._slots or output_word(operand) is None:
+                target = output_word(operand)
+                if target is None or target[0] not in self._slots:
                     continue
                 if step.name == "COP":
-                    yield LocalFinding(
-                        place, f"COP writes command and parameters of slot {target[0]} at once"
-                    )
+                    text = f"COP writes command and parameters of slot {target[0]} at once"
+                    yield LocalFinding(place, text)
                 elif step.name in ("MOV", "OTE", "OTL", ":="):
                     written.add(target)
-            for slot in {slot for slot, word in written if word == 0}:
-                if any(other == slot and word > 1 for other, word in written):
-                    yield LocalFinding(
-                        place, f"the rung writes command and parameters of slot {slot} at once"
-                    )
+            for slot in _with_parameters(written):
+                text = f"the rung writes command and parameters of slot {slot} at once"
+                yield LocalFinding(place, text)
 
     def out_of_range(self) -> Iterator[LocalFinding]:
         """Yield the constants that are copied to a 3601, and that it refuses."""
         for each in self._copies:
             profile = profile_in(self._slots.values(), each.slot)
+            wrong: Iterable[str] = ()
             if each.words[0] & MODE_CONFIG:
-                slot = None if each.slot is None else self._slots.get(each.slot)
-                version = "4.1" if slot is None else slot.firmware
-                for rule in check(each.words, Firmware.parse(version), profile.limits):
-                    yield LocalFinding(
-                        each.place, f"the configuration is invalid: {profile.rules[rule].clause}"
-                    )
+                broken = check(each.words, Firmware.parse(self._firmware(each.slot)), profile.limits)
+                wrong = (f"the configuration is invalid: {profile.rules[rule].clause}" for rule in broken)
             elif each.words[0] & MOVES:
-                illegal = _illegal(Parameters.read(each.words), profile.limits)
-                yield from (LocalFinding(each.place, text) for text in illegal)
+                wrong = _illegal(Parameters.read(each.words), profile.limits)
+            yield from (LocalFinding(each.place, text) for text in wrong)
+
+    def _firmware(self, slot: int | None) -> str:
+        own = None if slot is None else self._slots.get(slot)
+        return NEWEST if own is None else own.firmware
 
     def _copied(self, line: LoweredLine, place: FileLine) -> Iterator[SentCommand]:
         """Yield constants that are copied to all words of a 3601, or passed to a block as configuration."""
-        for step in steps_of(line.nodes):
-            target = self._reader.target(step.operands[1]) if step.name in ("COP", "CPS") else None
-            if target is not None and target[0] in self._slots and target[1] == 0:
-                words = self._reader.words_of(step.operands[0])
-                if words is not None and words[0] is not None:
-                    yield SentCommand(place, target[0], _filled(words), _speed(words))
+        for step in line.all_steps:
+            target = self._reader.target(step.operands[1]) if step.name in COPIES else None
+            words = self._reader.words_of(step.operands[0]) if target is not None and not target[1] else None
+            if target is not None and target[0] in self._slots and words is not None and words[0] is not None:
+                yield SentCommand(place, target[0], _filled(words), _speed(words))
             for call in step.operands:
                 if isinstance(call, AddOnCall) and call.name == "CONFIGURE3601":
-                    words = self._reader.words_of(call.handed["CONFIGURATION"])
-                    slot = self._axes.get(call.handed["AXIS"].text.upper())
-                    if words is not None and words[0] is not None and slot not in self._drives:
-                        yield SentCommand(place, slot, _filled(words))
+                    yield from self._configured(call, place)
+
+    def _configured(self, call: AddOnCall, place: FileLine) -> Iterator[SentCommand]:
+        """Yield the configuration that a block sends to a 3601."""
+        words = self._reader.words_of(call.handed["CONFIGURATION"])
+        slot = self._axes.get(call.handed["AXIS"].text.upper())
+        if words is not None and words[0] is not None and slot not in self._drives:
+            yield SentCommand(place, slot, _filled(words))
+
+
+def _commands_of(copy: SentCommand) -> Iterator[Command]:
+    """Yield the commands in words that are copied."""
+    is_move = copy.words[0] & (MOVES | SEARCHES) and copy.speed is not None
+    values = {"speed": exactly(copy.speed or 0)} if is_move else {}
+    for kind in kinds_of(copy.words[0]):
+        yield _command(kind, copy, f"the words of {kind}", values)
+    if len(copy.words) > 1 and copy.words[1] & BLEND:
+        yield _command("program_blend", copy, "the words of a blend")
+
+
+def _slow_words(writes: Sequence[Write]) -> Iterator[Command]:
+    """Yield the speeds that the program writes to a slot word by word."""
+    is_moved = any(each.word == 0 and each.sets & (MOVES | SEARCHES) for each in writes)
+    speeds = [each for each in writes if each.word in SPEED_WORDS]
+    if not is_moved or not all(each.known for each in speeds):
+        return
+    high = max((each.sets for each in speeds if each.word == SPEED_WORDS[0]), default=0)
+    for each in speeds:
+        if each.word == SPEED_WORDS[1] and (each.sets or high):
+            speed = {"speed": exactly(1000 * high + each.sets)}
+            yield _command("move_by", each, "output words 4 and 5", speed)
+
+
+SPEED_WORDS = (4, 5)
+"""Output words with the thousands of a speed, and the rest."""
+
+
+def _with_parameters(written: Collection[tuple[int, int]]) -> Iterator[int]:
+    """Yield the slots of which word 0 is written together with parameters."""
+    for slot in sorted({slot for slot, word in written if word == 0}):
+        if any(other == slot and word > 1 for other, word in written):
+            yield slot
 
 
 def _command(kind: str, sent: SentCommand | Write, text: str, values: Mapping[str, Range] = NONE) -> Command:

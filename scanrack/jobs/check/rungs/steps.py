@@ -10,12 +10,14 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import Any, TypeGuard
 
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.ladder.model.operands import Constant, Place
-from scanrack.ladder.state.lowered import ADD_ON, Call, LoweredStep
+from scanrack.ladder.state.lowered import Call, LoweredStep
 
-from ..facts import Command, FileLine, Step, StepAction, StepUse
+from ..facts import Command, Step, StepAction, StepUse
+from ..groups import grouped
 from ..logic import (
     TRUE,
     UNKNOWN,
@@ -25,19 +27,21 @@ from ..logic import (
     Condition,
     FixedTruth,
     base_of,
+    compares,
+    is_only_of,
     leaves,
     needed,
     negated,
     plain,
     steps_in,
 )
-from ..module_kinds import KINDS, MODE_CONFIG
-from .conditions import EDGE, key_of
-from .number_ranges import Values, target_of, written_value
+from ..module_kinds import command_bits, first_kind
+from .accesses import FIRST_SCAN
+from .conditions import EDGE
+from .number_ranges import Values, written_value
+from .operands import first_of, group_of, key_of
 from .output_writes import Write
 from .walk import Point
-
-Placed = Sequence[tuple[Point, FileLine]]
 
 MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
 OFF_AT_END = MOVING | StatusMsw.POSITION_INVALID
@@ -60,7 +64,11 @@ class Steps:
     """
 
     def __init__(
-        self, points: Placed, values: Values, places: Mapping[str, Place], steppers: Collection[int]
+        self,
+        points: Sequence[Point],
+        values: Values,
+        places: Mapping[str, Place],
+        steppers: Collection[int],
     ) -> None:
         self._points, self._values, self._places, self._steppers = points, values, places, steppers
         self._found: dict[tuple[Condition, str], frozenset[float] | None] = {}
@@ -74,53 +82,47 @@ class Steps:
         """
         if not self._machines:
             return
-        for point, place in self._points:
-            target = target_of(point.step)
-            machine = self._machine(target)
-            value = written_value(point.step)
-            if machine and isinstance(value, Constant):
-                yield from self._in_steps(point, place, only=machine, goes=float(value.value))
-        points = {point.step.site: point for point, _ in self._points}
+        for point, machine, step in self._assigned():
+            yield from self._in_steps(point, only=machine, goes=step)
+        points = {point.step.site: point for point in self._points}
         for write in writes:
             if write.site in points and write.word == 0:
                 yield from self._written(points[write.site], write)
         for each in commands:
-            for point, place in self._starting(each):
-                yield from self._in_steps(point, place, axis=each.axis, kind=each.kind, text=each.text)
+            for point in self._starting(each):
+                yield from self._in_steps(point, axis=each.axis, kind=each.kind, text=each.text)
+
+    def _assigned(self) -> Iterator[tuple[Point, str, float]]:
+        """Yield the instructions that write a constant to a number that only gets constants."""
+        for point in self._points:
+            machine, value = self._machine(point.target), written_value(point.step)
+            if machine and isinstance(value, Constant):
+                yield point, machine, float(value.value)
 
     def _written(self, point: Point, write: Write) -> Iterator[StepAction]:
-        bits = 0 if write.sets & MODE_CONFIG else write.sets
-        kind = next((kind for bit, kind in KINDS.items() if bits & bit), "")
-        given = {"axis": f"slot {write.slot}", "kind": kind, "text": f"the command {kind}"}
+        point, axis = replace(point, place=write.place), f"slot {write.slot}"
         if not write.known:
-            yield from self._in_steps(point, write.place, axis=given["axis"], clears=write.clears)
-        else:
-            clears = write.clears | (0xFFFF if write.sets & MODE_CONFIG else 0)
-            yield from self._in_steps(point, write.place, **given, sets=bits, clears=clears)
+            yield from self._in_steps(point, axis=axis, clears=write.clears)
+            return
+        bits, clears = command_bits(write.sets, write.clears)
+        kind = first_kind(bits)
+        text = f"the command {kind}"
+        yield from self._in_steps(point, axis=axis, kind=kind, text=text, sets=bits, clears=clears)
 
-    def _in_steps(
-        self,
-        point: Point,
-        place: FileLine,
-        *,
-        only: str = "",
-        goes: Step | None = None,
-        axis: str = "",
-        kind: str = "",
-        text: str = "",
-        sets: int = 0,
-        clears: int = 0,
-    ) -> Iterator[StepAction]:
-        """Yield an action of each machine."""
+    def _in_steps(self, point: Point, *, only: str = "", **given: Any) -> Iterator[StepAction]:
+        """Yield an action of each machine.
+
+        Args:
+            only: the machine, if it is one of a single machine.
+            given: what it does, as in `StepAction`.
+        """
         condition = self._implied(self._called(point))
         ends, moves = self._ends(condition, DEPTH), self._needs_motion(condition)
+        when = self.acts_when(point)
         for machine, steps in self._machines.items():
             if only in ("", machine):
                 there = self._there(condition, machine, steps)
-                yield StepAction(
-                    *(machine, there, place, goes, ends, moves, axis, kind, text, sets, clears),
-                    when=self.acts_when(point),
-                )
+                yield StepAction(machine, there, point.place, ends=ends, moves=moves, when=when, **given)
 
     def _there(self, condition: Condition, machine: str, steps: frozenset[float]) -> frozenset[float] | None:
         """Return the steps in which a condition can hold, once per condition; None for all."""
@@ -141,27 +143,23 @@ class Steps:
         condition = self._implied(when)
         for machine, steps in self._machines.items():
             there = self._there(condition, machine, steps)
-            parts = [each for each in leaves(when) if each != TRUE]
-            sure = all(isinstance(each, Compare) and base_of(each.name) == machine for each in parts)
-            found[machine] = (None if there is None else frozenset(there), sure)
+            found[machine] = (None if there is None else frozenset(there), is_only_of(when, machine))
         return found
 
     def use(self, machine: str, step: Step) -> StepUse:
         """Return what the program does in a step."""
-        tested = works = chosen = False
-        for point, _ in self._points:
+        here = list(self._asking(machine, step))
+        works = any(not is_only_of(own, machine) or point.value != TRUE for point, own in here)
+        return StepUse(bool(here), works, chosen=any(not point.is_rung for point, _ in here))
+
+    def _asking(self, machine: str, step: Step) -> Iterator[tuple[Point, Condition]]:
+        """Yield the instructions that only act in one step, with what they decide and need."""
+        steps = self._machines[machine]
+        for point in self._points:
             own = AllOf((point.condition, point.own))
-            if not any(isinstance(each, Compare) and base_of(each.name) == machine for each in leaves(own)):
-                continue
-            if self._there(own, machine, self._machines[machine]) == frozenset({step}):
-                tested, chosen = True, chosen or not point.is_rung
-                others = (
-                    each
-                    for each in leaves(own)
-                    if each != TRUE and not (isinstance(each, Compare) and base_of(each.name) == machine)
-                )
-                works = works or next(others, None) is not None or point.value != TRUE
-        return StepUse(tested, works, chosen)
+            is_asking = any(compares(each, machine) for each in leaves(own))
+            if is_asking and self._there(own, machine, steps) == frozenset({step}):
+                yield point, own
 
     # --- machines
 
@@ -169,25 +167,21 @@ class Steps:
     def _machines(self) -> dict[str, frozenset[float]]:
         """The numbers that say a step, with all their steps."""
         found: dict[str, set[float]] = {}
-        for point, _ in self._points:
-            goes = self._machine(target_of(point.step))
+        for point in self._points:
+            goes = self._machine(point.target)
             for each in leaves(AllOf((point.own, point.condition)) if goes else point.own):
                 if isinstance(each, Compare) and each.relation in ("=", "<=", ">="):
                     machine = self._machine(self._places.get(base_of(each.name)))
                     if machine:
                         found.setdefault(machine, set()).add(each.number)
-        for point, _ in self._points:
-            value = written_value(point.step)
-            machine = self._machine(target_of(point.step))
-            if machine in found and isinstance(value, Constant):
-                found[machine].add(float(value.value))
+        for _, machine, step in self._assigned():
+            if machine in found:
+                found[machine].add(step)
         return {machine: frozenset(steps) for machine, steps in found.items()}
 
     def _machine(self, place: Place | None) -> str:
         """Return the key of a number that only gets constants; "" of another one."""
-        if place is None or place.bit is not None or not place.type.is_integer:
-            return ""
-        if place.fixed_index is None:
+        if place is None or place.can_fault or place.bit is not None or not place.type.is_integer:
             return ""
         if place.leaf.slot is not None or place.leaf.frame:
             return ""
@@ -200,7 +194,7 @@ class Steps:
     def _calls(self) -> dict[str, list[Point]]:
         """The calls of each routine."""
         found: dict[str, list[Point]] = {}
-        for point, _ in self._points:
+        for point in self._points:
             for each in point.step.operands:
                 if isinstance(each, Call):
                     found.setdefault(each.routine, []).append(point)
@@ -209,10 +203,8 @@ class Steps:
     @cached_property
     def _writers(self) -> dict[str, list[Point]]:
         """The instructions that write each bit, or run each timer, by key."""
-        found: dict[str, list[Point]] = {}
-        for point, _ in self._points:
-            for key in _written_keys(point.step):
-                found.setdefault(key, []).append(point)
+        found = grouped(self._points, lambda point: _written_key(point.step))
+        found.pop("", None)
         return found
 
     def _called(self, point: Point) -> Condition:
@@ -227,12 +219,12 @@ class Steps:
         for bit in needed(condition) if depth else ():
             base = base_of(bit.name)
             timer = base.removesuffix(".DN").removesuffix(".TT")
-            writers = self._writers.get(timer if timer != base else base, [])
-            if bit.on and len(writers) == 1 and writers[0].step.name in ("TON", "OTE", ":="):
-                found.append(self._implied(_power(writers[0]), depth - 1))
+            writers = self._writers.get(timer, []) if bit.on else []
+            if len(writers) == 1 and writers[0].step.name in ("TON", "OTE", ":="):
+                found.append(self._implied(writers[0].power, depth - 1))
         return AllOf(tuple(found)) if len(found) > 1 else condition
 
-    def starts(self, command: Command) -> str:
+    def _starts(self, command: Command) -> str:
         """Return the condition of the bit that starts a block; "" if not of bits and steps alone."""
         coils = self._writers.get(command.execute, [])
         if len(coils) != 1 or coils[0].step.name != "OTE":
@@ -242,14 +234,19 @@ class Steps:
         is_plain = all(isinstance(each, Bit | Compare) for each in parts)
         return " and ".join(sorted(map(repr, parts))) if is_plain else ""
 
-    def executed(self, command: Command) -> tuple[Condition, Condition]:
+    def with_start(self, command: Command) -> Command:
+        """Return the command of a block with the conditions that start it."""
+        on, implies = self._executed(command.execute)
+        return replace(command, starts=self._starts(command), on=on, implies=implies)
+
+    def _executed(self, execute: str) -> tuple[Condition, Condition]:
         """Return the condition of a block's Execute, UNKNOWN if it is not known, and what it implies."""
-        if command.execute in ("", "1"):
-            return (TRUE if command.execute else UNKNOWN), TRUE
-        coils = self._writers.get(command.execute, [])
-        own = Bit(command.execute)
+        if execute in ("", "1"):
+            return (TRUE if execute else UNKNOWN), TRUE
+        coils = self._writers.get(execute, [])
+        own = Bit(execute)
         if len(coils) == 1 and coils[0].step.name in ("OTE", ":="):
-            power = _power(coils[0])
+            power = coils[0].power
             return plain(power), plain(AllOf((own, self._implied(power))))
         return (own if not coils else UNKNOWN), own
 
@@ -265,66 +262,63 @@ class Steps:
     def _begun(self) -> dict[str, set[float]]:
         """The steps to which machines go in the first scan."""
         found: dict[str, set[float]] = {}
-        for point, _ in self._points:
-            if any(each.on and each.name.startswith("S:FS") for each in needed(point.condition)):
-                value = written_value(point.step)
-                machine = self._machine(target_of(point.step))
-                if machine and isinstance(value, Constant):
-                    found.setdefault(machine, set()).add(float(value.value))
+        for point, machine, step in self._assigned():
+            if any(each.on and each.name.startswith(FIRST_SCAN) for each in needed(point.condition)):
+                found.setdefault(machine, set()).add(step)
         return found
 
-    def _starting(self, command: Command) -> Iterator[tuple[Point, FileLine]]:
-        """Yield the copies to Execute of a block."""
+    def _starting(self, command: Command) -> Iterator[Point]:
+        """Yield the copies to Execute of a block, in the line of its call."""
         execute = f"{command.text.rpartition(' ')[2].upper()}.EXECUTE"
         for point in self._writers.get(execute, ()):
             if point.argument:
-                yield replace(point, condition=point.value), command.place
+                yield replace(point, condition=point.value, place=command.place)
 
     def _ends(self, condition: Condition, depth: int) -> bool:
         return any(self._says_end(each, depth) for each in leaves(condition))
 
     def _says_end(self, part: Condition, depth: int) -> bool:
         """Whether a part of a condition may say that a motion has ended, or that time has passed."""
-        if isinstance(part, FixedTruth):
-            return False
-        if isinstance(part, Compare):
-            return base_of(part.name) not in self._machines
-        if not isinstance(part, Bit):
-            return True
-        base = base_of(part.name)
+        match part:
+            case FixedTruth():
+                return False
+            case Compare():
+                return base_of(part.name) not in self._machines
+            case Bit():
+                return self._bit_ends(base_of(part.name), depth, on=part.on)
+        return True
+
+    def _bit_ends(self, base: str, depth: int, *, on: bool) -> bool:
+        """Whether a bit may say that a motion has ended, or that time has passed."""
         place = self._places.get(base)
-        if place is None or base.startswith("S:FS"):
-            return not base.startswith((EDGE, "S:FS"))
+        if place is None or base.startswith(FIRST_SCAN):
+            return not base.startswith((EDGE, FIRST_SCAN))
         if place.leaf.slot is not None:
-            return self._status_ends(place, on=part.on)
-        member = base.rpartition(".")[2]
+            return self._status_ends(place, on=on)
         if "." in place.leaf.path:
-            return part.on != (member in UNDER_WAY)
-        powers = [
-            _power(each) if each.step.name != "OTU" else negated(_power(each))
-            for each in self._writers.get(base, [])
-        ]
-        return depth > 0 and any(self._ends(each if part.on else negated(each), depth - 1) for each in powers)
+            return on != (base.rpartition(".")[2] in UNDER_WAY)
+        for each in self._writers.get(base, []) if depth else ():
+            is_opposite = on == (each.step.name == "OTU")
+            if self._ends(negated(each.power) if is_opposite else each.power, depth - 1):
+                return True
+        return False
 
     def _status_ends(self, place: Place, *, on: bool) -> bool:
         """Whether a bit of an image says the end of a motion."""
-        if place.leaf.slot not in self._steppers or place.leaf.output:
+        if not self._is_input(place):
             return False
         bit = _status(place)
         return bit is None or (not bit & MOVING if on else bool(bit & OFF_AT_END))
 
     def _needs_motion(self, condition: Condition) -> bool:
         """Whether a condition needs that an axis moves."""
-        places = (
-            self._places.get(base_of(each.name))
-            for each in leaves(condition)
-            if isinstance(each, Bit) and each.on
-        )
-        return any(
-            (_status(each) or 0) & MOVING
-            for each in places
-            if each is not None and each.leaf.slot in self._steppers and not each.leaf.output
-        )
+        on = (each for each in leaves(condition) if isinstance(each, Bit) and each.on)
+        places = (self._places.get(base_of(each.name)) for each in on)
+        return any((_status(each) or 0) & MOVING for each in places if self._is_input(each))
+
+    def _is_input(self, place: Place | None) -> TypeGuard[Place]:
+        """Whether an operand is an input of a 3601."""
+        return place is not None and place.leaf.slot in self._steppers and not place.leaf.output
 
 
 def _status(place: Place) -> int | None:
@@ -333,14 +327,10 @@ def _status(place: Place) -> int | None:
     return 1 << int(place.bit.value) if is_bit and isinstance(place.bit, Constant) else None
 
 
-def _power(point: Point) -> Condition:
-    return point.condition if point.value == TRUE else AllOf((point.condition, point.value))
-
-
-def _written_keys(step: LoweredStep) -> Iterator[str]:
-    """Yield the key of the bit that an instruction writes, or of the timer that it runs."""
-    first = step.operands[0] if step.operands and step.name != ADD_ON else None
-    if isinstance(first, Place) and first.type.is_bool and step.name in ("OTE", "OTL", "OTU", ":="):
-        yield key_of(first)
-    elif step.name in ("TON", "RTO", "TOF") and first is not None:
-        yield first.text.upper()
+def _written_key(step: LoweredStep) -> str:
+    """Return the key of the bit that an instruction writes, or of the timer that it runs; "" without one."""
+    timer = group_of(step, ("TON", "RTO", "TOF"))
+    bit = first_of(step, ("OTE", "OTL", "OTU", ":="))
+    if isinstance(bit, Place) and bit.type.is_bool:
+        return key_of(bit)
+    return "" if timer is None else timer.text.upper()

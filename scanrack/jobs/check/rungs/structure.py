@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from itertools import islice, pairwise
 
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.files.rungreader import is_of_library
@@ -28,7 +29,10 @@ from scanrack.ladder.state.lowered import (
 )
 
 from ..facts import Facts, FileLine
-from .loops import bodies_of
+from ..groups import reached
+from ..written import place_at
+from .add_ons import hosts_in
+from .loops import bodies_of, lines_in
 
 LIBRARY = "axis3601"
 """The library of motion blocks, whose inside is not the user's."""
@@ -81,34 +85,30 @@ class Structure:
     def _leaving(self, routine: LoweredRoutine) -> None:
         """Note what follows an instruction that leaves the routine."""
         if routine.body is not None:
-            self._behind(routine.body)
+            self._after(routine.body)
             return
         labels = set(routine.labels.values())
-        for at, line in enumerate(routine.lines[:-1]):
+        for at, (line, following) in enumerate(pairwise(routine.lines), 1):
             first = line.nodes[0] if line.nodes else None
-            if isinstance(first, LoweredStep) and first.name in LEAVES and at + 1 not in labels:
+            if isinstance(first, LoweredStep) and first.name in LEAVES and at not in labels:
                 text = f"{first.name} in rung {line.number} always leaves: this rung is never reached"
-                self._facts.remark("unreachable", self._place(routine.lines[at + 1]), text)
+                self._facts.remark("unreachable", self._place(following), text)
 
-    def _behind(self, body: Body) -> None:
-        """Note the statement behind RETURN or EXIT."""
-        for at, each in enumerate(body):
-            if isinstance(each, Act) and at + 1 < len(body):
-                names = [step.name for step in steps_of(each.line.nodes)]
-                if names and names[-1] in ("RETURN", "EXIT", *LEAVES):
-                    following = next(_lines_in((body[at + 1],)), None)
-                    if following is not None:
-                        text = f"{names[-1]} leaves before it: this statement is never reached"
-                        self._facts.remark("unreachable", self._place(following), text)
-                    return
+    def _after(self, body: Body) -> None:
+        """Note the statement after RETURN or EXIT."""
+        for each, following in pairwise(body):
+            steps = steps_of(each.line.nodes) if isinstance(each, Act) else ()
+            if steps and steps[-1].name in ("RETURN", "EXIT", *LEAVES):
+                text = f"{steps[-1].name} leaves before it: this statement is never reached"
+                self._facts.remark("unreachable", self._place(_first_line(following)), text)
+                return
         for each in body:
             for inner in bodies_of(each):
-                self._behind(inner)
+                self._after(inner)
 
     def _labels(self, routine: LoweredRoutine) -> None:
-        used = {
-            step.operands[0] for line in routine.lines for step in steps_of(line.nodes) if step.name == "JMP"
-        }
+        jumps = (step for line in routine.lines for step in line.all_steps if step.name == "JMP")
+        used = {step.operands[0] for step in jumps}
         for label, rung in routine.labels.items():
             if label not in used:
                 text = f"no JMP names the label {label}"
@@ -116,59 +116,49 @@ class Structure:
 
     def _unreached(self) -> None:
         """Note the routines that nothing calls."""
+        routines = self._lowered.routines
         if self._lowered.functions:
             return
-        reached = set(self._lowered.roots)
-        todo = [each for each in reached if each in self._lowered.routines]
-        while todo:
-            for name in calls_of(self._lowered.routines[todo.pop()]):
-                if name not in reached:
-                    reached.add(name)
-                    todo += [name] * (name in self._lowered.routines)
-        for name, routine in self._lowered.routines.items():
-            is_run = (
-                not program_of(routine.name) or self._lowered.schedule is None or self._runs(routine.name)
-            )
-            is_monitor = name.rpartition(".")[2] == NEVER
-            if not (routine.frame or is_monitor or name in reached) and routine.lines and is_run:
+        roots = set(self._lowered.roots)
+        called = roots.union(
+            reached(roots, lambda name: calls_of(routines[name]) if name in routines else ())
+        )
+        for name, routine in routines.items():
+            if name not in called and self._is_left_out(name, routine):
                 text = f"nothing calls routine {routine.name}"
                 self._facts.remark("unreachable", self._place(routine.lines[0]), text)
 
+    def _is_left_out(self, name: str, routine: LoweredRoutine) -> bool:
+        """Whether a routine that nothing calls is one that something should call."""
+        is_monitor = name.rpartition(".")[2] == NEVER
+        return bool(routine.lines) and not routine.frame and not is_monitor and self._runs(routine.name)
+
     def _runs(self, routine: str) -> bool:
-        """Whether a task runs the routine's program."""
-        schedule = self._lowered.schedule
-        names = [each.name.upper() for each in schedule.programs] if schedule is not None else []
-        return program_of(routine).upper() in names
+        """Whether a task runs the routine's program, if tasks run programs."""
+        program, schedule = program_of(routine).upper(), self._lowered.schedule
+        if not program or schedule is None:
+            return True
+        return program in (each.name.upper() for each in schedule.programs)
 
     def _recursion(self) -> None:
-        for name in sorted(self._lowered.recursive):
-            routine = self._lowered.routines[name]
-            for line in routine.lines:
-                calls = [
-                    each for step in steps_of(line.nodes) for each in step.operands if isinstance(each, Call)
-                ]
-                if any(each.routine in self._lowered.recursive for each in calls):
-                    text = f"routine {routine.name} calls itself, directly or through others"
-                    self._facts.remark("recursion", self._place(line), text)
-                    break
+        recursive = self._lowered.recursive
+        for routine in (self._lowered.routines[name] for name in sorted(recursive)):
+            calling = (line for line in routine.lines if any(each in recursive for each in _called_by(line)))
+            for line in islice(calling, 1):
+                text = f"routine {routine.name} calls itself, directly or through others"
+                self._facts.remark("recursion", self._place(line), text)
 
     # --- parameters and names
 
     def _parameters(self) -> None:
         for add_on in own_add_ons(self._program):
             used = {each.name.upper() for routine in add_on.routines for each in _addresses(routine)}
+            used |= hosts_in(add_on)
             for each in add_on.parameters:
-                if each.name.upper() not in used and not each.at and not self._is_host(add_on, each.name):
+                if each.name.upper() not in used and not each.at:
                     kind = "local tag" if each.way is ParameterMode.LOCAL else "parameter"
                     text = f"{add_on.name} does not use its {kind} {each.name}"
                     self._facts.remark("unused-parameter", FileLine(self._file, self._line(each.name)), text)
-
-    @staticmethod
-    def _is_host(add_on: AddOn, name: str) -> bool:
-        """Whether another parameter names a part of this one."""
-        return any(
-            each.at.upper().partition(".")[0].partition("[")[0] == name.upper() for each in add_on.parameters
-        )
 
     def _shadows(self) -> None:
         declared = self._lowered.layout.declarations
@@ -181,20 +171,19 @@ class Structure:
                 self._facts.remark("shadowed-name", FileLine(self._file, lines), text)
 
     def _place(self, line: LoweredLine) -> FileLine:
-        return FileLine(line.origin.file or self._file, line.origin.line or 1)
+        return place_at(line.origin, self._file)
 
 
-def _lines_in(body: Body) -> Iterator[LoweredLine]:
-    for each in body:
-        match each:
-            case Act(line):
-                yield line
-            case Arms(arms, _):
-                yield arms[0][0]
-            case Selection():
-                yield each.line
-            case Loop():
-                yield each.start or each.condition
+def _first_line(statement: Act | Arms | Selection | Loop) -> LoweredLine:
+    if isinstance(statement, Loop):
+        return statement.start or statement.condition
+    return next(lines_in((statement,)))
+
+
+def _called_by(line: LoweredLine) -> Iterator[str]:
+    """Yield the routines that a line calls, in capitals."""
+    for step in line.all_steps:
+        yield from (each.routine for each in step.operands if isinstance(each, Call))
 
 
 def _addresses(routine: Routine) -> Iterator[Address]:

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TypeGuard
 
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.io_images.drives.translation import model_of
 from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.operands import Constant, Group, Place, first_leaf
 from scanrack.ladder.model.resolver import MEANINGS
-from scanrack.ladder.model.tags import SlotAlias
+from scanrack.ladder.model.tags import Leaf, SlotAlias
 from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram, steps_of
 from scanrack.runtime.config.rackspec import RackSpec
 
 from ...load.program import EXPORT_SUFFIXES
 from ..facts import FileLine, LocalFinding, UsesBit
-from .blocks import OWNER, BlockCall
+from ..groups import grouped
+from .blocks import BlockCall
 
 
 class Terminals:
@@ -61,29 +63,33 @@ class Terminals:
     def _named_bits(self, calls: Sequence[BlockCall]) -> Iterator[tuple[str, int, FileLine]]:
         """Yield the first use of status, command or configuration bits of a module that has none."""
         seen = set()
-        aliases = {name: each.slot for name, each in self._lowered.layout.declarations.items()
-                   if isinstance(each, SlotAlias)}  # fmt: skip
+        for use in (*self._aliased_bits(), *self._owned_images(calls)):
+            if use[1] not in seen:
+                seen.add(use[1])
+                yield use
+
+    def _is_other_module(self, slot: int | None) -> TypeGuard[int]:
+        return slot in self._cards and slot not in self._steppers
+
+    def _aliased_bits(self) -> Iterator[tuple[str, int, FileLine]]:
+        """Yield the uses of groups of bits by the name of a slot whose module lacks the group."""
+        declared = self._lowered.layout.declarations
+        aliases = {name: each.slot for name, each in declared.items() if isinstance(each, SlotAlias)}
         for each in self._mentions:
             name, _, rest = each.text.partition(".")
             slot = aliases.get(name.upper())
-            if slot is None or slot not in self._cards or slot in self._steppers or slot in seen:
-                continue
             group = rest.lower().partition(".")[0]
-            if group.upper() in MEANINGS and group not in self._cards[slot].groups:
-                seen.add(slot)
+            is_group = group.upper() in MEANINGS
+            if is_group and self._is_other_module(slot) and group not in self._cards[slot].groups:
                 yield each.text, slot, FileLine(str(self._path), self._declared(name))
-        for call in calls:
-            for name, operand in call.call.handed.items() if call.call.name == OWNER else ():
+
+    def _owned_images(self, calls: Sequence[BlockCall]) -> Iterator[tuple[str, int, FileLine]]:
+        """Yield the images of other modules, networked drives apart, that a call of Amci3601 gets."""
+        for each in calls:
+            for name, operand in each.call.handed.items() if each.is_owner else ():
                 slot = first_leaf(operand).slot
-                if (
-                    slot is not None
-                    and slot in self._cards
-                    and slot not in self._steppers
-                    and model_of(self._cards[slot]) is None
-                    and slot not in seen
-                ):
-                    seen.add(slot)
-                    yield f"{operand.text} as {name.capitalize()} of Amci3601", slot, call.place
+                if self._is_other_module(slot) and model_of(self._cards[slot]) is None:
+                    yield f"{operand.text} as {name.capitalize()} of Amci3601", slot, each.place
 
     def _wrong_module(self, use: tuple[str, int, FileLine]) -> LocalFinding:
         text, slot, place = use
@@ -97,38 +103,40 @@ class Terminals:
     def _no_terminal(self, operand: Place | Group) -> str:
         """Return that a bit is no terminal of its card; empty if it is one, or if that is unknown."""
         leaf = first_leaf(operand)
-        slot = leaf.slot
-        if slot is None or not leaf.is_image:
+        if leaf.slot is None or not leaf.is_image:
             return ""
-        image = "O" if leaf.output else "I"
-        if slot not in self._cards and self._path.suffix in EXPORT_SUFFIXES:
-            return ""
-        if slot not in self._cards:
-            return f"{operand.text}: the rack has modules in slots {self._there()} only"
+        if leaf.slot in self._cards:
+            there = self._instead(operand, leaf)
+            return f"{operand.text}: the card in slot {leaf.slot} has {there}" if there else ""
+        is_export = self._path.suffix in EXPORT_SUFFIXES
+        return "" if is_export else f"{operand.text}: the rack has modules in slots {self._there()} only"
+
+    def _instead(self, operand: Place | Group, leaf: Leaf) -> str:
+        """Return what a card has in place of a terminal or a word; "" if it has it, or if that is unknown."""
         bit = operand.bit if isinstance(operand, Place) else None
         word = operand.fixed_index if isinstance(operand, Place) else 0
-        if word is None or (bit is not None and not isinstance(bit, Constant)):
+        if leaf.slot is None or word is None or not isinstance(bit, Constant | None):
             return ""
-        there = self._cards[slot].terminals_instead(image, word, 0 if bit is None else int(bit.value))
-        if bit is None and not there.startswith("no "):
-            return ""
-        return f"{operand.text}: the card in slot {slot} has {there}" if there else ""
+        image, number = "O" if leaf.output else "I", 0 if bit is None else int(bit.value)
+        there = self._cards[leaf.slot].terminals_instead(image, word, number)
+        return there if bit is not None or there.startswith("no ") else ""
 
     def uses_bit(self) -> UsesBit:
         """Return a test whether the program uses a bit of a card."""
-        seen = [(first_leaf(each.where), each) for each in self._mentions]
+        read = [each for each in self._mentions if each.reads]
+        written = [each for each in self._mentions if each.writes]
+        used = {"I": _by_image(read), "O": _by_image(written)}
 
         def uses(slot: int, image: str, _name: str, word: int, bit: int) -> bool:
-            return any(
-                leaf.slot == slot
-                and leaf.is_image
-                and leaf.output is (image == "O")
-                and (each.reads if image == "I" else each.writes)
-                and _reaches(each, word, bit)
-                for leaf, each in seen
-            )
+            return any(_reaches(each, word, bit) for each in used[image].get((slot, image == "O"), ()))
 
         return uses
+
+
+def _by_image(mentions: Iterable[Mention]) -> Mapping[tuple[int | None, bool], list[Mention]]:
+    """Return the mentions of images by slot, and by whether it is the output image."""
+    of_images = (each for each in mentions if first_leaf(each.where).is_image)
+    return grouped(of_images, lambda each: (first_leaf(each.where).slot, first_leaf(each.where).output))
 
 
 def _reaches(mention: Mention, word: int, bit: int) -> bool:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from scanrack.ladder.model.operands import Calculation, Constant, Place
 from scanrack.ladder.model.spec import InstructionKind
@@ -18,6 +19,7 @@ from scanrack.ladder.state.lowered import (
     Body,
     Loop,
     LoweredLine,
+    LoweredProgram,
     LoweredRoutine,
     LoweredStep,
     Node,
@@ -25,8 +27,11 @@ from scanrack.ladder.state.lowered import (
     Selection,
 )
 
-from ..logic import TRUE, UNKNOWN, AnyOf, Condition, all_of, negated, never, of_any_number
+from ..facts import FileLine
+from ..logic import TRUE, UNKNOWN, AllOf, AnyOf, Condition, all_of, negated, never, of_any_number
+from ..written import place_at
 from .conditions import Conditions
+from .number_ranges import target_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +39,8 @@ class Point:
     """An instruction, and when it acts.
 
     Attributes:
+        place: its line.
+        text: the instruction as it is written.
         condition: what holds whenever it acts; of an instruction that decides, before it.
         own: what it decides itself; TRUE for an output.
         value: the condition that it assigns to a bit; TRUE for another instruction.
@@ -44,6 +51,8 @@ class Point:
     routine: LoweredRoutine
     line: LoweredLine
     step: LoweredStep
+    place: FileLine
+    text: str
     condition: Condition
     own: Condition
     argument: bool = False
@@ -55,16 +64,27 @@ class Point:
         """Whether it is in a rung, not in structured text."""
         return self.routine.body is None
 
+    @property
+    def power(self) -> Condition:
+        """The condition under which it writes a number, or sets a bit."""
+        return self.condition if self.value == TRUE else AllOf((self.condition, self.value))
+
+    @property
+    def target(self) -> Place | None:
+        """The one number that it writes; None of another instruction."""
+        return target_of(self.step)
+
 
 class Walker:
     """Walks over routines.
 
     Args:
         conditions: of the program.
+        file: of the program, for lines that do not name theirs.
     """
 
-    def __init__(self, conditions: Conditions) -> None:
-        self._conditions = conditions
+    def __init__(self, conditions: Conditions, lowered: LoweredProgram, file: Path) -> None:
+        self._conditions, self._lowered, self._file = conditions, lowered, file
         self._routine: LoweredRoutine
         self._points: list[Point] = []
         self._guards = False
@@ -107,17 +127,22 @@ class Walker:
         value: Condition = TRUE
         if isinstance(target, Place) and target.type.is_bool:
             value = self._conditions.condition(step.operands[1])
-        self._points.append(Point(self._routine, line, step, reached, own, value=value, guards=self._guards))
+        self._points.append(replace(self._point(line, step, reached, own), value=value, guards=self._guards))
         self._conditions.names.note(step)
         return own
+
+    def _point(self, line: LoweredLine, step: LoweredStep, reached: Condition, own: Condition) -> Point:
+        place, text = place_at(line.origin, self._file), self._lowered.sites[step.site].instruction
+        return Point(self._routine, line, step, place, text, reached, own)
 
     def _copies(self, line: LoweredLine, nodes: Sequence[Node], reached: Condition) -> None:
         """Note the copies of arguments, which happen on a false rung, too."""
         given: Condition = TRUE
         for node in nodes:
             if isinstance(node, LoweredStep):
-                point = Point(self._routine, line, node, UNKNOWN, TRUE, argument=True)
-                self._points.append(replace(point, value=given) if node.name == "OTE" else point)
+                value = given if node.name == "OTE" else TRUE
+                point = self._point(line, node, UNKNOWN, TRUE)
+                self._points.append(replace(point, argument=True, value=value))
                 given = self._conditions.decided(node)
 
     # --- structured text

@@ -64,7 +64,7 @@ def _after_the_head(tree: ast.Module) -> int:
 
 
 class _Marks(ast.NodeTransformer):
-    """Puts a mark at the beginning of each branch, and in an `else` that is not there."""
+    """Puts a mark at the beginning of each branch; a missing `else` is added for it."""
 
     def __init__(self) -> None:
         self.lines: list[int] = []  # of each mark

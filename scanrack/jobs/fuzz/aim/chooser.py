@@ -1,13 +1,13 @@
-"""What a search tries next.
+"""Chooses the next scenario of a search.
 
     the first run             no events, or the scenario that is varied
-    then a run a button       it is held for a time: does the program answer?
+    a run for each button     holds it for a time, to see whether the program answers
     then 150 runs             two in five begin from nothing, aimed at the edges of a run of the corpus
     later                     a quarter begin from nothing
 
-Three in ten are of the sweep, as long as it has any; the others vary an entry of the corpus.
-A child of an entry keeps its beginning up to a point where something was new, and draws what follows; or it
-moves a part, lengthens one, replaces one, or joins another entry.
+Three in ten come from the sweep while it has any; the others vary an entry of the corpus. A child of an entry
+keeps its beginning up to a point where something was new, and draws what follows. Or it moves a part,
+lengthens one, replaces one, or adds the events of another entry.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from random import Random
 from ..scenarios.parts import timed_parts, with_part
 from ..scenarios.scenario import Scenario
 from .contacts import Contact
-from .corpus import WAY_WORTH, Corpus, Entry, Run, cut, trim
+from .corpus import PATH_WORTH, Corpus, Entry, Run, cut, trim
 from .draws import Draws
 from .edges import Edges
 from .sweep import Sweep
@@ -28,14 +28,14 @@ BLIND = 150
 """Number of runs of a campaign that begin from nothing, as a rule."""
 
 FRESH_FIRST, FRESH, SWEPT_FIRST, SWEPT = 0.4, 0.25, 0.3, 0.3
-"""Shares of runs that begin from nothing, in the first runs and later, and those of the sweep."""
+"""Shares of the runs that begin from nothing, and of the sweep, in the first runs and later."""
 
-FELT_AT, FELT_MS, MOST_FELT = 0.3, 300, 24
-"""When a button is held to see whether the program answers, as a share of the run; how long, unless the
-program has times; and the largest number of such runs."""
+HELD_AT, HELD_MS, MOST_HELD = 0.3, 300, 24
+"""When a contact is held alone, as a share of the run; for how long, ms, without times of the program; and
+the largest number of such runs."""
 
 TRIMMING = 0.25
-"""Runs of trimming for each other run, about: where entries are many, most of them wait for it."""
+"""Runs of trimming for each other run, about; the other entries wait for their turn."""
 
 MOST_PARTS = 12
 """A scenario with more parts is cut before it is varied."""
@@ -57,11 +57,11 @@ class Chooser:
         self._base = base
         self._first: Edges | None = None
         place, count = corpus.part
-        felt = base is not None or corpus.runs > 0  # by the first round of a campaign
-        self._feelers = [] if felt else draws.contacts.operated[place:MOST_FELT:count]
+        tried = base is not None or corpus.runs > 0  # in the first round of a campaign
+        self._untried = [] if tried else draws.contacts.operated[place:MOST_HELD:count]
         for contact in corpus.answered:
             draws.contacts.answered(contact)
-        self._felt: Contact | None = None
+        self._tried: Contact | None = None
         self._runs = self._trimming = 0  # of this search
 
     def next(self, run: Run) -> Scenario:
@@ -72,25 +72,33 @@ class Chooser:
         """
         self.corpus.runs += 1
         self._runs += 1
-        random, draws = self._random, self._draws
         if self._first is None:
             return self._base or Scenario()
-        if self._feelers:
-            return self._feeler()
+        if self._untried:
+            return self._with_one_contact()
         blind = self.corpus.runs <= BLIND
-        fresh, swept_too = (FRESH_FIRST, SWEPT_FIRST) if blind else (FRESH, SWEPT)
-        way = random.random()
-        if not (self.corpus.entries and draws.has_events) or way < fresh:
-            known = random.choice(self.corpus.entries).edges if self.corpus.entries else self._first
-            return draws.scenario(self._first if random.random() < 0.5 else known, self._base)
-        if way < fresh + swept_too and (swept := self._sweep.next()) is not None:
-            return swept
-        entry = self.corpus.choose(random)
+        from_nothing, swept = (FRESH_FIRST, SWEPT_FIRST) if blind else (FRESH, SWEPT)
+        way = self._random.random()
+        if not (self.corpus.entries and self._draws.has_events) or way < from_nothing:
+            return self._from_nothing(self._first)
+        if way < from_nothing + swept and (thin := self._sweep.next()) is not None:
+            return thin
+        return self._of_corpus(run)
+
+    def _from_nothing(self, first: Edges) -> Scenario:
+        """Return a drawn scenario, aimed at the edges of the first run or of an entry."""
+        random, entries = self._random, self.corpus.entries
+        known = random.choice(entries).edges if entries else first
+        return self._draws.scenario(first if random.random() < 0.5 else known, self._base)
+
+    def _of_corpus(self, run: Run) -> Scenario:
+        """Return a child of an entry, which is trimmed first."""
+        entry = self.corpus.choose(self._random)
         if self._trimming < TRIMMING * self._runs:
-            trim(entry, self._counted(run), draws.scan_ns)
+            trim(entry, self._counted(run), self._draws.scan_ns)
         self._sweep.take(entry)
-        if entry.worth >= WAY_WORTH:
-            self._needed(entry.scenario)
+        if entry.worth >= PATH_WORTH:
+            self._prefer_contacts(entry.scenario)
         return self._child(entry)
 
     def _counted(self, run: Run) -> Run:
@@ -100,17 +108,17 @@ class Chooser:
 
         return counted
 
-    def _feeler(self) -> Scenario:
-        """Return a scenario with one contact, held for the longest time of the program."""
+    def _with_one_contact(self) -> Scenario:
+        """Return a scenario with one contact, held for the longest time that the program has."""
         draws = self._draws
-        contact = self._felt = self._feelers.pop()
+        contact = self._tried = self._untried.pop()
         run_ns = draws.scans * draws.scan_ns
-        for_ns = max((each for each in draws.times if each < run_ns // 2), default=FELT_MS * MS)
-        at_ns = int(draws.scans * FELT_AT) * draws.scan_ns
+        for_ns = max((each for each in draws.times if each < run_ns // 2), default=HELD_MS * MS)
+        at_ns = int(draws.scans * HELD_AT) * draws.scan_ns
         return with_part(Scenario(), replace(contact, at_ns=at_ns, for_ns=for_ns + 5 * draws.scan_ns))
 
-    def _needed(self, scenario: Scenario) -> None:
-        """Operate more often what something new has taken."""
+    def _prefer_contacts(self, scenario: Scenario) -> None:
+        """Operate the contacts of a scenario more often."""
         for part in timed_parts(scenario):
             if isinstance(part, Contact):
                 self._draws.contacts.answered(replace(part, at_ns=0, for_ns=0))
@@ -118,12 +126,12 @@ class Chooser:
     def ran(self, scenario: Scenario, edges: Edges) -> None:
         """Learn from a run in which nothing was broken."""
         entry = self.corpus.take(scenario, edges, self._draws.scan_ns)
-        alone = self._first is None or self._felt is not None
-        if self._felt is not None:
+        alone = self._first is None or self._tried is not None
+        if self._tried is not None:
             if self._first is not None and edges.answers() - self._first.answers():
-                self._draws.contacts.answered(self._felt)
-                self.corpus.answered.append(self._felt)
-            self._felt = None
+                self._draws.contacts.answered(self._tried)
+                self.corpus.answered.append(self._tried)
+            self._tried = None
         elif self._first is None:
             self._first = edges
         if alone and entry is not None:

@@ -1,4 +1,4 @@
-"""What a person can operate, and sensors that fail: one is drawn, more often one that the program answers."""
+"""Draws contacts: buttons and failing sensors, more often those that the program answers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Contact = Press | ContactPress
 """A contact as a part of a scenario; its instant does not count."""
 
 BUTTON, SENSOR, ANSWERED = 2, 1, 6
-"""Weights of a button, of a level of a sensor, and how much more of a contact that was answered."""
+"""Weights of a button and of a level of a sensor, and the additional weight of an answered contact."""
 
 
 class Contacts:
@@ -45,11 +45,11 @@ class Contacts:
         return [each for each, weight in self._weights.items() if weight != SENSOR]
 
     def answered(self, contact: Contact) -> None:
-        """Note that the program does something else when this contact is operated."""
+        """Note that the program reacts to this contact."""
         self._weights[contact] = BUTTON + ANSWERED
 
     def draw(self, random: Random) -> Contact:
-        """Return a contact, of the few that are operated at present."""
+        """Return a contact, one of the few that `narrow` has chosen."""
         return random.choice(self._few) if self._few else self._any(random, 1)[0]
 
     def narrow(self, random: Random, count: int) -> None:

@@ -1,6 +1,6 @@
 """The corpus of a search: scenarios in which something happened for the first time.
 
-worth    of the first time of
+worth    at the first appearance of
 6        a number or text of a tag or field, a size, a waiting line: a new step of the program
 2        a flag, a flag under other steps, the power of a rung, a path of branches
 0.3      status bits, a command, a status bit under a command
@@ -20,7 +20,7 @@ from .edges import SIZE, STATE, UNDER, Edges
 Feature = tuple[str, Hashable]
 """Group and kind of a change."""
 
-STEP_WORTH, WAY_WORTH, PAIR_WORTH = 6.0, 2.0, 0.3
+STEP_WORTH, PATH_WORTH, PAIR_WORTH = 6.0, 2.0, 0.3
 
 LEAST_WORTH = 1.5
 """Worth below which a scenario is not kept: a pair or two."""
@@ -29,13 +29,13 @@ MOST_WORTH = 8.0
 """Largest worth that counts when an entry is chosen."""
 
 MOST_ENTRIES, MOST_SEEN = 300, 100_000
-"""Limits of memory: beyond the first, the most varied entry goes; beyond the second, nothing is new."""
+"""Limits of memory. At the first one the most varied entry is removed; after the second nothing is new."""
 
 FRESH_CHOICES = 80
-"""Number of choices of an entry with a new step before older ones get the same chance."""
+"""Number of times that an entry with a new step is preferred to older ones."""
 
 LATE, EARLIER = 30, (1.0, 0.6, 0.3)
-"""Scans at which the events of a trimmed scenario begin at the earliest, and shares by which it is tried."""
+"""Earliest scan of the events of a trimmed scenario, and the shares of the way there that are tried."""
 
 Run = Callable[[Scenario], Edges | None]
 """Runs a scenario; returns its changes, or None if something is broken."""
@@ -62,10 +62,12 @@ class Entry:
     before: int = 0
     number: int = -1
 
-    def become(self, trimmed: Entry) -> None:
-        """Take over the shorter scenario of the same entry."""
-        self.scenario, self.edges = trimmed.scenario, trimmed.edges
-        self.points, self.new_features = trimmed.points, ()
+    def update(self, shared: Entry) -> None:
+        """Add the choices of the shared copy of this entry, and take its scenario if it has been trimmed."""
+        self.chosen += shared.chosen - shared.before
+        if self.new_features and not shared.new_features:
+            self.scenario, self.edges = shared.scenario, shared.edges
+            self.points, self.new_features = shared.points, ()
 
 
 def worth_of(feature: Feature) -> float:
@@ -75,8 +77,8 @@ def worth_of(feature: Feature) -> float:
         return STEP_WORTH
     if group == STATE:
         assert isinstance(kind, tuple)
-        return WAY_WORTH if isinstance(kind[-1], bool) else STEP_WORTH
-    return WAY_WORTH if group in ("path", UNDER) else PAIR_WORTH
+        return PATH_WORTH if isinstance(kind[-1], bool) else STEP_WORTH
+    return PATH_WORTH if group in ("path", UNDER) else PAIR_WORTH
 
 
 @dataclass(slots=True)
@@ -85,7 +87,7 @@ class Corpus:
 
     Attributes:
         seen: all that was new once.
-        runs: number of runs that were looked at.
+        runs: number of runs so far.
         swept: kinds of thin states whose sweep has begun.
         waiting: scenarios of the sweep that are to be tried, each with its kind; None = of an earlier round.
         answered: contacts to which the program answers.
@@ -104,7 +106,7 @@ class Corpus:
     def take(self, scenario: Scenario, edges: Edges, scan_ns: int) -> Entry | None:
         """Add a scenario if something in it is new; return its entry."""
         firsts = edges.firsts()
-        fresh = self._fresh(firsts)
+        fresh = self._note_new(firsts)
         if not fresh:
             return None
         worthy = [each for each in fresh if worth_of(each) > PAIR_WORTH] or fresh
@@ -117,16 +119,13 @@ class Corpus:
         self._add(entry)
         return entry
 
-    def join(self, other: Corpus) -> None:
-        """Take over what another search has found that had a share of this corpus."""
+    def merge(self, other: Corpus) -> None:
+        """Add what another search has found that had a share of this corpus."""
         own = {each.number: each for each in self.entries if each.number >= 0}
         for each in other.entries:
-            mine = own.get(each.number)
-            if mine is not None:
-                mine.chosen += each.chosen - each.before
-                if mine.new_features and not each.new_features:
-                    mine.become(each)
-            elif each.number < 0 and self._fresh(each.edges.firsts()):
+            if each.number in own:
+                own[each.number].update(each)
+            elif each.number < 0 and self._note_new(each.edges.firsts()):
                 self._add(each)
         self.seen |= other.seen
         self.waiting += [each for each in other.waiting if each[0] is None or each[0] not in self.swept]
@@ -134,7 +133,7 @@ class Corpus:
         self.answered += [each for each in other.answered if each not in self.answered]
 
     def share(self, most: int) -> Corpus:
-        """Return a corpus for a round: all that was seen, the entries whose turn it is, and the sweep."""
+        """Return the corpus of a round: all that was seen, the least varied entries, and the sweep."""
         turn = set(map(id, sorted(self.entries, key=_energy)[:most]))
         chosen = [each for each in self.entries if id(each) in turn]
         for each in chosen:
@@ -148,8 +147,8 @@ class Corpus:
         shared.waiting += waiting
         return shared
 
-    def dealt(self, place: int, count: int) -> Corpus:
-        """Return a copy for one of the tasks of a round, with its part of the sweep."""
+    def for_task(self, place: int, count: int) -> Corpus:
+        """Return a copy for one of the tasks of a round, with its share of the sweep."""
         return replace(
             self,
             entries=[replace(each) for each in self.entries],
@@ -160,8 +159,8 @@ class Corpus:
             part=(place, count),
         )
 
-    def _fresh(self, firsts: Mapping[Feature, int]) -> list[Feature]:
-        """Return what is new, and note it."""
+    def _note_new(self, firsts: Mapping[Feature, int]) -> list[Feature]:
+        """Return the features that are new; all count as seen from now on."""
         fresh = [feature for feature in firsts if feature not in self.seen]
         if len(self.seen) > MOST_SEEN:
             return []
@@ -207,9 +206,9 @@ def cut(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
 
 
 def trim(entry: Entry, run: Run, scan_ns: int) -> None:
-    """Leave out what the new features do not need, and let the rest happen as early as it can."""
+    """Leave out parts that the new features do not need, and move the rest to the earliest scan."""
     features, entry.new_features = entry.new_features, ()
-    if not features or entry.worth < WAY_WORTH:
+    if not features or entry.worth < PATH_WORTH:
         return
     for scenario in _shorter(lambda: entry.scenario, scan_ns):
         edges = run(scenario)

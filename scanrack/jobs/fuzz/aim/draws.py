@@ -1,18 +1,18 @@
-"""Parts of scenarios at random, at any scan or near the edges of a run.
+"""Draws parts of scenarios at random, in any scan or near the edges of a run.
 
     half of the times     near an edge of the run that is varied
     a third               soon after the event before, on a scale of decades
     the rest              anywhere
 
-One event in seven begins with another one, and a quarter of the durations end near an edge. Some
-durations and distances are times of the program. Buttons are pressed several times in a rhythm, too.
+One event in seven begins together with another one, and a quarter of the durations end near an edge. Some
+durations and distances are times of the program. Buttons are also pressed several times in a rhythm.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from random import Random
 from typing import Any
 
@@ -72,10 +72,10 @@ RHYTHM, BY_TIMES, AFTER_END = 0.12, 0.3, 0.5
 come after the end of the one before."""
 
 NARROW, FEW = 0.7, (1, 1, 2, 3)
-"""Share of the scenarios that have few kinds of events or of contacts, and how many."""
+"""Share of the scenarios with few kinds of events or few contacts, and their numbers."""
 
 AT_CHANGES = 0.8
-"""Share of the torn updates that fall where several output words change, and leave some of these late."""
+"""Share of the torn updates that fall where several output words change: some of these come late."""
 
 BEATS = (2, 3, 3, 4, 4, 5, 6, 8)
 """Numbers of presses of a rhythm."""
@@ -98,7 +98,7 @@ Make = Callable[[int, Edges], Timed]
 
 @dataclass(frozen=True, slots=True)
 class _RackParts:
-    """What events can happen to.
+    """The slots and inputs that events can act on.
 
     Attributes:
         axes: slots with a machine, all slots if none has one.
@@ -158,9 +158,17 @@ class Draws:
         self._rack, self._rungs, self._settings = _RackParts.of(spec), rungs, settings
         self.contacts = Contacts(spec, self._kinds)
         self.times: tuple[int, ...] = ()  # of the program, ns
-        self._all_events = [make for weight, make in self._makers() for _ in range(weight)]
         self._events = self._all_events  # of the present scenario
-        self._conditions = list(self._untimed())
+
+    @cached_property
+    def _all_events(self) -> list[Make]:
+        """The possible events, each as often as its weight says."""
+        return [make for weight, make in self._makers() for _ in range(weight)]
+
+    @cached_property
+    def _conditions(self) -> list[Callable[[Scenario], Scenario]]:
+        """The possible conditions of a whole run."""
+        return list(self._untimed())
 
     def scenario(self, edges: Edges = NO_EDGES, base: Scenario | None = None) -> Scenario:
         """Return a scenario of up to seven parts, or a variant of another one."""
@@ -182,7 +190,7 @@ class Draws:
         return self._random.choice(self._all_events)(at, NO_EDGES) if self._all_events else None
 
     def narrow(self) -> None:
-        """Draw a few kinds of events only, as a rule: many kinds hide what one of them alone brings about."""
+        """Draw few kinds of events for most scenarios: many kinds hide the effect of one of them."""
         random, all_events = self._random, self._all_events
         self._events = all_events
         if all_events and random.random() < NARROW:
@@ -397,7 +405,7 @@ class Draws:
         return InjectedFault(at * self.scan_ns, FaultKind.PROGRAM_MODE, 0, self._lasting(at, edges))
 
     def _torn(self, at: int, edges: Edges) -> InjectedFault:
-        """Return an update that is torn, as a rule where words change: in others it changes nothing."""
+        """Return a torn update, mostly where several words change: elsewhere it has no effect."""
         random = self._random
         slots = [slot.number for slot in self._spec.slot]
         if random.random() < AT_CHANGES and (changed := edges.output(random)) is not None:
@@ -411,7 +419,7 @@ class Draws:
         return InjectedFault(at * self.scan_ns, FaultKind.TORN_UPDATE, slot, 0, tuple(sorted(late)))
 
     def _tear(self, at: int, edges: Edges) -> TornUpdate:
-        """Return a tear, most often in the scan before one that sees another input."""
+        """Return a tear, mostly in the scan before a change of the inputs."""
         random = self._random
         if random.random() < BEFORE_INPUTS and (seen := edges.one_of(random, INPUTS)):
             at = seen - 1

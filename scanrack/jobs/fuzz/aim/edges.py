@@ -1,4 +1,4 @@
-"""The scans of a run in which something changed, by group: where events are aimed at."""
+"""The scans of a run in which something changed, by group: a search aims its events at them."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ Group = dict[Hashable, list[int]]
 COMMAND, STATE, THIN = "command", "state", "thin"
 
 SIZE, PAIR, UNDER = "size", "pair", "under"
-"""Groups that show what is new in a run, and where nothing is aimed at."""
+"""Groups that only show what is new in a run: no event is aimed at them."""
 
 INPUTS = ("status", "number")
 """Groups of what modules answer."""
 
 TOGETHER = "together"
-"""Group of the output words that change in one scan; nothing is aimed at them but torn updates."""
+"""Group of the output words that change in one scan: only torn updates are aimed at them."""
 
 NOT_AIMED, NOT_NEW = frozenset({SIZE, PAIR, UNDER, TOGETHER}), frozenset({THIN, TOGETHER})
 
 ANSWERS = (COMMAND, "path", STATE)
-"""Groups in which a program shows that it has noticed something."""
+"""Groups of the changes of the program itself."""
 
 THIN_SCANS = 3
 """Longest duration of a thin state, scans."""
 
 NEAR = (-8, -5, -3, -2, -1, -1, -1, 0, 0, 0, 1, 1, 1, 2, 3, 5, 8)
-"""Distances from an edge, scans: an event in scan n is seen in n or n + 1, its answer later.
+"""Distances from an edge, scans. The program sees an event of scan n in n or n + 1, and answers later.
 
 Before an edge something ends, such as the last steps of a move.
 """
@@ -45,7 +45,7 @@ BEGINNING = 5
 """Scans after power-up in which everything is thin."""
 
 MOST_STEPS = 4
-"""Small values of a tag up to which it may be a step, though it has great values, too; others only count."""
+"""Largest number of small values of an integer that also has large ones and may still be a step."""
 
 
 class Edges:
@@ -140,4 +140,4 @@ def _tag(kind: Hashable) -> Hashable:
 
 
 NO_EDGES = Edges()
-"""Of a run that no one has looked at."""
+"""The changes of a run without a probe."""

@@ -1,4 +1,4 @@
-"""Ends runs in explored states: another run has already continued from there to its end.
+"""Ends runs in explored states, from which another run has already continued to its end.
 
 A state is a digest by `Probe.state`: steps, flags, commands and status, without timers and positions.
 Every `CALM` scans after the last event it is compared with them.
@@ -16,7 +16,7 @@ from ..scenarios.scenario import Scenario
 from .probe import Probe
 
 CALM, RARELY = 100, 1_500
-"""Scans between two looks; and between two where scans that repeat the one before them cost nothing."""
+"""Scans between two comparisons; the second one where scans that repeat the one before cost nothing."""
 
 MOST = 100_000
 """Largest number of states."""
@@ -40,12 +40,12 @@ class ExploredStateStop:
 
     Args:
         firsts: the known states; `learn` adds the states of this run.
-        surroundings: what holds for the whole run.
+        conditions: what holds for the whole run.
         calm_from: first scan after the last event.
     """
 
-    def __init__(self, firsts: dict[bytes, int], surroundings: str, calm_from: int) -> None:
-        self._firsts, self._surroundings, self._calm_from = firsts, surroundings, calm_from
+    def __init__(self, firsts: dict[bytes, int], conditions: str, calm_from: int) -> None:
+        self._firsts, self._conditions, self._calm_from = firsts, conditions, calm_from
         self._passed: dict[bytes, int] = {}
         self.calm = CALM
 
@@ -58,7 +58,7 @@ class ExploredStateStop:
         cpu.run(min(scans, self._calm_from) if scans > self.calm else scans)
         while cpu.scan < scans and not cpu.stop_requested:
             cpu.run(min(self.calm, scans - cpu.scan))
-            state = probe.state(self._surroundings)
+            state = probe.state(self._conditions)
             if self._firsts.get(state, scans) <= cpu.scan and not waits():
                 return
             self._passed.setdefault(state, cpu.scan)

@@ -11,7 +11,7 @@
     pair       a status bit changes under a command
     under      a flag changes while the steps are these
 
-Each group is compared as a whole first: a scan in which nothing changes costs a comparison for each.
+Each group is compared as a whole first: a scan without changes costs one comparison for each.
 """
 
 from __future__ import annotations
@@ -34,12 +34,13 @@ from scanrack.runtime.loop.scan import ScanLogic
 
 from ...record.logic_wrapper import unwrapped
 from ...record.sequence_watch import sequences_in
+from ..last_program import remember_last
 from .branches import NAME
 from .edges import COMMAND, PAIR, SIZE, STATE, TOGETHER, UNDER, Edges
 from .python_state import fields_reader, namespace_of
 
 SMALL = range(-1, 33)
-"""Integers that are distinguished; of others only the size."""
+"""Integers whose values are distinguished; of others only the size is."""
 
 MOST_TAGS = 1_000
 """Largest number of tags that are looked at."""
@@ -110,7 +111,7 @@ class Probe(QuietListener):
         if self._branches:
             self._note_branches(scan)
 
-    def state(self, surroundings: str) -> bytes:
+    def state(self, conditions: str) -> bytes:
         """Return a digest of what program and modules do at present: steps, flags, commands, status."""
         words = [
             (slot.fault, tuple(slot.inputs.words[:inputs]), tuple(slot.outputs.words[:outputs]))
@@ -121,7 +122,7 @@ class Probe(QuietListener):
             for (group, _), last in zip(self._values, self._last, strict=True)
             if group == STATE
         ]
-        return blake2b(repr((surroundings, words, kinds)).encode(), digest_size=16).digest()
+        return blake2b(repr((conditions, words, kinds)).encode(), digest_size=16).digest()
 
     def _note_words(self, place: int, scan: int) -> None:
         """Note the words of a slot that have changed."""
@@ -205,7 +206,7 @@ def _kind(value: Hashable) -> Hashable:
 
 
 class _Lines:
-    """Reads the lines where sequences wait, after one of them has gone on."""
+    """Reads the lines where sequences wait, after one of them has continued."""
 
     def __init__(self, sequences: Sequence[LogicSequence]) -> None:
         self._sequences = sequences
@@ -237,12 +238,7 @@ def _tag_cells(engine: Engine) -> Iterator[CellType]:
                 yield cell
 
 
-_NOTING: list[tuple[LoweredProgram, ObservedScanner]] = []
-"""The program that was compiled last with its notes: a search has one."""
-
-
+@remember_last
 def noting(lowered: LoweredProgram) -> ObservedScanner:
     """Return a compiled program that notes the power of all rungs, compiled once."""
-    if not _NOTING or _NOTING[0][0] is not lowered:
-        _NOTING[:] = [(lowered, observed_scanner_of(lowered, Observation(noted=lines_of(lowered))))]
-    return _NOTING[0][1]
+    return observed_scanner_of(lowered, Observation(noted=lines_of(lowered)))

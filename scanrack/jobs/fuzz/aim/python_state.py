@@ -1,7 +1,7 @@
 """The plain values that a Python program keeps from scan to scan.
 
-They are looked for in the program's object and its globals, in dicts there, and in objects of the program's
-own classes: flags, texts, integers, members of an Enum, up to two objects deep.
+They are flags, texts, integers and members of an Enum, in the program's object and its globals, in dicts
+there, and in objects of the program's own classes, up to two objects deep.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def namespace_of(logic: ScanLogic) -> dict[str, Any]:
 def fields_reader(logic: ScanLogic, module: Mapping[str, Any]) -> Callable[[], dict[Hashable, Hashable]]:
     """Return a function that reads the present values, by place and name.
 
-    Objects that come into being later are not looked at.
+    Objects that the program makes later are not read.
     """
     holders = list(enumerate(islice(_holders(logic, module), MOST_HOLDERS)))
     plain = PLAIN | {each for each in module.values() if isinstance(each, type) and issubclass(each, Enum)}

@@ -1,8 +1,8 @@
-"""Every fault and button meets every thin state: one scan before it, at it, and after it.
+"""Combines every fault and button with every thin state: one scan before it, in it, and one scan after it.
 
-Where several output words change in a scan, an update is torn so that one of them is late, or all others are.
-Where inputs change, they change in the middle of the scan before: for each rung that reads inputs a run with
-such a tear at all changes of status, and one with tears at all changes of positions.
+Where several output words change in a scan, an update is torn: one of the words is late, or all others are.
+Where inputs change, they change in the middle of the scan before. Each rung that reads inputs gets a run with
+such tears at all changes of status, and one with tears at all changes of positions.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LASTING_MS, SHORT_MS = 100, 4
 DISTANCES = (1, 0, -1)
 
 ANY = 0.5
-"""Share of the scenarios that are not of the latest entry."""
+"""Share of the scenarios that are drawn from all entries instead of the latest one."""
 
 MOST_TORN, MOST_RUNGS = 8, 24
 """Largest number of tears at one kind of change, and of rungs for which a scenario is torn."""
@@ -37,9 +37,9 @@ MOST_WAITING = 5_000
 
 
 class Sweep:
-    """The scenarios of thin states that have not been tried yet; each kind of state is swept once.
+    """Scenarios of thin states that have not been tried yet; each kind of state is swept once.
 
-    What is swept, and what waits, is part of the corpus.
+    The corpus keeps what was swept and what waits.
     """
 
     def __init__(
@@ -62,10 +62,10 @@ class Sweep:
                 swept.add(kind)
                 for distance in DISTANCES:
                     at_ns = max(0, scans[0] + distance) * self._spec.scan_ns
-                    fresh += [(kind, with_part(entry.scenario, part)) for part in self._parts(at_ns)]
+                    fresh += [(kind, with_part(entry.scenario, part)) for part in self._events_at(at_ns)]
         if Kind.TORN in self._kinds:
             fresh += [(kind, with_part(entry.scenario, part)) for kind, part in self._torn(entry)]
-            fresh += self._read_twice(entry)
+            fresh += self._torn_inputs(entry)
         self._random.shuffle(fresh)
         fresh.sort(key=lambda each: len(each[1].incidents) + len(each[1].tears))  # these come first
         waiting += fresh
@@ -95,7 +95,7 @@ class Sweep:
                 yield kind, InjectedFault(at_ns, FaultKind.TORN_UPDATE, slot, 0, (word,))
                 yield kind, InjectedFault(at_ns, FaultKind.TORN_UPDATE, slot, 0, others)
 
-    def _read_twice(self, entry: Entry) -> Iterator[tuple[Hashable, Scenario]]:
+    def _torn_inputs(self, entry: Entry) -> Iterator[tuple[Hashable, Scenario]]:
         """Yield the scenario with inputs that change before a rung, wherever they change.
 
         A number may miss the middle of a scan: where it takes twice as many steps, it is tried again.
@@ -117,8 +117,19 @@ class Sweep:
         most = min(MOST_RUNGS, len(self._rungs))
         return self._random.sample(self._rungs, most)
 
-    def _parts(self, at_ns: int) -> Iterator[Timed]:
+    def _events_at(self, at_ns: int) -> Iterator[Timed]:
+        """Yield every fault and every operated contact at an instant."""
         for_ns = LASTING_MS * 1_000_000
+        yield from self._faults_at(at_ns, for_ns)
+        if Kind.INPUTS in self._kinds:
+            for slot in (each for each in self._spec.slot if each.has(Trait.MACHINE)):
+                for bit in (*buttons(slot), *sensors(slot)):
+                    short = bit in buttons(slot) and self._random.random() < 0.5
+                    yield Press(slot.number, bit, True, at_ns, SHORT_MS * 1_000_000 if short else for_ns)
+            for number, name in card_buttons(self._spec):
+                yield ContactPress(number, name, at_ns, for_ns)
+
+    def _faults_at(self, at_ns: int, for_ns: int) -> Iterator[InjectedFault]:
         if Kind.MODE in self._kinds:
             yield InjectedFault(at_ns, FaultKind.PROGRAM_MODE, 0, for_ns)
         if Kind.LINK in self._kinds:
@@ -128,11 +139,3 @@ class Sweep:
         if Kind.POWER in self._kinds:
             for slot in self._spec.slot:
                 yield InjectedFault(at_ns, FaultKind.POWER_CYCLE, slot.number)
-        if Kind.INPUTS in self._kinds:
-            for slot in self._spec.slot:
-                if slot.has(Trait.MACHINE):
-                    for bit in (*buttons(slot), *sensors(slot)):
-                        short = bit in buttons(slot) and self._random.random() < 0.5
-                        yield Press(slot.number, bit, True, at_ns, SHORT_MS * 1_000_000 if short else for_ns)
-            for number, name in card_buttons(self._spec):
-                yield ContactPress(number, name, at_ns, for_ns)

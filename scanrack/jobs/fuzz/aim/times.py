@@ -1,7 +1,7 @@
 """The times of a program: presets of its timers, texts such as "50 ms", numbers that it compares.
 
-Whoever operates a machine waits as long as its program makes him wait. What a program only counts
-(`if age > 20`) is taken for scans.
+An operator waits as long as the program makes him wait. Numbers that a program compares (`if age > 20`) are
+taken as scans.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MOST_TIMES = 40
 MS = 1_000_000
 
 SHORTEST_SCANS = 3
-"""Number of scans below which a time is met by chance."""
+"""Number of scans below which a random draw meets a time."""
 
 
 def times_of(logic: ScanLogic, scan_ns: int, scans: int) -> tuple[int, ...]:
@@ -42,12 +42,10 @@ def _presets(engine: Engine) -> Iterator[int]:
     """Yield the presets of all timers as they are now, ns."""
     leaves = engine.lowered.layout.leaves
     for path, leaf in leaves.items():
-        if path.endswith(".PRE") and f"{path[:-4]}.TT" in leaves:
-            cell = engine.memory.cells.get(leaf.ident)
-            held: Any = None if cell is None else cell.cell_contents
-            for value in held if leaf.dims and held is not None else (held,):
-                if value.__class__ is int:
-                    yield value * MS
+        if path.endswith(".PRE") and f"{path[:-4]}.TT" in leaves and leaf.ident in engine.memory.cells:
+            held: Any = engine.memory.cells[leaf.ident].cell_contents
+            values = held if leaf.dims and held is not None else (held,)
+            yield from (value * MS for value in values if value.__class__ is int)
     for presets in engine.lowered.defaults.values():
         yield from (int(value) * MS for (path, _), value in presets.items() if path.upper().endswith(".PRE"))
 

@@ -4,9 +4,9 @@
     a task      is one search: a seed, a number of examples, a share of that corpus
     a report    is added to the state in the order of the tasks, never of their arrival
 
-A round is defined by what is behind it and not by its workers, so the same campaign makes the same steps on
-any number of them. It has four tasks at first, later a quarter as many as are behind it: what its tasks do
-not know of each other is at most a fifth of all, and a cluster of n workers is busy once 4 n tasks are done.
+A round depends on the tasks before it and not on its workers, so a campaign makes the same steps on any
+number of workers. It has four tasks at first, later a quarter of the number of tasks before it. At most a
+fifth of all tasks are unknown to a task, and a cluster of n workers is busy once 4 n tasks are done.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from .state import CampaignError, State
 SHARED = 24
 """Number of entries of the corpus that the tasks of a round get, those whose turn it is."""
 
-LEAST_WIDTH, BEHIND, MOST_WIDTH = 4, 4, 1024
-"""Number of tasks of a round: the least, a part of those behind it, and the most."""
+LEAST_WIDTH, EARLIER, MOST_WIDTH = 4, 4, 1024
+"""Number of tasks of a round: the least, the divisor of the number of earlier tasks, and the most."""
 
 TRIES = 3
 """Number of attempts for a task whose worker dies."""
@@ -61,8 +61,8 @@ class Task:
 Work = Callable[[Task], SearchReport]
 """Does a task, in this process or another one; it can be pickled."""
 
-Asked = Callable[[State], tuple[Scenario, ...]]
-"""Returns scenarios that shall be run next, such as a solver's answers."""
+Suggest = Callable[[State], tuple[Scenario, ...]]
+"""Returns scenarios to run next, such as a solver's answers."""
 
 
 def campaign(
@@ -75,20 +75,20 @@ def campaign(
     jobs: int | None,
     known: frozenset[str] = frozenset(),
     again: tuple[Scenario, ...] = (),
-    asked: Asked = lambda _state: (),
-    go_on: Callable[[], bool] = lambda: True,
+    suggest: Suggest = lambda _state: (),
+    has_time: Callable[[], bool] = lambda: True,
     allowance: Callable[[], Allowance] = Allowance,
     news: Callable[[list[Counterexample]], None] = lambda _found: None,
 ) -> None:
-    """Run rounds of tasks until all are done, or until `go_on` returns False; the state collects the results.
+    """Run rounds of tasks until all are done or the time is over; the state collects the results.
 
     Args:
         executor: makes the executor, and again if its workers die.
-        tasks: their number; None = until `go_on` returns False.
+        tasks: their number; None = until `has_time` returns False.
         jobs: number of tasks at a time; None = as many as the cluster has threads.
         again: scenarios of a corpus on disk; the first round runs them.
-        asked: called between two rounds; what it returns is run first.
-        go_on: called before every task.
+        suggest: called between two rounds; the next round runs its scenarios.
+        has_time: called before every task.
         allowance: called before every task; returns the time it may take.
         news: called after every task with its findings.
 
@@ -96,19 +96,19 @@ def campaign(
         CampaignError: a task's worker has died several times.
         InvariantError: an invariant raised.
     """
-    desk = _Desk(work, executor, jobs, go_on, allowance)
-    rounds = _rounds(state, examples, None if tasks is None else state.tasks + tasks, known, again, asked)
+    running = _Tasks(work, executor, jobs, has_time, allowance)
+    rounds = _rounds(state, examples, None if tasks is None else state.tasks + tasks, known, again, suggest)
     try:
         for given in rounds:
-            for report in desk.reports(given, state.tasks):
+            for report in running.reports(given, state.tasks):
                 news(state.add(report))
-            if not go_on():
+            if not has_time():
                 return
     finally:
-        desk.close()
+        running.close()
 
 
-class _Desk:
+class _Tasks:
     """Submits the tasks of a round and collects their reports."""
 
     def __init__(
@@ -116,13 +116,13 @@ class _Desk:
         work: Work,
         executor: Callable[[], Executor],
         jobs: int | None,
-        go_on: Callable[[], bool],
+        has_time: Callable[[], bool],
         allowance: Callable[[], Allowance],
     ) -> None:
         self._work = work
         self._executor = executor
         self._jobs = jobs
-        self._go_on = go_on
+        self._has_time = has_time
         self._allowance = allowance
         self._pool = executor()
         self._running: dict[Future[SearchReport], Task] = {}
@@ -130,19 +130,19 @@ class _Desk:
         self._tried: Counter[int] = Counter()
 
     def reports(self, tasks: Iterator[Task], number: int) -> Iterator[SearchReport]:
-        """Do the tasks of a round; yield their reports in the tasks' order, from a number on."""
-        self._give_out(tasks)
+        """Do the tasks of a round; yield their reports in the order of the tasks, from a number on."""
+        self._submit_all(tasks)
         while self._running:
             done, _ = wait(self._running, return_when=FIRST_COMPLETED)
             self._take(done)
             while number in self._early:
                 yield self._early.pop(number)
                 number += 1
-            self._give_out(tasks)
+            self._submit_all(tasks)
 
-    def _give_out(self, tasks: Iterator[Task]) -> None:
+    def _submit_all(self, tasks: Iterator[Task]) -> None:
         """Submit tasks, if there are any, to all workers that have none."""
-        while len(self._running) < self._at_a_time and self._go_on():
+        while len(self._running) < self._at_a_time and self._has_time():
             task = next(tasks, None)
             if task is None:
                 return
@@ -188,13 +188,13 @@ class _Desk:
         self._pool.shutdown(wait=True, cancel_futures=True)
 
 
-def width(behind: int) -> int:
-    """Return the number of tasks of the round that follows so many tasks.
+def width(earlier: int) -> int:
+    """Return the number of tasks of a round.
 
-    >>> [width(behind) for behind in (0, 16, 100, 10_000)]
+    >>> [width(earlier) for earlier in (0, 16, 100, 10_000)]
     [4, 4, 25, 1024]
     """
-    return min(MOST_WIDTH, max(LEAST_WIDTH, behind // BEHIND))
+    return min(MOST_WIDTH, max(LEAST_WIDTH, earlier // EARLIER))
 
 
 def _rounds(
@@ -203,9 +203,9 @@ def _rounds(
     end: int | None,
     known: frozenset[str],
     again: tuple[Scenario, ...],
-    asked: Asked,
+    suggest: Suggest,
 ) -> Iterator[Iterator[Task]]:
-    """Yield the rounds, each with the knowledge at its beginning; a round that is broken off is the last."""
+    """Yield the rounds, each with the state at its beginning; an interrupted round is the last one."""
     while again or end is None or state.tasks < end:
         if again:
             count = -(-len(again) // examples)
@@ -218,7 +218,7 @@ def _rounds(
         else:
             count = width(state.tasks) if end is None else min(width(state.tasks), end - state.tasks)
             yield _round(state, state.tasks, count, examples, known | frozenset(state.found))
-        again = asked(state) if end is None or state.tasks < end else ()
+        again = suggest(state) if end is None or state.tasks < end else ()
 
 
 def _round(state: State, first: int, count: int, examples: int, known: frozenset[str]) -> Iterator[Task]:
@@ -229,6 +229,6 @@ def _round(state: State, first: int, count: int, examples: int, known: frozenset
     def task(place: int) -> Task:
         number = first + place
         base = bases[number // 2 % len(bases)] if bases and number % 2 == 0 else None
-        return Task(number, examples, known, base, corpus.dealt(place, count))
+        return Task(number, examples, known, base, corpus.for_task(place, count))
 
     return map(task, range(count))

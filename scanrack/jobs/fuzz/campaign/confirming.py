@@ -1,4 +1,4 @@
-"""A failure counts if it happens twice: here, and in a new process with another environment."""
+"""Confirms a failure: it counts if it also happens in a new process with another environment."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from .. import Counterexample, NondeterministicError, Scenario
 from ..job import Setup, bench_of
+from ..nondeterminism import NondeterminismSources
 from ..run import HANGS, BrokenInvariant
-from ..search import unsteady
-from ..steady import NondeterminismSources
-from .fresh import in_other_surroundings
+from ..search import describe_nondeterminism
+from .fresh import run_in_other_environment
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,12 +25,12 @@ class Confirmation:
         Raises:
             NondeterministicError: the program does not fail there, and is responsible for the difference.
         """
-        broken, uses = in_other_surroundings(run_again, self.setup, found.scenario, frozenset(without))
+        broken, uses = run_in_other_environment(run_again, self.setup, found.scenario, frozenset(without))
         if broken is not None and broken.key == found.broken.key:
             return True
         if HANGS in (found.broken.cause, broken and broken.cause):
             return False  # the machine may have been busy, here or there
-        raise NondeterministicError(unsteady(found, uses))
+        raise NondeterministicError(describe_nondeterminism(found, uses))
 
 
 def run_again(

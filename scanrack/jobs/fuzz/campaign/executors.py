@@ -34,7 +34,7 @@ class Processes(Executor):
     """Runs tasks in processes, and kills the processes at shutdown."""
 
     def __init__(self, jobs: int) -> None:
-        self._waiting: SimpleQueue[tuple[Future[Any], Asked] | None] = SimpleQueue()
+        self._waiting: SimpleQueue[tuple[Future[Any], Call] | None] = SimpleQueue()
         self._workers = [Worker() for _ in range(jobs)]
         self._threads = [Thread(target=self._serve, args=(each,), daemon=True) for each in self._workers]
         for each in self._threads:
@@ -49,9 +49,9 @@ class Processes(Executor):
     def _serve(self, worker: Worker) -> None:
         """Send tasks to a process, one after the other; after its death all tasks are broken."""
         while (task := self._waiting.get()) is not None:
-            future, asked = task
+            future, call = task
             try:
-                future.set_result(worker.run(*asked))
+                future.set_result(worker.run(*call))
             except Exception as error:  # raised again where the result is read
                 future.set_exception(error)
         worker.close()
@@ -66,7 +66,7 @@ class Processes(Executor):
                 thread.join()
 
 
-Asked = tuple[Callable[..., Any], Sequence[Any], dict[str, Any]]
+Call = tuple[Callable[..., Any], Sequence[Any], dict[str, Any]]
 
 
 class OnCluster(Executor):
@@ -88,10 +88,10 @@ class OnCluster(Executor):
         """
         answer: Future[Any] = Future()
         try:
-            asked = self._executor.submit(fn, *args, **kwargs)
+            submitted = self._executor.submit(fn, *args, **kwargs)
         except CONNECTION_LOST as error:
-            raise self._gone() from error
-        asked.add_done_callback(lambda _done: self._pass_on(asked, answer))
+            raise self._connection_lost() from error
+        submitted.add_done_callback(lambda _done: self._pass_on(submitted, answer))
         return answer
 
     @property
@@ -102,17 +102,17 @@ class OnCluster(Executor):
             return max(1, threads)
         return 1  # the next task reports it
 
-    def _pass_on(self, asked: Future[Any], answer: Future[Any]) -> None:
+    def _pass_on(self, submitted: Future[Any], answer: Future[Any]) -> None:
         """Copy the cluster's answer; it cancels tasks that it has lost."""
-        error = self._gone() if asked.cancelled() else asked.exception()
+        error = self._connection_lost() if submitted.cancelled() else submitted.exception()
         if isinstance(error, CONNECTION_LOST):
-            error = self._gone()
+            error = self._connection_lost()
         if error is None:
-            answer.set_result(asked.result())
+            answer.set_result(submitted.result())
         else:
             answer.set_exception(error)
 
-    def _gone(self) -> CampaignError:
+    def _connection_lost(self) -> CampaignError:
         self._lost = True
         return CampaignError(
             f"the Dask scheduler at {self._address} has gone; what is known is kept: the same command, "
@@ -121,16 +121,16 @@ class OnCluster(Executor):
 
     def _look_for_workers(self, say: Say) -> None:
         """Print a message when there has been no worker for some time."""
-        since_ns, told = wall_ns(), False
+        since_ns, reported = wall_ns(), False
         while not self._over.wait(0.5):
             try:
                 workers = self._client.nthreads()
             except CONNECTION_LOST:
                 return  # the tasks report it
             if workers:
-                since_ns, told = wall_ns(), False
-            elif not told and wall_ns() - since_ns >= NO_WORKER_NS:
-                told = True
+                since_ns, reported = wall_ns(), False
+            elif not reported and wall_ns() - since_ns >= NO_WORKER_NS:
+                reported = True
                 say(
                     f"the Dask scheduler at {self._address} has had no worker for {NO_WORKER_NS // 10**9} s; "
                     f"the search waits for one: dask worker {self._address}"

@@ -1,4 +1,4 @@
-"""Runs functions in their own processes, without the modules that this one has loaded.
+"""Runs functions in new processes, without the modules that this one has loaded.
 
     this process                                 the new one
     modules to load first     -> standard input       (pickled)
@@ -27,13 +27,13 @@ P = ParamSpec("P")
 Result = TypeVar("Result")
 
 HASH_SEEDS = ("20601", "3601")
-"""Two seeds, so that one always differs from the present one."""
+"""Two seeds: one of them always differs from the present one."""
 
 LOADED_FIRST = ("wave", "sched", "colorsys", "zipfile", "random", "threading")
 """Modules that a process with another environment loads first, in this order."""
 
 
-def in_fresh_process(
+def run_in_fresh_process(
     function: Callable[P, Result],
     *args: P.args,
     **kwargs: P.kwargs,
@@ -47,7 +47,7 @@ def in_fresh_process(
     return _once(Worker(), function, *args, **kwargs)
 
 
-def in_other_surroundings(function: Callable[P, Result], *args: P.args, **kwargs: P.kwargs) -> Result:
+def run_in_other_environment(function: Callable[P, Result], *args: P.args, **kwargs: P.kwargs) -> Result:
     """Run a function in a new process with another hash seed and another order of modules.
 
     Raises:

@@ -1,4 +1,4 @@
-"""What a campaign keeps beside its state: the corpus, and what is found until it has been shrunk.
+"""The files that a campaign keeps beside its state: its corpus, and failures until they are shrunk.
 
 RACK-fuzz/corpus/HASH.json    a run in which something was new
 RACK-fuzz/finds/HASH.json     a failure as it was found, written at once; removed once the state has it
@@ -16,7 +16,7 @@ from ..scenarios.scenario import Scenario
 from ..search import Counterexample
 from .recipes import CORPUS, FINDS, MOST_FILES, Origin, Recipe, RecipeFolder, recipes_in
 
-MOST_TOLD = 10
+MOST_NAMED = 10
 """Number of files left out that are named one by one."""
 
 
@@ -25,17 +25,17 @@ class Memory:
 
     Args:
         folder: of the campaign; the caller holds it.
-        tell: called with a sentence about what is left out.
+        report: called with a sentence about what is left out.
 
     Raises:
         OSError: a folder can't be made.
     """
 
-    def __init__(self, folder: Path, origin: Origin, spec: RackSpec, tell: Callable[[str], object]) -> None:
+    def __init__(self, folder: Path, origin: Origin, spec: RackSpec, report: Callable[[str], object]) -> None:
         self.corpus, self.finds = (RecipeFolder(folder / name, origin) for name in (CORPUS, FINDS))
         for each in (self.corpus, self.finds):
             each.folder.mkdir(parents=True, exist_ok=True)
-        self._spec, self._tell, self._told = spec, tell, 0
+        self._spec, self._report, self._left_out = spec, report, 0
         self._written: set[str] = set()  # names in the corpus's folder that are ours
         self._spared: frozenset[str] = frozenset()  # those of them that have not been run again
 
@@ -59,7 +59,7 @@ class Memory:
         return tuple(unique.values())[:MOST_FILES]
 
     def left(self) -> Iterator[tuple[Path, Recipe]]:
-        """Yield what was found and not shrunk in an earlier session."""
+        """Yield the failures that an earlier session has found and not shrunk."""
         return self._read(self.finds.folder)
 
     def _of(self, other: Path) -> Iterator[Scenario]:
@@ -80,14 +80,14 @@ class Memory:
                 yield file, recipe
 
     def _leave_out(self, file: Path, why: str) -> None:
-        self._told += 1
-        if self._told <= MOST_TOLD:
-            self._tell(f"left out: {file}: {why}")
-        elif self._told == MOST_TOLD + 1:
-            self._tell("left out: further files of this kind")
+        self._left_out += 1
+        if self._left_out <= MOST_NAMED:
+            self._report(f"left out: {file}: {why}")
+        elif self._left_out == MOST_NAMED + 1:
+            self._report("left out: further files of this kind")
 
     def all_were_run(self) -> None:
-        """Note that the scenarios of `known` have been run: those that are not kept may go."""
+        """Note that the scenarios of `known` have been run: `keep` may remove their files."""
         self._spared = frozenset()
 
     def keep(self, scenarios: Iterable[Scenario], shrunk: Iterable[Counterexample]) -> None:

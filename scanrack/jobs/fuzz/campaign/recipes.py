@@ -1,9 +1,9 @@
-"""The recipe of a run, all that decides it, as a file of 100 to 600 bytes.
+"""The recipe of a run: a file of 100 to 600 bytes with everything that decides the run.
 
     {"scenario": {...}, "scans": 1000, "rack": HASH, "program": HASH, "version": "1.0"}
 
-A folder of recipes is the corpus of a campaign, or what its workers have found and no one has shrunk yet. A
-file's name is the hash of its text, so a torn file and one of someone else do not fit their names.
+A folder of recipes is the corpus of a campaign, or the failures that are not shrunk yet. The name of a file
+is the hash of its text: incomplete and foreign files do not fit their names.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Recipe:
         """Return the recipe of a file.
 
         Raises:
-            ValueError: it is none; the message says why.
+            ValueError: it has no recipe; the message says why.
         """
         given = json_value(text, TextKind.SCENARIO)
         if not isinstance(given, dict):
@@ -110,7 +110,7 @@ class RecipeFolder:
     folder: Path
     origin: Origin
 
-    def from_anywhere(self) -> RecipeFolder:
+    def with_absolute_paths(self) -> RecipeFolder:
         """Return the same with an absolute path."""
         return RecipeFolder(self.folder.absolute(), self.origin)
 
@@ -136,12 +136,12 @@ def read_recipe(file: Path) -> Recipe:
     """Return the recipe in a file whose name is its hash.
 
     Raises:
-        ValueError: it is torn, of someone else, or not allowed; the message says why.
+        ValueError: it is incomplete, foreign, or not allowed; the message says why.
         OSError: it can't be read.
     """
     data = read_input(file, MOST_BYTES)
     if file.name != f"{_hash(data)}{SUFFIX}":
-        raise ValueError("its name is not the hash of its text: it is torn, or of someone else")
+        raise ValueError("its name is not the hash of its text: it is incomplete or foreign")
     return Recipe.from_text(data.decode("utf-8"))
 
 

@@ -95,7 +95,7 @@ class State:
         self.unshrunk_found += report.unshrunk_found
         is_new = any(worth_of(each) > PAIR_WORTH for each in report.corpus.seen - self.kept.seen)
         self.stale = 0 if is_new else self.stale + report.runs - report.shrinking
-        self.kept.join(report.corpus)
+        self.kept.merge(report.corpus)
         self.kept.runs += report.runs - report.shrinking
         return self.note(report.found)
 
@@ -118,7 +118,7 @@ class State:
             taken = {name.casefold() for name in (*self.folders.values(), *TAKEN)}
             self.folders[broken.key] = next(name for name in names if name.casefold() not in taken)
 
-    def leave_out_impossible(self, spec: RackSpec) -> list[BrokenInvariant]:
+    def drop_impossible(self, spec: RackSpec) -> list[BrokenInvariant]:
         """Drop scenarios with an older firmware than the program needs; return their failures."""
         gone = {key: each for key, each in self.found.items() if not each.scenario.is_possible(spec)}
         for key in gone:
@@ -131,7 +131,7 @@ class State:
 
         Their scenarios become part of the corpus. Failures of other invariants than the bench's are kept.
         """
-        mended = []
+        fixed = []
         rules = profile_in(bench.spec.slot, None).rules
         before = {
             key: each for key, each in sorted(self.found.items()) if each.broken.invariant in bench.names
@@ -143,11 +143,11 @@ class State:
             broken = bench.run(each.scenario, without=all_but(bench, each.broken, others)).broken
             if broken is None:
                 self.corpus[key] = each.scenario
-                mended.append(each.broken)
+                fixed.append(each.broken)
             else:  # a place may have moved with its line
                 self.folders.setdefault(broken.key, self.folders[key])
                 self.note([replace(each, broken=broken)])
-        return mended
+        return fixed
 
     def to_json(self) -> dict[str, Any]:
         """Return the state in JSON's types."""

@@ -12,7 +12,7 @@ from .. import Counterexample, SearchReport, search
 from ..job import Setup, bench_of
 from .campaign import Task
 from .confirming import Confirmation
-from .fresh import in_fresh_process
+from .fresh import run_in_fresh_process
 from .recipes import RecipeFolder
 
 SEED_BITS = 32
@@ -45,7 +45,7 @@ class Work:
             again=task.again,
             failed=self._keep,
             confirm=Confirmation(self.setup),
-            go_on=lambda: task.allowance.covers(wall_ns() - begin_wall_ns, _processor_ns() - begin_ns),
+            has_time=lambda: task.allowance.covers(wall_ns() - begin_wall_ns, _processor_ns() - begin_ns),
         )
         report.processor_ns = _processor_ns() - begin_ns
         return report
@@ -74,4 +74,4 @@ class OwnProcess:
 
     def __call__(self, task: Task) -> SearchReport:
         """Run a task's search in a process."""
-        return in_fresh_process(self.work, task)
+        return run_in_fresh_process(self.work, task)

@@ -1,4 +1,4 @@
-"""The cause of a failure by `scanrack why`: the chain behind the last output that came on before it."""
+"""The cause of a failure by `scanrack why`: the cause chain of the last output that came on before it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..run import NO_FAULT, BrokenInvariant
 
 
 def cause_of(recording: PackedTrace, job: LoadedRack, rack: str, broken: BrokenInvariant) -> list[str]:
-    """Return the chain behind the output that changed last when an invariant was broken; [] without one.
+    """Return the cause chain of the output that came on last before a failure; [] without one.
 
     A fault of the CPU has its place itself.
 
@@ -28,9 +28,9 @@ def cause_of(recording: PackedTrace, job: LoadedRack, rack: str, broken: BrokenI
     found = None if broken.invariant == NO_FAULT else _last_on(Past(recording, row))
     if found is None:
         return []
-    changed, asked = found
+    changed, address = found
     try:
-        return told(chain_of(recording, job, asked, changed, load=loading(job, rack))).splitlines()
+        return told(chain_of(recording, job, address, changed, load=loading(job, rack))).splitlines()
     except ValueError as error:
         return [f"(not known: {error})"]
 

@@ -15,7 +15,7 @@ from ..scenarios.parts import Lasting, parts_of, scenario_of
 from ..scenarios.scenario import Scenario
 from ..scenarios.words import described
 
-MOST_TOLD = 6
+MOST_LISTED = 6
 """Largest number of changes that are listed."""
 
 Names = dict[str, frozenset[str]]
@@ -33,7 +33,7 @@ def changes_in(bench: TrialBench, scenario: Scenario, scan: int) -> tuple[str, .
     short = TrialBench(bench.spec, bench.fresh_logic, (), scan + 1, bench.tags_of, bench.rungs)
     short.run(scenario, listeners=listeners)
     changed = [*_begun(scenario, scan, bench.spec.scan_ns), *views[0].phrases()]
-    return tuple(changed[:MOST_TOLD])
+    return tuple(changed[:MOST_LISTED])
 
 
 def _begun(scenario: Scenario, scan: int, scan_ns: int) -> Iterator[str]:

@@ -42,15 +42,15 @@ def save_coverage(
     """Write the page.
 
     Args:
-        runs: number of the runs that it is of.
+        runs: number of the runs.
         never: the error rules that never fired.
         rules: number of the error rules.
 
     Raises:
         OSError: it can't be written.
     """
-    said = f"{coverage_line(lines)}, in {runs:,} runs that showed something new."
-    parts = [_Part("", said, map(_row, lines))]
+    text = f"{coverage_line(lines)}, in {runs:,} runs that showed something new."
+    parts = [_Part("", text, map(_row, lines))]
     if never:
         heading = f"Error rules that never fired: {len(never)} of {rules}"
         parts.append(_Part(heading, "", map(_rule, never)))
@@ -73,7 +73,7 @@ def save_programs(file: Path, programs: Iterable[tuple[str, Sequence[CoveredLine
 
 
 def coverage_line(lines: Sequence[CoveredLine]) -> str:
-    """Return how much of a program was covered, in a sentence."""
+    """Return a sentence about the lines with gaps."""
     gaps = sum(bool(each.never) for each in lines)
     return (
         f"{gaps:,} of {len(lines):,} lines have gaps" if gaps else f"none of {len(lines):,} lines has a gap"
@@ -84,7 +84,7 @@ class _Part(NamedTuple):
     """A part of a page."""
 
     heading: str
-    said: str
+    text: str
     rows: Iterable[str]
 
 
@@ -99,8 +99,8 @@ def _lines(title: str, parts: Iterable[_Part]) -> Iterator[str]:
     for part in parts:
         if part.heading:
             yield f"<h2>{escape(part.heading)}</h2>"
-        if part.said:
-            yield f"<p>{part.said}</p>"
+        if part.text:
+            yield f"<p>{part.text}</p>"
         yield "<ol>"
         yield from part.rows
         yield "</ol>"

@@ -1,12 +1,12 @@
-"""The instant from which on a failure is inevitable.
+"""Finds the instant from which a failure is inevitable.
 
-The beginning of the failing run stays, and what people do behind it is drawn again and again. The share
-of these futures that fail too is asked for where it rises most, until the rise lies between two scans.
+The beginning of the failing run stays, and the actions after it are drawn again and again. The share of these
+futures that also fail is measured where it rises most, until the rise lies between two scans.
 
     scan          -1    2    4    5    6   12
     fail of 40     0    0    0   37   38   40        inevitable from scan 5 on
 
-Inputs are drawn, neither links nor power: a power cycle cures everything, and would blur the step.
+Only inputs are drawn. Links and power are left out: a power cycle would end most failures and hide the step.
 """
 
 from __future__ import annotations
@@ -19,34 +19,35 @@ from typing import Any
 
 from scanrack.io_images.times import seconds
 
+from ..aim.corpus import cut
 from ..aim.draws import Draws
 from ..run import BrokenInvariant, TrialBench
 from ..scenarios.kinds import Kind
-from ..scenarios.parts import Lasting, Timed, parts_of, scenario_of, with_part
+from ..scenarios.parts import Lasting, parts_of, scenario_of, with_part
 from ..scenarios.scenario import Scenario
 from ..search import Counterexample, all_but
 from .changes import changes_in
 
 FUTURES = 40
-"""Number of futures behind a scan."""
+"""Number of futures after a scan."""
 
 PILOT = 10
-"""Number of futures while the rise is sought; the two scans that it lies between get all of them."""
+"""Number of futures during the search; the two scans around the rise get all of them."""
 
 CLEAR = 30
 """Least rise of failing futures in one scan that is called an instant."""
 
-MOST_ASKED = 24
-"""Largest number of scans behind which futures are drawn."""
+MOST_SAMPLED = 24
+"""Largest number of scans after which futures are drawn."""
 
 FAR, MOST_EVENTS = 300, 4
 """Scans within which the events of a future begin, most of them early, and their number."""
 
 LEAST_JUDGED = 20
-"""Scans behind the failure for which a future is run, at least; else half of the time from the instant on."""
+"""Least number of scans that a future runs after the scan of the failure; else half of the way there."""
 
 ENDS = (1, 2, 10, 100, 1000)
-"""Scans after which something ends that is under way at the instant."""
+"""Scans after which a present event ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +55,11 @@ class PointOfNoReturn:
     """The rise of the share of futures that fail.
 
     Attributes:
-        before: the last scan behind which few fail; -1 is the time before power-up.
-        scan: the first scan behind which many do; the one after `before` unless the search for it was long.
+        before: the last scan after which few fail; -1 is the time before power-up.
+        scan: the first scan after which many do; the one after `before` unless the search for it was long.
         now_ns: its time, ns since power-up.
-        few, many: how many of the futures fail behind them.
-        first: how many fail behind nothing; if the instant is clear, `few`.
+        few, many: how many of the futures fail after them.
+        first: how many fail from power-up on; if the instant is clear, `few`.
         changes: what changed in that scan, as sentences without their own subject.
     """
 
@@ -72,7 +73,7 @@ class PointOfNoReturn:
 
     @property
     def is_from_the_start(self) -> bool:
-        """Whether most futures fail that have nothing in common with the run."""
+        """Whether most futures fail from power-up on."""
         return self.first >= CLEAR
 
     @property
@@ -90,9 +91,9 @@ class PointOfNoReturn:
             return [f"no single instant: {since}, {self.many} from {seconds(self.now_ns)} s on"]
         few = f"{self.few or 'no'} future{'s' if self.few > 1 else ''} of {FUTURES}"
         breaks = "break" if self.few > 1 else "breaks"
-        told = f"up to scan {self.before} {few} {breaks} it, from scan {self.scan}"
-        told += f" ({seconds(self.now_ns)} s) on {self.many} do"
-        return [told + (":" if self.changes else ""), *(f"  {each}" for each in self.changes)]
+        text = f"up to scan {self.before} {few} {breaks} it, from scan {self.scan}"
+        text += f" ({seconds(self.now_ns)} s) on {self.many} do"
+        return [text + (":" if self.changes else ""), *(f"  {each}" for each in self.changes)]
 
 
 class _OutOfTimeError(Exception):
@@ -100,34 +101,34 @@ class _OutOfTimeError(Exception):
 
 
 def find_point_of_no_return(
-    bench: TrialBench, found: Counterexample, seed: int = 1, go_on: Callable[[], bool] = lambda: True
+    bench: TrialBench, found: Counterexample, seed: int = 1, has_time: Callable[[], bool] = lambda: True
 ) -> PointOfNoReturn | None:
     """Return where a failure became inevitable: 100 to 250 runs; None if there was no time for them.
 
     Args:
         seed: the same one draws the same futures.
-        go_on: whether there is time left; asked before every run.
+        has_time: whether there is time left; called before every run.
     """
     try:
-        return _found_inevitable(bench, found, _Crowd(bench, found, seed, go_on))
+        return _locate(bench, found, _Futures(bench, found, seed, has_time))
     except _OutOfTimeError:
         return None
 
 
-def _found_inevitable(bench: TrialBench, found: Counterexample, crowd: _Crowd) -> PointOfNoReturn:
-    failing = {-1: crowd.failing_behind(-1, PILOT), found.broken.scan: PILOT}
-    if failing[-1] * FUTURES >= CLEAR * PILOT and (first := crowd.failing_behind(-1)) >= CLEAR:
+def _locate(bench: TrialBench, found: Counterexample, futures: _Futures) -> PointOfNoReturn:
+    failing = {-1: futures.failing_after(-1, PILOT), found.broken.scan: PILOT}
+    if failing[-1] * FUTURES >= CLEAR * PILOT and (first := futures.failing_after(-1)) >= CLEAR:
         return PointOfNoReturn(-1, 0, 0, 0, first, first)
-    while len(failing) < MOST_ASKED:
+    while len(failing) < MOST_SAMPLED:
         before, scan = _steepest(failing)
         if scan - before == 1:
             break
         middle = (before + scan) // 2
-        failing[middle] = crowd.failing_behind(middle, PILOT)
+        failing[middle] = futures.failing_after(middle, PILOT)
     before, scan = _steepest(failing)
-    few = crowd.failing_behind(before)
-    many = FUTURES if scan == found.broken.scan else crowd.failing_behind(scan)
-    first = few if many - few >= CLEAR else crowd.failing_behind(-1)
+    few = futures.failing_after(before)
+    many = FUTURES if scan == found.broken.scan else futures.failing_after(scan)
+    first = few if many - few >= CLEAR else futures.failing_after(-1)
     changes = changes_in(bench, found.scenario, scan)
     return PointOfNoReturn(before, scan, scan * bench.spec.scan_ns, few, many, first, changes)
 
@@ -138,56 +139,46 @@ def _steepest(failing: dict[int, int]) -> tuple[int, int]:
     return max(pairs, key=lambda pair: (failing[pair[1]] - failing[pair[0]], pair[1] - pair[0]))
 
 
-class _Crowd:
+class _Futures:
     """The futures of a failing run."""
 
     def __init__(
-        self, bench: TrialBench, found: Counterexample, seed: int, go_on: Callable[[], bool]
+        self, bench: TrialBench, found: Counterexample, seed: int, has_time: Callable[[], bool]
     ) -> None:
-        self._bench, self._found, self._seed, self._go_on = bench, found, seed, go_on
+        self._bench, self._found, self._seed, self._has_time = bench, found, seed, has_time
         self._others = all_but(bench, found.broken, ()) - {found.broken.key}
 
         self._fail: dict[int, list[bool]] = {}
         self._futures: dict[int, Iterator[bool]] = {}
 
-    def failing_behind(self, scan: int, futures: int = FUTURES) -> int:
-        """Return how many futures behind a scan break the same invariant; each is run once.
+    def failing_after(self, scan: int, futures: int = FUTURES) -> int:
+        """Return how many futures after a scan break the same invariant; each is run once.
 
         Args:
             futures: their number; fewer are the first of more.
         """
         known = self._fail.setdefault(scan, [])
-        rest = self._futures.setdefault(scan, self._run_behind(scan))
+        rest = self._futures.setdefault(scan, self._run_after(scan))
         known += islice(rest, max(0, futures - len(known)))
         return sum(known[:futures])
 
-    def _run_behind(self, scan: int) -> Iterator[bool]:
-        """Yield of each future whether it fails; nothing new happens in the first."""
+    def _run_after(self, scan: int) -> Iterator[bool]:
+        """Yield for each future whether it fails; the first one has no new events."""
         broken: BrokenInvariant = self._found.broken
         judged = broken.scan + max(LEAST_JUDGED, (broken.scan - scan) // 2)
         bench = replace(self._bench, scans=min(self._bench.scans, judged))
         random = Random(self._seed * 1_000_003 + scan)
         draws = Draws(bench.spec, bench.scans, (Kind.INPUTS,), random)
-        future = beginning = _beginning(self._found.scenario, scan, bench.spec.scan_ns)
+        future = beginning = cut(self._found.scenario, scan, bench.spec.scan_ns)
         while True:
-            if not self._go_on():
+            if not self._has_time():
                 raise _OutOfTimeError
             yield bench.run(future, without=self._others).broken is not None
-            future = _drawn(beginning, scan, draws, random)
+            future = _with_future(beginning, scan, draws, random)
 
 
-def _beginning(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
-    """Return a scenario without what begins behind a scan."""
-    end_ns = scan * scan_ns
-    return scenario_of(
-        (name, part)
-        for name, part in parts_of(scenario)
-        if not isinstance(part, Timed) or part.at_ns <= end_ns
-    )
-
-
-def _drawn(beginning: Scenario, scan: int, draws: Draws, random: Random) -> Scenario:
-    """Return a beginning with a future: what is under way ends at any time, and people do something else."""
+def _with_future(beginning: Scenario, scan: int, draws: Draws, random: Random) -> Scenario:
+    """Return a beginning with a future: present events end at any time, and others begin."""
     future = scenario_of((name, _ended(part, scan, draws, random)) for name, part in parts_of(beginning))
     for _ in range(random.randint(0, MOST_EVENTS)):
         at = scan + int(FAR ** random.random())

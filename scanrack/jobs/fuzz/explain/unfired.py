@@ -1,8 +1,8 @@
-"""Why error rules of the manual never fired in a campaign: the first reason that holds.
+"""Explains why error rules of the manual never fired in a campaign, by the first reason that holds.
 
-Each rule needs commands of the program, a configuration, and inputs that are active; the table says which.
-What only a number decides, such as a speed below the starting speed, is not in it: such a rule's conditions
-came apart, or the number never came.
+A rule needs commands of the program, a configuration, and active inputs: see `NEEDS`.
+A condition on a number, such as a speed below the starting speed, is not in it: the conditions of such a rule
+were never met together.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import reduce
 from itertools import chain
-from operator import or_
+from operator import and_, or_
 from typing import NamedTuple
 
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, ConfigMsw, InputBit
@@ -58,9 +58,10 @@ class Need(NamedTuple):
     """What a rule needs before it can fire.
 
     Attributes:
-        gives: of each mask over both command words the program gives a bit at some time.
-        uses: of each mask one configuration has a bit; inputs among them have to be active at some time, too.
-        lacks: some configuration lacks a bit of the mask; 0 for no need.
+        gives: masks over both command words; the program must set a bit of each at some time.
+        uses: masks over configuration words; some configuration must have a bit of each. Inputs among these
+            bits must also be active at some time.
+        lacks: mask; some configuration must lack one of its bits. 0 = no need.
     """
 
     gives: tuple[int, ...] = ()
@@ -105,12 +106,12 @@ NEEDS: Mapping[str, Need] = {
     "CMD-36": Need((FOLLOWER, S_CURVE), (ENCODER,)),
     "CER-01": Need(), "CER-02": Need((CONFIGURE,)),
 }
-"""Of each row of chapter 6's lists what it needs, after its sentence in `RULES`."""
+"""The needs of each row of chapter 6's lists, from its sentence in `RULES`."""
 # fmt: on
 
 
 def error_rules(profile: Profile = WORDS_3601) -> list[Rule]:
-    """Return the rows of chapter 6's lists and a module's own refusals, in the order of its rules."""
+    """Return the rows of chapter 6's lists and a module's own refusals, in the order of the rules."""
     own = {rule for rule, _ in profile.further_refusals}
     return [
         rule for rule in profile.rules.values() if (rule.list_of or 0) & profile.error_bits or rule.id in own
@@ -121,7 +122,7 @@ class ErrorRules(NamedTuple):
     """The error rules of a rack's modules.
 
     Attributes:
-        owners: whose they are, in words.
+        owners: the modules or the chapter, in words.
         ids: of the rules; modules of two families share some.
     """
 
@@ -146,7 +147,7 @@ class UnfiredReason(IntEnum):
     COMMAND = 1
     FIRMWARE = 2
     CONFIGURATION = 3
-    SURROUNDINGS = 4
+    INPUTS = 4
     APART = 5
 
 
@@ -155,8 +156,8 @@ WORDS: Mapping[UnfiredReason, str] = {
     UnfiredReason.COMMAND: "the program never gives the command",
     UnfiredReason.FIRMWARE: "the firmware has no such rule",
     UnfiredReason.CONFIGURATION: "the configuration excludes it",
-    UnfiredReason.SURROUNDINGS: "no scenario made the input active",
-    UnfiredReason.APART: "its conditions came only apart",
+    UnfiredReason.INPUTS: "no scenario made the input active",
+    UnfiredReason.APART: "its conditions were never met together",
 }
 """Each kind in words, for a summary."""
 
@@ -177,7 +178,7 @@ class UnfiredRule(NamedTuple):
 
 @dataclass(slots=True)
 class GivenWords:
-    """What was ever in the words of a 3601.
+    """All that was in the words of a 3601 so far.
 
     Attributes:
         commands: bits of both command words in command mode.
@@ -212,12 +213,12 @@ def unfired(
 ) -> list[UnfiredRule]:
     """Return the error rules that never fired, each with the first reason that holds.
 
-    Of several modules the one that came furthest gives the reason.
+    With several modules the reason is that of the module that came closest.
 
     Args:
         fired: ids of the rules that did.
         given: what each module's words were, by slot.
-        oldest: each module's oldest firmware that is tried, by slot; newer ones are, too.
+        oldest: the oldest firmware of each module in the search, by slot; newer ones are tried, too.
     """
     return [
         max((_why(rule, given[slot], oldest[slot]) for slot in given), key=lambda each: each.why)
@@ -231,33 +232,27 @@ def _why(rule: Rule, given: GivenWords, oldest: Firmware) -> UnfiredRule:
 
 
 def _reasons(rule: Rule, need: Need, given: GivenWords, oldest: Firmware) -> Iterator[UnfiredRule]:
+    """Yield the reasons that hold, most specific first; the last one always does."""
+    kind = UnfiredReason
     if not rule.testable:
-        yield UnfiredRule(rule, UnfiredReason.UNTESTABLE, rule.untestable_because)
-    for mask in need.gives:
-        if not given.commands & mask:
-            yield UnfiredRule(rule, UnfiredReason.COMMAND, f"the program never gives {_commands(mask)}")
+        yield UnfiredRule(rule, kind.UNTESTABLE, rule.untestable_because)
+    for mask in _missing(need.gives, given.commands):
+        yield UnfiredRule(rule, kind.COMMAND, f"the program never gives {_commands(mask)}")
     if not any(rule.applies_to(each) for each in KNOWN if each >= oldest):
-        yield UnfiredRule(rule, UnfiredReason.FIRMWARE, f"no firmware from {oldest} on has this rule")
-    for mask in need.uses:
-        if not any(each & mask for each in given.configurations):
-            yield UnfiredRule(
-                rule, UnfiredReason.CONFIGURATION, f"no configuration has {_either(ConfigMsw(mask))}"
-            )
-    if (
-        need.lacks
-        and given.configurations
-        and all(each & need.lacks == need.lacks for each in given.configurations)
-    ):
-        yield UnfiredRule(
-            rule, UnfiredReason.CONFIGURATION, f"every configuration has {_both(ConfigMsw(need.lacks))}"
-        )
-    for mask in need.uses:
-        inputs = mask & _ALL_INPUTS
-        if inputs and not given.inputs & inputs:
-            yield UnfiredRule(
-                rule, UnfiredReason.SURROUNDINGS, f"{_either(InputBit(inputs))} was never active"
-            )
-    yield UnfiredRule(rule, UnfiredReason.APART, WORDS[UnfiredReason.APART])
+        yield UnfiredRule(rule, kind.FIRMWARE, f"no firmware from {oldest} on has this rule")
+    for mask in _missing(need.uses, reduce(or_, given.configurations, 0)):
+        yield UnfiredRule(rule, kind.CONFIGURATION, f"no configuration has {_either(ConfigMsw(mask))}")
+    if need.lacks and given.configurations and reduce(and_, given.configurations) & need.lacks == need.lacks:
+        yield UnfiredRule(rule, kind.CONFIGURATION, f"every configuration has {_both(ConfigMsw(need.lacks))}")
+    for inputs in _missing([mask & _ALL_INPUTS for mask in need.uses], given.inputs):
+        if inputs:
+            yield UnfiredRule(rule, kind.INPUTS, f"{_either(InputBit(inputs))} was never active")
+    yield UnfiredRule(rule, kind.APART, WORDS[kind.APART])
+
+
+def _missing(masks: Iterable[int], bits: int) -> Iterator[int]:
+    """Yield the masks of which none of some bits is a part."""
+    return (mask for mask in masks if not bits & mask)
 
 
 def _commands(mask: int) -> str:

@@ -1,4 +1,4 @@
-"""The invariant of commands: no command is in progress while its axis rests for a second with a good link.
+"""Finds commands that are in progress while their axis rests for a second with a good link.
 
 Homing may rest longer: two seconds on an end limit. A follower rests with its encoder. A blend is
 programmed at rest, in phases; each restarts the second. With a round trip of more than a third of a
@@ -18,9 +18,11 @@ from scanrack.ladder.python.axis3601.evidence import HOME_REST_NS
 from scanrack.ladder.python.axis3601.kinds import GEAR, HOME
 from scanrack.ladder.python.sequences import Logic, parts_of
 from scanrack.ladder.run.engine import Engine
+from scanrack.ladder.state.lowered import LoweredProgram
 from scanrack.runtime.loop.scan import ScanLogic
 
 from ...record.logic_wrapper import unwrapped
+from ..last_program import remember_last
 
 
 class NamedTags(Protocol):
@@ -42,7 +44,7 @@ class BusyCommand:
     """A command in progress."""
 
     text: object  # its name, or an object that has it
-    rests: bool  # its axis rests, and answers
+    rests: bool  # whether its axis rests, and answers
     phase: int  # changes when it makes progress at rest
     limit_ns: int
 
@@ -56,13 +58,18 @@ def axes_in(logic: ScanLogic, tags: NamedTags) -> tuple[Question, ...]:
     inside = unwrapped(logic)
     parts = parts_of(inside) if isinstance(inside, Logic) else ()
     axes = [_of_python(each) for each in parts if isinstance(each, Axis3601)]
-    if isinstance(inside, Engine) and not any(map(_is_kind, inside.lowered.layout.leaves)):
-        return ()  # looking for each name takes as long as hundred scans
-    return (*axes, *(_of_blocks(tags, name) for name in tags if f"{name}.RunKind" in tags))
+    if isinstance(inside, Engine):
+        names = _block_axes(inside.lowered)
+    else:
+        names = tuple(name for name in tags if f"{name}.RunKind" in tags)
+    return (*axes, *(_of_blocks(tags, name) for name in names))
 
 
-def _is_kind(path: str) -> bool:
-    return path.endswith(".RUNKIND")
+@remember_last
+def _block_axes(lowered: LoweredProgram) -> tuple[str, ...]:
+    """Return the names of the tags that are axes of motion blocks."""
+    leaves, tags = lowered.layout.leaves, lowered.layout.tags().values()
+    return tuple(tag.name for tag in tags if not tag.dims and f"{tag.name}.RunKind".upper() in leaves)
 
 
 def _of_python(axis: Axis3601) -> Question:
@@ -97,7 +104,7 @@ def _limit_ns(trip_ns: int, *, searches: bool) -> int:
 
 
 class RestMeter:
-    """Measures the rests of a program's axes under a command."""
+    """Measures how long the axes of a program rest during a command."""
 
     def __init__(self, axes: Iterable[Question]) -> None:
         self._axes = [_Rest(each) for each in axes]

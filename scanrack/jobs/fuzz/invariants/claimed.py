@@ -1,4 +1,4 @@
-"""The claims of a rack and its program as invariants: a search asks what `scanrack prove` proves."""
+"""The claims of a rack and its program as invariants: a search tests what `scanrack prove` proves."""
 
 from __future__ import annotations
 

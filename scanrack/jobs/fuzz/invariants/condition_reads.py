@@ -1,8 +1,8 @@
-"""What a user's condition reads, found in its code.
+"""Finds what a user's condition reads, in its code.
 
 A condition that reads only tags and images has the same answer until one of them changes. A condition that
 reads the time, keeps something between calls, or calls unknown code may change its answer in any scan.
-Where the code leaves doubt, the condition counts as one of these.
+In doubt a condition counts as one of these.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ COUNT = re.compile(r"(^|\.)ACC$", re.IGNORECASE)
 """The end of the name of a timer's accumulated value."""
 
 DEEP = 5
-"""Number of functions, one called by the other, that are looked into."""
+"""Depth of nested calls that are followed."""
 
 
 @lru_cache(maxsize=1024)
@@ -102,16 +102,27 @@ def _of_code(code: CodeType, outer: tuple[str, ...]) -> Iterator[ConditionReads]
     """Yield what single instructions depend on; `outer`: variables that outlive a call."""
     steps = [each for each in dis.get_instructions(code) if each.opname not in ("CACHE", "EXTENDED_ARG")]
     for step, following in zip(steps, [*steps[1:], None], strict=True):
-        if step.opname.startswith(CHANGING) or (step.opname == "STORE_DEREF" and step.argval in outer):
+        if _keeps(step, outer) or _reads_time(step):
             yield ConditionReads.ANYTHING
-        if step.opname in ("LOAD_ATTR", "LOAD_METHOD") and step.argval in TIMED:
-            yield ConditionReads.ANYTHING
-        if step.opname == "LOAD_ATTR" and step.argval == "tags":
-            name = following.argval if following is not None and following.opname == "LOAD_CONST" else None
-            if not isinstance(name, str) or COUNT.search(name):
-                yield ConditionReads.COUNTS
-        if step.opname == "LOAD_CONST" and isinstance(step.argval, str) and step.argval in TIMED:
-            yield ConditionReads.ANYTHING  # perhaps for getattr
+        elif step.opname == "LOAD_ATTR" and step.argval == "tags" and not _is_plain_tag(following):
+            yield ConditionReads.COUNTS
+
+
+def _keeps(step: dis.Instruction, outer: tuple[str, ...]) -> bool:
+    """Whether an instruction keeps something beyond the call."""
+    return step.opname.startswith(CHANGING) or (step.opname == "STORE_DEREF" and step.argval in outer)
+
+
+def _reads_time(step: dis.Instruction) -> bool:
+    """Whether an instruction reads what changes with the time, or has its name, perhaps for `getattr`."""
+    named = step.opname in ("LOAD_ATTR", "LOAD_METHOD", "LOAD_CONST") and isinstance(step.argval, str)
+    return named and step.argval in TIMED
+
+
+def _is_plain_tag(step: dis.Instruction | None) -> bool:
+    """Whether the instruction after `tags` loads the name of a tag that is no count of a timer."""
+    name = step.argval if step is not None and step.opname == "LOAD_CONST" else None
+    return isinstance(name, str) and not COUNT.search(name)
 
 
 def _is_constant(value: object) -> bool:

@@ -16,7 +16,7 @@ Note = Callable[[str, Hashable, int], None]
 
 
 def sometimes(condition: Condition) -> Invariant:
-    """Name what a good search must see; the function's docstring is the sentence.
+    """Name a condition that a good search must reach; the function's docstring is the sentence.
 
     A run that sees it first is kept, and varied from that scan on. The summary says what was never seen;
     `scanrack fuzz --strict` then ends with exit status 3.
@@ -43,7 +43,7 @@ def maximize(measure: Condition) -> Invariant:
 
 
 class Sometimes:
-    """Watches a run for what is to be seen."""
+    """Watches a run for a condition that should come true."""
 
     def __init__(self, condition: Condition) -> None:
         self._condition = condition
@@ -51,7 +51,7 @@ class Sometimes:
         self.note: Note | None = None
 
     def __call__(self, now: Snapshot) -> None:
-        """Note the first scan in which it is seen."""
+        """Note the first scan in which the condition is true."""
         if not self.applied and answer(self._condition, now):
             self.applied = True
             if self.note is not None:

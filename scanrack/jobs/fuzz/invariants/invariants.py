@@ -39,7 +39,7 @@ same_until_ns   a method: the instant up to which its answer stays the same if o
 
 
 class InvariantError(ValueError):
-    """An invariant that can't be loaded, or that raised; the message has name, file and line."""
+    """An invariant that can't be loaded or that raised; the message has its name, file and line."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,18 +15,44 @@ from ...record.logic_wrapper import LogicWrapper
 from ...why.source.lines import Line, Lines
 
 
-class Places(LogicWrapper):
-    """A logic that is traced line by line."""
+class OutputLine(LogicWrapper):
+    """A logic that is traced line by line, from some scan on: tracing makes a scan ten times slower.
 
-    def __init__(self, logic: ScanLogic, rack: Rack) -> None:
+    Attributes:
+        last: file name and line, such as "line.py:37"; empty if the change belongs to no line; None
+            before the first traced change.
+        changed_in: the last scan, of those that are not traced, that changed outputs; 0 without any. A
+            run that is traced from there on has the last change.
+
+    Args:
+        since: number of the first scan that is traced.
+    """
+
+    def __init__(self, logic: ScanLogic, rack: Rack, since: int) -> None:
         super().__init__(logic)
-        self._outputs = [slot.outputs.raw for slot in rack.slots.values()]
-        self._lines = Lines(lambda: b"".join(self._outputs), self._changed)
-        self.last = ""  # file name and line, such as "line.py:37"; empty before the first change
+        self._images = [slot.outputs.raw for slot in rack.slots.values()]
+        self._lines = Lines(self._outputs, self._changed)
+        self._since = since
+        self.last: str | None = None
+        self.changed_in = 0
 
     def __call__(self, scan: Any) -> None:
         """Call the logic."""
-        self._lines.call(self._logic, scan)
+        if scan.number >= self._since:
+            self._lines.call(self._logic, scan)
+            return
+        before = self._outputs()
+        self._logic(scan)
+        if self._outputs() != before:
+            self.changed_in = scan.number
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether `last` is known: a change was traced, or all scans are."""
+        return self.last is not None or self._since == 0
+
+    def _outputs(self) -> bytes:
+        return b"".join(self._images)
 
     def _changed(self, line: Line, _before: bytes, _after: bytes) -> None:
         self.last = f"{Path(line.file).name}:{line.number}" if line.number else ""

@@ -1,4 +1,4 @@
-"""A run as a script for `scanrack drive`: the inputs of one module, request by request."""
+"""Writes a run as a script for `scanrack drive`: the inputs of one module, request by request."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ REPLIES = {FaultKind.REPLIES_LOST: "drop_next", FaultKind.REPLIES_DAMAGED: "corr
 def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
     """Return the feature of a slot that the bench lacks, or None."""
     machine = slot.machine
-    told = [each for each in spec.incidents if each.slot in (0, slot.number)]
+    faults = [each for each in spec.incidents if each.slot in (0, slot.number)]
     beyond: tuple[tuple[bool, str], ...] = (
         (not is_stepper(slot.words), f"module {slot.module}"),
         (bool(machine.slips or machine.jams), "slips and jams"),
         (machine.encoder is not None, "an encoder on the shaft"),
-        (any(each.what in TROUBLES for each in told), "lost links"),
-        (any(each.what in REPLIES and each.for_ns for each in told), "replies that are lost for a time"),
+        (any(each.what in TROUBLES for each in faults), "lost links"),
+        (any(each.what in REPLIES and each.for_ns for each in faults), "replies that are lost for a time"),
         (
-            spec.controller != "micrologix" or any(each.what is FaultKind.TORN_UPDATE for each in told),
+            spec.controller != "micrologix" or any(each.what is FaultKind.TORN_UPDATE for each in faults),
             "updates that do not wait for the scan's end",
         ),
         (bool(spec.scan_ns % BENCH_TICK_NS), "a scan that is not a multiple of 0.25 ms"),
@@ -56,8 +56,8 @@ def set_by_level(machine: MachineSpec) -> list[InputBit]:
 
 
 def _fed_by_bench(machine: MachineSpec) -> list[Switch]:
-    told = set_by_level(machine)
-    return [switch for switch in machine.switches if switch.input not in told]
+    by_level = set_by_level(machine)
+    return [switch for switch in machine.switches if switch.input not in by_level]
 
 
 class DriveScript(QuietListener):

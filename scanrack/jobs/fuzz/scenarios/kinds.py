@@ -23,7 +23,7 @@ class Kind(Enum):
     MODE = "mode"
     """The CPU's key is turned to program and back."""
     TORN = "torn"
-    """An update falls into the middle of a scan, and some words come late."""
+    """The outputs are updated in the middle of a scan, and some words come late."""
     FIRMWARE = "firmware"
     """Modules are of another version."""
     LINE = "line"

@@ -1,7 +1,6 @@
-"""Orders of a session as parts of a scenario: incidents, the key, and contacts of cards.
+"""Orders of a session as parts of a scenario: injected faults, the key, and contacts of cards.
 
-Inputs of an axis are among the recorded stimuli already. Forces and written tags are left
-out: a scenario has none.
+The recorded stimuli already have the inputs of an axis. Forces and written tags are left out.
 """
 
 from __future__ import annotations
@@ -10,7 +9,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.live.actions import InjectFault, Mode, Press
 from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 
@@ -53,16 +52,20 @@ def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Itera
 
 def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[ContactPress]:
     """Yield the periods in which a contact of a card was operated."""
-    cards = [slot for slot in spec.slot if "input" in slot.words.groups]
-    closed = {slot.number: slot.options.get("normally_closed", ()) for slot in cards}
+    cards = {slot.number: slot for slot in spec.slot if "input" in slot.words.groups}
     levels: dict[tuple[int, str], list[tuple[int, bool]]] = defaultdict(list)
     for scan, order in given:
-        if isinstance(order, Press) and order.slot in closed and order.on is not None:
-            at_rest = closed[order.slot]
-            rest = isinstance(at_rest, list | tuple) and order.name in at_rest
-            levels[order.slot, order.name].append((scan * spec.scan_ns, order.on is not rest))
+        if isinstance(order, Press) and order.slot in cards and order.on is not None:
+            operated = order.on is not _is_on_at_rest(cards[order.slot], order.name)
+            levels[order.slot, order.name].append((scan * spec.scan_ns, operated))
     for (slot, name), changes in levels.items():
         ends = [at_ns for at_ns, _operated in changes[1:]] + [end_ns]
         for (at_ns, operated), until_ns in zip(changes, ends, strict=True):
             if operated and until_ns > at_ns:
                 yield ContactPress(slot, name, at_ns, until_ns - at_ns)
+
+
+def _is_on_at_rest(card: SlotSpec, name: str) -> bool:
+    """Whether a contact of a card is normally closed."""
+    closed = card.options.get("normally_closed", ())
+    return isinstance(closed, list | tuple) and name in closed

@@ -1,7 +1,7 @@
-"""The tags that an operator's panel writes, with the values at which a ladder program decides.
+"""Finds the tags that an operator's panel writes, and values near those that the program compares.
 
-They are those that clients may write (`[server]`), that the rack file calls written outside or free
-(`[prove]`), and that have a name of a panel: `HMI`, `RECIPE`, `SETPOINT` and so on.
+They are the tags that clients may write (`[server]`), those that the rack file calls written outside or free
+(`[prove]`), and those with a name of a panel: `HMI`, `RECIPE`, `SETPOINT` and so on.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ NEAR = (0, -1, 1)
 
 @dataclass(frozen=True, slots=True)
 class PanelTag:
-    """A tag that someone outside writes, and values to try."""
+    """A tag that is written from outside, and values to try."""
 
     tag: str
     values: tuple[bool | int | float, ...]

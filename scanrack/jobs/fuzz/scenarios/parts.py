@@ -1,4 +1,4 @@
-"""A scenario as a list of parts: taken apart, put together, with one more."""
+"""Takes scenarios apart, and puts them together from parts."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Rack files with a scenario, so that `scanrack run` shows a failure, or with none."""
+"""Rack files with the parts of a scenario, so that `scanrack run` shows a failure; or without any events."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -11,14 +11,14 @@ import tomli_w
 from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
 from scanrack.runtime.config.rackfile import parse_toml
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.loop.incidents import InjectedFault
 from scanrack.runtime.machine import MasterTurn, TimelineEntry
 from scanrack.runtime.machine.spec import input_name
 from scanrack.traces.files.portable import relative
 
 from ...load.program import is_python
-from .scenario import ContactPress, Scenario, entries_of, in_succession, signal_entries
+from .scenario import ContactPress, Scenario, entries_of, in_succession, of_slot, signal_entries
 
 Table = dict[str, Any]
 
@@ -40,32 +40,33 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
     _move_files(document, rack_file.parent, folder)
     document["run_for_s"] = _seconds(scans * spec.scan_ns)
     document["trace"] = "again.mcap"
-    versions = dict(scenario.firmware)
     for table, slot in zip(document["slot"], spec.slot, strict=True):
-        if slot.number in versions:
-            table["firmware"] = versions[slot.number]
-        machine: Table = table.setdefault("machine", {})
-        for shift in scenario.shifts:
-            if shift.slot == slot.number:
-                _shift(machine, shift.steps)
-        lost = [each for each in scenario.lost if each.slot == slot.number]
-        _extend(machine, "slips", ({"at": each.at, "steps": each.steps} for each in lost))
-        presses = [each for each in scenario.presses if each.slot == slot.number]
-        entries = [entry for each in presses for entry in entries_of(each, slot.machine)]
-        _extend(machine, "timeline", map(_entry, entries))
-        if turns := [each for each in scenario.turns if each.slot == slot.number]:
-            machine["turns"] = [_turn(each) for each in in_succession(slot.machine.turns, turns)]
-        pushes = [_push(each) for each in scenario.pushes if each.slot == slot.number]
-        signals = [each for each in scenario.signals if each.slot == slot.number]
-        if pushes or signals:
-            options: Table = table.setdefault("options", {})
-            given = list(options.get("timeline", ()))
-            rows = (
-                {name: _plain(value) for name, value in row.items()} for row in signal_entries(signals, given)
-            )
-            _extend(options, "timeline", [*pushes, *rows])
+        _add_to_slot(table, slot, scenario)
     _extend(document, "incident", map(_incident, scenario.incidents))
     return tomli_w.dumps(document)
+
+
+def _add_to_slot(table: Table, slot: SlotSpec, scenario: Scenario) -> None:
+    """Add the parts of a scenario that concern a slot to its table."""
+    versions = dict(scenario.firmware)
+    if slot.number in versions:
+        table["firmware"] = versions[slot.number]
+    machine: Table = table.setdefault("machine", {})
+    for shift in of_slot(scenario.shifts, slot):
+        _shift(machine, shift.steps)
+    lost = of_slot(scenario.lost, slot)
+    _extend(machine, "slips", ({"at": each.at, "steps": each.steps} for each in lost))
+    presses = of_slot(scenario.presses, slot)
+    entries = [entry for each in presses for entry in entries_of(each, slot.machine)]
+    _extend(machine, "timeline", map(_entry, entries))
+    if turns := of_slot(scenario.turns, slot):
+        machine["turns"] = [_turn(each) for each in in_succession(slot.machine.turns, turns)]
+    pushes = [_push(each) for each in of_slot(scenario.pushes, slot)]
+    if signals := of_slot(scenario.signals, slot):
+        given = table.get("options", {}).get("timeline", ())
+        pushes += [_plain_row(row) for row in signal_entries(signals, given)]
+    if pushes:
+        _extend(table.setdefault("options", {}), "timeline", pushes)
 
 
 def bare_rack_text(rack_file: Path, program: str) -> str:
@@ -133,9 +134,12 @@ def _turn(turn: MasterTurn) -> Table:
     return {"at_ms": _ms(turn.at_ns), "counts": turn.counts, "for_ms": _ms(turn.for_ns)}
 
 
-def _plain(value: object) -> object:
-    """Return a whole number without a fraction, as a person would write it."""
-    return int(value) if isinstance(value, float) and value == int(value) else value
+def _plain_row(row: Mapping[str, object]) -> Table:
+    """Return a row with whole numbers without a fraction, as a person would write them."""
+    return {
+        name: int(value) if isinstance(value, float) and value == int(value) else value
+        for name, value in row.items()
+    }
 
 
 def _incident(incident: InjectedFault) -> Table:

@@ -1,4 +1,4 @@
-"""A scenario: the conditions of a program in one run, added to the rack of its file.
+"""A scenario: the events and conditions of one run, added to the rack of a file.
 
 It is data: the same scenario gives the same run, it can be written to a file and read again, and
 each part of it can be left out for shrinking.
@@ -6,10 +6,10 @@ each part of it can be left out for shrinking.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from decimal import Decimal
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import (
     BeforeValidator,
@@ -29,7 +29,7 @@ from scanrack.runtime.live.actions import Action, Force, Mode, Unforce, Write, a
 from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 from scanrack.runtime.machine import MachineSpec, MasterTurn, Slip, TimelineEntry
 from scanrack.runtime.machine.spec import InputName
-from scanrack.runtime.modules.cards.options import InputPress
+from scanrack.runtime.modules.cards.card_options import InputPress
 
 Time = Annotated[StrictInt, Field(ge=0)]
 NO_MORE_KEYS = ConfigDict(extra="forbid")
@@ -115,7 +115,7 @@ class LostSteps(Part):
 class TornUpdate:
     """An exchange within a scan: from a rung on the program sees the next inputs.
 
-    It is due before the next scan, or nothing happens; so it is where the routine does not come to the rung.
+    Nothing happens if no exchange is due before the next scan, or if the routine does not reach the rung.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -161,7 +161,7 @@ Orders = Annotated[tuple[OperatorAction, ...], PlainValidator(_orders), PlainSer
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """The conditions of a program in one run."""
+    """The events and conditions of one run."""
 
     __pydantic_config__ = NO_MORE_KEYS
 
@@ -183,26 +183,31 @@ class Scenario:
         return spec.model_copy(update={"slot": slots, "incident": (*spec.incident, *incidents)})
 
     def _slot(self, slot: SlotSpec) -> SlotSpec:
-        firmware = dict(self.firmware).get(slot.number, slot.firmware)
+        """Return a slot with the parts of this scenario that concern it; the same one without any."""
+        changed: dict[str, Any] = {}
+        if (firmware := dict(self.firmware).get(slot.number, slot.firmware)) != slot.firmware:
+            changed["firmware"] = firmware
+        if (machine := self._machine(slot)) is not slot.machine:
+            changed["machine"] = machine
+        rows: Any = slot.options.get("timeline", ())
+        more = [push_entry(each) for each in of_slot(self.pushes, slot)]
+        more += signal_entries(of_slot(self.signals, slot), rows)
+        if more:
+            changed["options"] = {**slot.options, "timeline": one_at_a_time([*rows, *more])}
+        return slot.model_copy(update=changed) if changed else slot
+
+    def _machine(self, slot: SlotSpec) -> MachineSpec:
+        """Return the machine of a slot with this scenario's offsets, lost steps, presses and turns."""
         machine = slot.machine
-        for shift in self.shifts:
-            if shift.slot == slot.number:
-                machine = shifted(machine, shift.steps)
-        slips = tuple(Slip(each.at, each.steps) for each in self.lost if each.slot == slot.number)
-        presses = [each for each in self.presses if each.slot == slot.number]
-        entries = tuple(entry for each in presses for entry in entries_of(each, machine))
+        for shift in of_slot(self.shifts, slot):
+            machine = shifted(machine, shift.steps)
+        slips = tuple(Slip(each.at, each.steps) for each in of_slot(self.lost, slot))
+        entries = tuple(entry for each in of_slot(self.presses, slot) for entry in entries_of(each, machine))
         if slips or entries:
             machine = replace(machine, slips=(*machine.slips, *slips), timeline=(*machine.timeline, *entries))
-        if own := [each for each in self.turns if each.slot == slot.number]:
-            machine = replace(machine, turns=in_succession(machine.turns, own))
-        options = slot.options
-        rows: Any = options.get("timeline", ())
-        more = [push_entry(each) for each in self.pushes if each.slot == slot.number]
-        more += signal_entries([each for each in self.signals if each.slot == slot.number], rows)
-        if more:
-            timeline: Any = one_at_a_time([*rows, *more])
-            options = {**options, "timeline": timeline}
-        return slot.model_copy(update={"firmware": firmware, "machine": machine, "options": options})
+        if turns := of_slot(self.turns, slot):
+            machine = replace(machine, turns=in_succession(machine.turns, turns))
+        return machine
 
     def to_json(self) -> dict[str, Any]:
         """Return the scenario in JSON's types; the inverse of `from_json`."""
@@ -228,33 +233,21 @@ class Scenario:
             ValueError: it has a slot that the rack lacks.
         """
         have = [slot.number for slot in spec.slot]
-        happening = (each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE)
-        parts: tuple[Part | InjectedFault, ...]
-        parts = (
-            *self.presses,
-            *self.pushes,
-            *self.signals,
-            *happening,
-            *self.shifts,
-            *self.lost,
-            *self.turns,
-        )
-        for slot in (*dict(self.firmware), *(part.slot for part in parts)):
-            if slot not in have:
+        for number in self._slots():
+            if number not in have:
                 slots = ", ".join(map(str, have))
-                raise ValueError(f"scenario: no slot {slot}; the rack has {slots}")
-        buttons = {slot.number: slot.record.buttons(slot.options) for slot in spec.slot}
-        for push in self.pushes:
-            if push.input not in buttons[push.slot]:
-                names = ", ".join(buttons[push.slot]) or "none"
-                raise ValueError(f"scenario: slot {push.slot} has no button {push.input!r}, only {names}")
-        analog = {slot.number: slot.record.signals(slot.options) for slot in spec.slot}
-        for signal in self.signals:
-            if signal.input not in analog[signal.slot]:
-                names = ", ".join(analog[signal.slot]) or "none"
-                raise ValueError(
-                    f"scenario: slot {signal.slot} has no analog input {signal.input!r}, only {names}"
-                )
+                raise ValueError(f"scenario: no slot {number}; the rack has {slots}")
+        for slot in spec.slot:
+            buttons, signals = slot.record.buttons(slot.options), slot.record.signals(slot.options)
+            _check_inputs(of_slot(self.pushes, slot), "button", buttons)
+            _check_inputs(of_slot(self.signals, slot), "analog input", signals)
+
+    def _slots(self) -> Iterator[int]:
+        """Yield the numbers of the slots that it has parts for."""
+        yield from dict(self.firmware)
+        for parts in (self.presses, self.pushes, self.signals, self.shifts, self.lost, self.turns):
+            yield from (part.slot for part in parts)
+        yield from (each.slot for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE)
 
     def is_possible(self, spec: RackSpec) -> bool:
         """Return whether no module has an older firmware here than the rack's program needs."""
@@ -270,6 +263,21 @@ class Scenario:
 
 
 _SCENARIO = TypeAdapter(Scenario)
+
+SomePart = TypeVar("SomePart", bound=Part)
+
+
+def of_slot(parts: Iterable[SomePart], slot: SlotSpec) -> list[SomePart]:
+    """Return the parts that concern a slot."""
+    return [each for each in parts if each.slot == slot.number]
+
+
+def _check_inputs(parts: Iterable[ContactPress | Signal], what: str, names: Collection[str]) -> None:
+    """Raise ValueError for a part whose input is not among the names of its card."""
+    for part in parts:
+        if part.input not in names:
+            known = ", ".join(names) or "none"
+            raise ValueError(f"scenario: slot {part.slot} has no {what} {part.input!r}, only {known}")
 
 
 def first_mistake(error: ValidationError) -> str:
@@ -313,18 +321,24 @@ def one_at_a_time(rows: Sequence[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
     kept: dict[str, list[Mapping[str, Any]]] = {}
     for row in sorted(rows, key=lambda row: InputPress(**row).begin_ns):
         before = kept.setdefault(row["input"], [])
-        press, last = InputPress(**row), InputPress(**before[-1]) if before else None
-        if last is None or last.value is not None:
-            if last is not None and last.begin_ns == press.begin_ns:
-                before.pop()
-            before.append(row)
-        elif last.end_ns is not None and press.begin_ns >= last.end_ns:
-            before.append(row)
-        elif last.end_ns is not None:
-            end_ns = None if press.end_ns is None else max(press.end_ns, last.end_ns)
-            lasts = {} if end_ns is None else {"for_ms": (end_ns - last.begin_ns) / 1e6}
-            before[-1] = {"at_ms": last.begin_ns / 1e6, "input": row["input"], **lasts}
+        joined = _joined(before.pop(), row) if before else [row]
+        before += joined
     return [row for each in kept.values() for row in each]
+
+
+def _joined(last: Mapping[str, Any], row: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return what remains of a row and a later one of the same input."""
+    before, press = InputPress(**last), InputPress(**row)
+    if before.value is not None:
+        return [row] if before.begin_ns == press.begin_ns else [last, row]
+    if before.end_ns is None:
+        return [last]
+    if press.begin_ns >= before.end_ns:
+        return [last, row]
+    if press.end_ns is None:
+        return [{"at_ms": before.begin_ns / 1e6, "input": row["input"]}]
+    for_ms = (max(press.end_ns, before.end_ns) - before.begin_ns) / 1e6
+    return [{"at_ms": before.begin_ns / 1e6, "input": row["input"], "for_ms": for_ms}]
 
 
 def signal_entries(

@@ -1,4 +1,4 @@
-"""Exchanges within a scan: of a CompactLogix's ladder program, whose inputs change between two rungs.
+"""Exchanges within a scan: the inputs of a CompactLogix's ladder program change between two rungs.
 
     scan n        rung 0   rung 1  |  rung 2   rung 3
     inputs        R0       R0      |  R1       R1        a tear before rung 2
@@ -35,7 +35,7 @@ Rung = tuple[str, int]
 
 
 def reading_rungs(lowered: LoweredProgram) -> tuple[Rung, ...]:
-    """Return the rungs that read an input image: only before them a tear makes a difference."""
+    """Return the rungs that read an input image: a tear has an effect only before one of them."""
     return tuple(
         {
             (routine.name, line.number): None
@@ -58,7 +58,7 @@ def _reads_inputs(lowered: LoweredProgram, line: LoweredLine) -> bool:
 
 
 def _handed(step: LoweredStep) -> Iterable[Place | Group]:
-    """Return what an add-on instruction gets as it is."""
+    """Return the operands that an add-on instruction receives by reference."""
     if step.name != ADD_ON:
         return ()
     call: AddOnCall = step.operands[0]

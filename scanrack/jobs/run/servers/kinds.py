@@ -17,7 +17,7 @@ from scanrack.runtime.tag_servers.setup import ETHERNET_IP, MODBUS_TCP, OPC_UA
 
 HOST = "127.0.0.1"
 
-OPEN, ENCRYPTED = SECURITIES = ("none", "encrypted")
+OPEN, ENCRYPTED = "none", "encrypted"
 """What `--opc-ua-security` takes."""
 
 
@@ -132,7 +132,7 @@ def addresses(
     """Return the addresses of options.
 
     Args:
-        security: of the OPC UA server, a word of `SECURITIES`; None = open on this machine, else encrypted.
+        security: of the OPC UA server, `OPEN` or `ENCRYPTED`; None = open on this machine, else encrypted.
         users: file of those who may log in there.
 
     Raises:

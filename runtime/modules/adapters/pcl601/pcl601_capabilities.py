@@ -1,0 +1,189 @@
+"""Capabilities of a PCL601."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from scanrack.io_images.amci3601 import Configuration, HomingKind, InputBit
+from typing_extensions import override
+
+from ....kinematics import MILLI, PICO, Shape, stopping_distance
+from ...amci3601 import AxisHoming, AxisRequest, Feature
+from ..capabilities import (
+    PROFILE,
+    RAMPED,
+    TIMED,
+    CommandRow,
+    ConfigurationRow,
+    RowCapabilities,
+    SubstitutionRow,
+    has_ramps,
+    no_blend,
+    no_feedback,
+    no_follower,
+    no_marker,
+    no_speed_change,
+    speed_of,
+    too_fast,
+    unless,
+)
+from .pcl601_options import Pcl601Options
+from .units import BASE_MAX, SPEED_MAX, STEPS_MAX, drive_for
+
+EITHER_LIMIT = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
+GROUNDED = (InputBit.HOME | InputBit.ESTOP).value
+LATE_S = Fraction(3, 100)
+"""Longest delay of a polled ramp down, s."""
+
+
+def _used_low(configuration: Configuration, mask: int) -> bool:
+    return bool(configuration.inputs_used & ~configuration.active_high & mask)
+
+
+CONFIGURATION_ROWS: tuple[ConfigurationRow[Pcl601Options], ...] = (
+    ConfigurationRow(
+        "starting speed",
+        lambda it, _: it.starting_speed > BASE_MAX,
+        f"the PCL601's base speed goes up to {BASE_MAX} steps/s",
+    ),
+    ConfigurationRow(
+        "capture input",
+        lambda it, options: bool(it.inputs_used & InputBit.CAPTURE.value) and options.capture == "reject",
+        "captures are polled, and option capture rejects that",
+    ),
+    ConfigurationRow(
+        "capture input",
+        lambda it, options: bool(it.inputs_used & InputBit.CAPTURE.value) and options.limit_sense == "inputs",
+        "by option limit_sense = inputs the CCW limit is wired to input 5, and there is none for captures",
+    ),
+    ConfigurationRow(
+        "backplane home proximity",
+        lambda it, options: it.backplane_proximity and options.proximity != "jumper",
+        "a PLC can set no home proximity; option proximity = jumper wires an output to the soft limits",
+    ),
+    no_feedback("PCL601"),
+    ConfigurationRow(
+        "CW/CCW pulses",
+        lambda it, _: not it.step_and_direction,
+        "the PCL601 has clock and direction outputs",
+    ),
+    no_marker("PCL601"),
+    ConfigurationRow(
+        "normally closed end limit",
+        lambda it, options: _used_low(it, EITHER_LIMIT) and options.limit_sense != "inputs",
+        "the PCL601's hard limits act when grounded; option limit_sense = inputs reads inputs instead",
+    ),
+    ConfigurationRow(
+        "normally closed home switch or emergency stop",
+        lambda it, _: _used_low(it, GROUNDED),
+        "home and emergency stop are wired to inputs that act when grounded",
+    ),
+)
+
+
+def _one_step_per_second(request: AxisRequest, options: Pcl601Options) -> bool:
+    """Whether the speed is 1 step/s; the base speed must be below it."""
+    return speed_of(request) == 1
+
+
+def _rates_differ(request: AxisRequest, options: Pcl601Options) -> bool:
+    given = request.command.parameters
+    return has_ramps(request) and given.acceleration != given.deceleration
+
+
+def _too_far(request: AxisRequest, options: Pcl601Options) -> bool:
+    return abs(request.distance) > STEPS_MAX
+
+
+def hears_external(configuration: Configuration, options: Pcl601Options) -> bool:
+    """Whether the external input feeds input 2, from which the steps of a registration move count."""
+    used_high = configuration.inputs_used & configuration.active_high
+    return options.registration == "default" and bool(used_high & InputBit.EXTERNAL.value)
+
+
+def counts_too_early(configuration: Configuration, minimum: int, options: Pcl601Options) -> bool:
+    """Whether the controller would count from an input below the minimum distance, too."""
+    return minimum > 0 and hears_external(configuration, options)
+
+
+def polls_mark(configuration: Configuration, minimum: int, options: Pcl601Options) -> bool:
+    """Whether the steps of a registration move count from a polled mark."""
+    return options.registration == "polled" or counts_too_early(configuration, minimum, options)
+
+
+def _too_short_to_stop(request: AxisRequest, options: Pcl601Options) -> bool:
+    target = request.command.parameters.target or 0
+    drive = drive_for(request.command.profile(request.configuration.starting_speed))
+    stop = stopping_distance(MILLI * drive.speed_sps, drive.base_sps, drive.rate_spmss, drive.profile.shape)
+    polled = polls_mark(request.configuration, request.minimum_registration, options)
+    late = PICO * drive.speed_sps * LATE_S if polled else 0
+    return target * PICO < stop + late
+
+
+COMMAND_ROWS: tuple[CommandRow[Pcl601Options], ...] = (
+    CommandRow(
+        Feature.ENCODER_MOVE,
+        "encoder move",
+        unless(encoder_move="polled"),
+        PROFILE,
+        "the PCL601 can't end a move by its encoder; option encoder_move = polled stops when it is read",
+    ),
+    no_follower("PCL601"),
+    no_blend("PCL601"),
+    no_speed_change("PCL601"),
+    too_fast("PCL601", SPEED_MAX),
+    CommandRow(TIMED, "speed", _one_step_per_second, PROFILE, "the PCL601's slowest motion is 2 steps/s"),
+    CommandRow(
+        RAMPED,
+        "different rates",
+        lambda request, options: options.strict and _rates_differ(request, options),
+        PROFILE,
+        "the PCL601 has one rate for both ramps, and option strict rejects the lower one for both",
+    ),
+    CommandRow(Feature.MOVE, "distance", _too_far, PROFILE, f"the PCL601 indexes by up to {STEPS_MAX} steps"),
+    CommandRow(
+        Feature.REGISTRATION,
+        "registration distance",
+        _too_short_to_stop,
+        PROFILE,
+        "the distance is shorter than the ramp down at the lower of the two rates (and, polled, its delay)",
+    ),
+)
+
+
+SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pcl601Options], ...] = (
+    SubstitutionRow(
+        "different rates",
+        _rates_differ,
+        "the PCL601 has one rate for both ramps: the lower one of the two is taken, which takes longer",
+    ),
+    SubstitutionRow(
+        "S-curve",
+        lambda request, _: has_ramps(request) and request.command.shape is not Shape.CONSTANT,
+        "the PCL601 has no S-curve: the ramp has a constant rate, and takes as long",
+    ),
+    SubstitutionRow(
+        "minimum registration distance",
+        lambda request, options: (
+            request.feature is Feature.REGISTRATION
+            and counts_too_early(request.configuration, request.minimum_registration, options)
+        ),
+        "input 2 would count from the external input at once: the move stops when the input counts, "
+        "and goes on by the steps that are left; option registration = jumper does without the stop",
+    ),
+)
+
+
+class Pcl601Capabilities(RowCapabilities[Pcl601Options]):
+    """The rows above."""
+
+    def __init__(self, options: Pcl601Options) -> None:
+        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)
+        self.shared_limit = options.limit_sense != "inputs"
+
+    @override
+    def homing_for(self, kind: HomingKind) -> AxisHoming:
+        """Return the controller's home type: 0 uses soft limit and home switch, 1 the switch alone."""
+        if kind is HomingKind.HOME_SWITCH_PROXIMITY:
+            return AxisHoming.MEETS_SWITCH_SLOWLY
+        return AxisHoming.LEAVES_SWITCH

@@ -1,0 +1,208 @@
+"""Capabilities of a PMC006x3s."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from scanrack.io_images.amci3601 import CommandMsw, Configuration, InputBit
+
+from ....controllers.pmc006.ramps import ramp_steps
+from ...amci3601 import AxisHoming, AxisRequest, Feature
+from ..capabilities import (
+    FUNCTION,
+    HOMING,
+    PROFILE,
+    RAMPED,
+    TIMED,
+    CommandRow,
+    ConfigurationRow,
+    RowCapabilities,
+    SubstitutionRow,
+    always,
+    has_ramps,
+    no_blend,
+    no_feedback,
+    no_follower,
+    no_marker,
+    no_speed_change,
+    speed_of,
+    too_fast,
+    unless,
+)
+from .pmc006_options import Pmc006Options
+from .units import RATE_MIN, SPEED_MAX, START_MAX, START_MIN, speeds_for
+
+FSET_INPUTS = (InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.ESTOP)
+"""Terminals of which one may be wired to FSET."""
+
+SHARED = (InputBit.HOME | InputBit.CCW_LIMIT).value
+"""Two terminals that are wired to EXT1."""
+POLL_S = Fraction(1, 20)
+"""Time of a poll, s: the longest delay of the ramp down."""
+
+RATE_TOO_LOW = f"the PMC006's lowest rate is 5.21 steps/ms/s, so {RATE_MIN} is the least that can be kept"
+
+FIND_HOME_CW = CommandMsw.FIND_HOME_CW.value
+
+
+def _uses(configuration: Configuration, bit: InputBit) -> bool:
+    return bool(configuration.inputs_used & bit.value)
+
+
+def _levels_of_ext1_differ(it: Configuration, options: Pmc006Options) -> bool:
+    both = it.inputs_used & SHARED == SHARED
+    return both and it.active_high & SHARED not in (0, SHARED)
+
+
+CONFIGURATION_ROWS: tuple[ConfigurationRow[Pmc006Options], ...] = (
+    ConfigurationRow(
+        "home_stroke",
+        lambda it, options: options.home_stroke is None,
+        "option home_stroke is missing: how far Find Home may go, in steps",
+    ),
+    ConfigurationRow(
+        "starting speed",
+        lambda it, _: not START_MIN <= it.starting_speed <= START_MAX,
+        f"the PMC006's start speed goes from {START_MIN} to {START_MAX} steps/s",
+    ),
+    ConfigurationRow(
+        "capture input",
+        lambda it, options: _uses(it, InputBit.CAPTURE) and options.capture != "fset",
+        "the PMC006 has no input for it; option capture = fset uses FSET",
+    ),
+    ConfigurationRow(
+        "external input",
+        lambda it, options: _uses(it, InputBit.EXTERNAL) and options.hold != "immediate",
+        "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp",
+    ),
+    ConfigurationRow(
+        "FSET",
+        lambda it, _: sum(_uses(it, bit) for bit in FSET_INPUTS) > 1,
+        "FSET has one use: capture, external input or emergency stop",
+    ),
+    ConfigurationRow(
+        "backplane home proximity",
+        lambda it, _: it.backplane_proximity,
+        "the PMC006 has no home proximity that a PLC could set",
+    ),
+    ConfigurationRow(
+        "encoder",
+        lambda it, _: it.quadrature_encoder,
+        "the PMC006 tells no encoder position",
+    ),
+    no_feedback("PMC006"),
+    no_marker("PMC006"),
+    ConfigurationRow(
+        "levels of home switch and CCW limit",
+        _levels_of_ext1_differ,
+        "home switch and CCW limit share EXT1, so both have to be active at the same level",
+    ),
+)
+
+
+def _too_slow(request: AxisRequest, options: Pmc006Options) -> bool:
+    return 0 < speed_of(request) < START_MIN
+
+
+def _rate_too_low(request: AxisRequest, options: Pmc006Options) -> bool:
+    given = request.command.parameters
+    gentler = options.accel_rounding == "gentler"
+    return gentler and has_ramps(request) and min(given.acceleration, given.deceleration) < RATE_MIN
+
+
+def _too_short_to_stop(request: AxisRequest, options: Pmc006Options) -> bool:
+    """Whether the steps of a registration are fewer than a poll and the ramp down take."""
+    nearest = options.accel_rounding == "nearest"
+    speeds = speeds_for(request.command.profile(request.configuration.starting_speed), nearest=nearest)
+    ramp = ramp_steps(speeds.stop_sps, speeds.max_sps, speeds.deceleration)
+    return (request.command.parameters.target or 0) < ramp + speeds.max_sps * POLL_S
+
+
+COMMAND_ROWS: tuple[CommandRow[Pmc006Options], ...] = (
+    CommandRow(
+        Feature.ENCODER_MOVE, "encoder move", always, PROFILE, "the PMC006 can't end a move by an encoder"
+    ),
+    no_follower("PMC006"),
+    CommandRow(
+        Feature.PRESET_ENCODER, "preset encoder", always, FUNCTION, "the PMC006 tells no encoder position"
+    ),
+    no_blend("PMC006"),
+    CommandRow(
+        Feature.REGISTRATION,
+        "registration move",
+        unless(registration="polled"),
+        PROFILE,
+        "the PMC006 can't count steps from an input; option registration = polled stops in between",
+    ),
+    no_speed_change("PMC006"),
+    CommandRow(
+        Feature.HOLD,
+        "hold",
+        unless(hold="immediate"),
+        FUNCTION,
+        "the PMC006 can't slow down in a move; option hold = immediate stops without a ramp",
+    ),
+    CommandRow(
+        Feature.HOME,
+        "find home CW",
+        lambda request, _: bool(request.command.msw & FIND_HOME_CW),
+        HOMING,
+        "the PMC006 homes backward only, which is CCW",
+    ),
+    too_fast("PMC006", SPEED_MAX),
+    CommandRow(TIMED, "speed", _too_slow, PROFILE, f"the PMC006's slowest motion is {START_MIN} steps/s"),
+    CommandRow(
+        Feature.BLEND_SEGMENT,
+        "acceleration",
+        lambda request, options: (
+            options.accel_rounding == "gentler"
+            and has_ramps(request)
+            and request.command.parameters.acceleration < RATE_MIN
+        ),
+        PROFILE,
+        RATE_TOO_LOW,
+    ),
+    CommandRow(
+        Feature.BLEND,
+        "final deceleration",
+        lambda request, options: (
+            options.accel_rounding == "gentler" and 0 < request.command.words[5] & 0x3FFF < RATE_MIN
+        ),
+        PROFILE,
+        RATE_TOO_LOW,
+    ),
+    CommandRow(RAMPED, "rate", _rate_too_low, PROFILE, RATE_TOO_LOW),
+    CommandRow(
+        Feature.REGISTRATION,
+        "registration distance",
+        _too_short_to_stop,
+        PROFILE,
+        "the distance is shorter than the ramp down, and the way until it begins",
+    ),
+    CommandRow(
+        RAMPED,
+        "ramps",
+        lambda request, options: options.strict and has_ramps(request),
+        PROFILE,
+        "the PMC006 has eight S-shaped ramps, and option strict rejects the nearest gentler one",
+    ),
+)
+
+
+SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pmc006Options], ...] = (
+    SubstitutionRow(
+        "ramps",
+        lambda request, options: has_ramps(request) and options.accel_rounding == "gentler",
+        "the PMC006 has eight S-shaped ramps: the nearest one that is not steeper is taken, for each",
+    ),
+)
+
+
+class Pmc006Capabilities(RowCapabilities[Pmc006Options]):
+    """The rows above."""
+
+    homing = AxisHoming.MEETS_SWITCH
+    home_is_ccw_limit = True
+
+    def __init__(self, options: Pmc006Options) -> None:
+        super().__init__(CONFIGURATION_ROWS, COMMAND_ROWS, SUBSTITUTION_ROWS, options)

@@ -1,0 +1,53 @@
+"""Options of the PMC006 adapter."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import BeforeValidator
+from scanrack.io_images.pmc006.instructions import BY_NAME, InstructionRow
+
+from ....loop.module_options import Options
+
+
+def _taken_by(row: InstructionRow) -> BeforeValidator:
+    """Return a check for numbers that an instruction accepts, or None."""
+
+    def check(value: object) -> object:
+        if value is not None and (type(value) is not int or not row.allows(value)):
+            raise ValueError(f"{value!r} is not allowed: {row.allowed} {row.unit}")
+        return value
+
+    return BeforeValidator(check)
+
+
+class Pmc006Options(Options):
+    """Substitutions and wiring of the controller.
+
+    Attributes:
+        home_stroke: longest homing, steps; a configuration is refused without it.
+        strict: refuse motions with a slower ramp than programmed, or one of another shape.
+        blend: "segmented" runs the segments of a blend move one by one, with a stop in between; else
+            refused.
+        capture: "fset": the capture input is wired to FSET; else it is refused.
+        registration: "polled" stops a registration move after a read of its input, then makes the remaining
+            steps; else refused.
+        accel_rounding: "nearest" selects the nearest rate of the table, which may be a steeper one.
+        hold: "immediate" holds a move without a ramp, and allows the external input on FSET; else refused.
+        respeed: "restart" changes the speed of a manual move by a stop in between; else refused.
+        peak_current: phase current of the motor, mA; by default the one saved in the controller.
+        diagnostic: "mirror" copies the position to the diagnostic words, "reject" refuses them.
+    """
+
+    owner: ClassVar[str] = "PMC006 adapter"
+
+    home_stroke: Annotated[int | None, _taken_by(BY_NAME["zero_back"])] = None
+    strict: bool = False
+    blend: Literal["refuse", "segmented"] = "refuse"
+    capture: Literal["reject", "fset"] = "reject"
+    registration: Literal["refuse", "polled"] = "refuse"
+    accel_rounding: Literal["gentler", "nearest"] = "gentler"
+    hold: Literal["refuse", "immediate"] = "refuse"
+    respeed: Literal["refuse", "restart"] = "refuse"
+    peak_current: Annotated[int | None, _taken_by(BY_NAME["peak_current"])] = None
+    diagnostic: Literal["reject", "mirror"] = "reject"

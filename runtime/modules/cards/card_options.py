@@ -1,0 +1,347 @@
+"""Options of a card in a rack file: the wiring of its terminals, and a timeline of its inputs.
+
+[slot.options]
+inputs = { start = 0, stop = 1, at_two = 2, home = 3 }
+outputs = { lamp = 0 }
+normally_closed = ["stop"]
+timeline = [{ at_ms = 100, input = "start", for_ms = 50 }]
+cam = [
+    { input = "at_two", slot = 1, first = 3990, last = 4010 },   # the shaft of slot 1
+    { input = "home", slot = 1, switch = "home" },               # a switch of its machine
+]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from decimal import Decimal
+from typing import Annotated, ClassVar, Self
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from scanrack.io_images.cards import WORD_BITS, CardKind
+from scanrack.io_images.image import WORD_MAX, WORD_MIN, WORDS
+from scanrack.io_images.module_words import BitPlace, ModuleWords, numbers_of, terminals_in
+from scanrack.io_images.signal_ranges import RANGES, RAW_LANDMARKS, SIGNAL_MAX, Channel
+from scanrack.io_images.times import time_text
+
+from ...loop.module_options import Options
+from ...machine.spec import INPUT_NAMES
+
+CHANNEL_NAMES = tuple(f"ch{at}_data" for at in range(WORDS))
+WORD_NAMES = ("data", *(f"word{index}" for index in range(1, WORDS)))
+
+
+def _exact(value: object) -> object:
+    """Return a number as it was written: 0.1 is a tenth."""
+    return Decimal(str(value)) if isinstance(value, int | float) and not isinstance(value, bool) else value
+
+
+Terminal = Annotated[int, Field(ge=0)]
+Milliseconds = Annotated[Decimal, BeforeValidator(_exact), Field(ge=0, le=10**9, decimal_places=6)]
+Seconds = Annotated[Decimal, BeforeValidator(_exact), Field(ge=0, le=10**6, decimal_places=9)]
+
+
+class _Row(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
+
+
+class InputPress(_Row):
+    """An input is operated, or an analog input gets a value.
+
+    Attributes:
+        at_ms: time since power-up, ms; or `at_s`.
+        input: one of `inputs`.
+        for_ms: duration, ms; or `for_s`. Left out = it stays operated.
+        value: of an analog input: its value from then on, V or mA where `ranges` names it, else the raw
+            number.
+    """
+
+    at_ms: Milliseconds | None = None
+    at_s: Seconds | None = None
+    input: str
+    for_ms: Annotated[Milliseconds, Field(gt=0)] | None = None
+    for_s: Annotated[Seconds, Field(gt=0)] | None = None
+    value: Annotated[Decimal, BeforeValidator(_exact), Field(ge=WORD_MIN, le=WORD_MAX)] | None = None
+
+    @property
+    def begin_ns(self) -> int:
+        """Begin, ns since power-up."""
+        return _ns(self.at_ms, self.at_s) or 0
+
+    @property
+    def end_ns(self) -> int | None:
+        """End, ns since power-up; None = never."""
+        length_ns = _ns(self.for_ms, self.for_s)
+        return None if length_ns is None else self.begin_ns + length_ns
+
+    @model_validator(mode="after")
+    def _has_one_unit(self) -> Self:
+        if (self.at_ms is None) is (self.at_s is None):
+            raise ValueError("one of at_ms and at_s is needed")
+        if self.for_ms is not None and self.for_s is not None:
+            raise ValueError("for_ms and for_s are given: one of them is enough")
+        return self
+
+
+def _ns(ms: Decimal | None, s: Decimal | None) -> int | None:
+    """Convert the time given in one of the two units to ns; None without one."""
+    return int(ms * 10**6) if ms is not None else int(s * 10**9) if s is not None else None
+
+
+class Cam(_Row):
+    """A contact that the machine of another slot's stepper operates.
+
+    Attributes:
+        input: one of `inputs`.
+        slot: slot of the stepper.
+        first: lowest position of the shaft that operates it, steps; no lower end if left out.
+        last: highest position, inclusive.
+        switch: instead of a range: the stepper's input that it follows, such as "home".
+    """
+
+    input: str
+    slot: Annotated[int, Field(ge=1)]
+    first: int | None = None
+    last: int | None = None
+    switch: str | None = None
+
+    @model_validator(mode="after")
+    def _is_sound(self) -> Self:
+        has_range = self.first is not None or self.last is not None
+        if has_range is (self.switch is not None):
+            raise ValueError("a cam needs first, last or both; or a switch")
+        if self.switch is not None and self.switch not in INPUT_NAMES:
+            raise ValueError(f"no switch {self.switch!r}; choose from {', '.join(INPUT_NAMES)}")
+        if self.first is not None and self.last is not None and self.first > self.last:
+            raise ValueError(f"first {self.first} lies after last {self.last}")
+        return self
+
+
+class CardOptions(Options):
+    """The wiring of a card.
+
+    Attributes:
+        inputs: names of inputs by terminal, or of analog inputs by channel.
+        outputs: names of outputs by terminal or channel.
+        timeline: when inputs are operated, or analog inputs get a value.
+        normally_closed: inputs whose contacts are closed at rest: acting on one de-energizes it.
+        cam: inputs that the machine of another slot operates.
+        ranges: of an analog card: the range of a named channel, such as "4..20 mA"; with it the card
+            converts, and shows over- and under-range.
+        formats: of an analog card: the data format of a channel with a range; "raw" if left out.
+    """
+
+    owner: ClassVar[str] = "card"
+
+    inputs: Mapping[str, Terminal] = Field(default_factory=dict)
+    outputs: Mapping[str, Terminal] = Field(default_factory=dict)
+    normally_closed: Annotated[tuple[str, ...], Field(strict=False)] = ()
+    timeline: Annotated[tuple[InputPress, ...], Field(strict=False)] = ()
+    cam: Annotated[tuple[Cam, ...], Field(strict=False)] = ()
+    ranges: Mapping[str, str] = Field(default_factory=dict)
+    formats: Mapping[str, str] = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def _is_sound(self) -> Self:
+        for field in ("inputs", "outputs"):
+            _check_names(field, getattr(self, field))
+        both = sorted(set(self.inputs) & set(self.outputs))
+        if both:
+            raise ValueError(
+                f"{both[0]!r} is the name of an input and of an output: each terminal has its own"
+            )
+        _check_presses(self.timeline)
+        known = ", ".join(self.inputs) or "none"
+        by_machine = [each.input for each in self.cam]
+        by_hand = [press.input for press in self.timeline]
+        for name in (*self.normally_closed, *by_hand, *by_machine):
+            if name not in self.inputs:
+                raise ValueError(f"no input {name!r}: inputs are {known}")
+        for name in by_machine:
+            if name in by_hand or by_machine.count(name) > 1:
+                raise ValueError(f"cam: {name!r} is wired twice: one cam, or the timeline")
+        return self
+
+    def check(self, kind: CardKind) -> None:
+        """Refuse a wiring that does not fit a kind of card.
+
+        Raises:
+            ValueError: a terminal or channel that it lacks, or a contact on an analog one.
+        """
+        for field, image, masks in (("inputs", "I", kind.inputs), ("outputs", "O", kind.outputs)):
+            channels = [(1 << kind.channels[image]) - 1]
+            _check_places(kind, field, getattr(self, field), channels if kind.analog else masks)
+        if kind.analog and (self.normally_closed or self.cam):
+            raise ValueError(f"a {kind.name} has no contacts: normally_closed and cam go with a digital card")
+        for press in self.timeline:
+            self._check_press(press, analog=kind.analog)
+        self._check_ranges(kind)
+
+    def _check_press(self, press: InputPress, *, analog: bool) -> None:
+        if analog is not (press.value is not None):
+            says = "needs a value" if analog else "is a contact and has no value"
+            raise ValueError(f"timeline: {press.input!r} {says}")
+        if analog and press.end_ns is not None:
+            raise ValueError(f"timeline: {press.input!r} has a value until the next one: no for_ms")
+        if press.value is not None:
+            self.check_value(press.input, press.value)
+
+    def _check_ranges(self, kind: CardKind) -> None:
+        for name, wanted in self.ranges.items():
+            _check_choice(f"ranges: {name!r}", wanted, kind.ranges, kind.name)
+            if name not in self.inputs and name not in self.outputs:
+                known = ", ".join((*self.inputs, *self.outputs)) or "none"
+                raise ValueError(f"ranges: no channel {name!r}: channels are {known}")
+        for name, wanted in self.formats.items():
+            _check_choice(f"formats: {name!r}", wanted, tuple(kind.formats), kind.name)
+            if name not in self.ranges:
+                raise ValueError(f"formats: {name!r} has no range: name one in ranges")
+            if wanted == "percent" and RANGES[self.ranges[name]].low < 0:
+                raise ValueError(f"formats: {name!r}: a range of {self.ranges[name]} has no percent")
+
+    def check_value(self, name: str, value: Decimal) -> None:
+        """Refuse an illegal value of an analog input.
+
+        Raises:
+            ValueError: a signal beyond 30 V or mA; without a range, a number beyond a word.
+        """
+        if name in self.ranges:
+            if abs(value) > SIGNAL_MAX:
+                unit = self.ranges[name].rpartition(" ")[2]
+                raise ValueError(
+                    f"{name!r}: {value} {unit} is not a signal of it: must be -{SIGNAL_MAX} to {SIGNAL_MAX}"
+                )
+        elif value != int(value) or not WORD_MIN <= value <= WORD_MAX:
+            raise ValueError(
+                f"{name!r}: {value} is not a word: must be {WORD_MIN} to {WORD_MAX}, "
+                "or V and mA with a range in ranges"
+            )
+
+    def channel_of(self, name: str) -> tuple[str, int]:
+        """Return the image and the number of a channel that is wired."""
+        return ("I", self.inputs[name]) if name in self.inputs else ("O", self.outputs[name])
+
+    def channels(self, kind: CardKind) -> dict[tuple[str, int], Channel]:
+        """Return the channels with a range, by image and number."""
+        return {
+            self.channel_of(name): Channel(RANGES[wanted], kind.formats[self.formats.get(name, "raw")])
+            for name, wanted in self.ranges.items()
+        }
+
+    @property
+    def at_rest(self) -> int:
+        """Mask of the inputs that are energized at rest."""
+        return sum(1 << self.inputs[name] for name in set(self.normally_closed))
+
+    @property
+    def follows(self) -> frozenset[int]:
+        """The slots whose machines operate inputs."""
+        return frozenset(each.slot for each in self.cam)
+
+    @property
+    def buttons(self) -> tuple[str, ...]:
+        """The inputs that only a person operates."""
+        by_machine = {each.input for each in self.cam}
+        return tuple(name for name in self.inputs if name not in by_machine)
+
+    @property
+    def signals(self) -> dict[str, tuple[float, ...]]:
+        """Inputs of an analog card, with values for tests: ends, middle, and beyond the ends."""
+        return {
+            name: RANGES[self.ranges[name]].landmarks if name in self.ranges else RAW_LANDMARKS
+            for name in self.inputs
+        }
+
+    def words(self, kind: CardKind) -> ModuleWords:
+        """Return the names of words and bits of a kind of card with this wiring."""
+        words = _analog_words(kind, self) if kind.analog else _digital_words(kind, self)
+        return replace(words, card=kind.name)
+
+
+def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:
+    return ModuleWords(
+        "Discrete",
+        WORD_NAMES,
+        WORD_NAMES,
+        groups={
+            "input": {name: BitPlace("I", *divmod(at, WORD_BITS)) for name, at in options.inputs.items()},
+            "output": {name: BitPlace("O", *divmod(at, WORD_BITS)) for name, at in options.outputs.items()},
+        },
+        data_bits=kind.data_bits,
+        terminals={"I": kind.shown, "O": kind.outputs},
+    )
+
+
+def _analog_words(kind: CardKind, options: CardOptions) -> ModuleWords:
+    """Name the channels by their wiring; the stem of the message types identifies the wiring."""
+    images: dict[str, tuple[str, ...]] = {}
+    profile: dict[str, tuple[str, int]] = {}
+    stem = "Analog"
+    for image, wired in (("I", options.inputs), ("O", options.outputs)):
+        channels = kind.channels[image]
+        names = [f"ch{at}_data" if at < channels else f"word{at}" for at in range(WORDS)]
+        for name, at in sorted(wired.items(), key=lambda pair: pair[1]):
+            names[at] = name
+            stem += f"{image}{at}{name.title().replace('_', '')}"
+        images[image] = tuple(names)
+        profile |= {f"Ch{at}Data": (image, at) for at in range(channels)}
+    stem += "Out" * (kind.channels_out > 0) * (not options.outputs)
+    ranges = _range_bits(kind, options) if options.ranges else {}
+    groups = {"status": ranges} if options.ranges else {}
+    return ModuleWords(stem, images["O"], images["I"], groups, profile_words=profile, errors=tuple(ranges))
+
+
+def _range_bits(kind: CardKind, options: CardOptions) -> dict[str, BitPlace]:
+    """Return the range bits of the channels with a range, by name: `level_over`, `level_under`."""
+    places = {}
+    for name in options.ranges:
+        image, channel = options.channel_of(name)
+        bits = kind.bits[image]
+        places[f"{name}_over"] = BitPlace("I", bits.word, bits.over_bit(channel))
+        places[f"{name}_under"] = BitPlace("I", bits.word, bits.over_bit(channel) + 1)
+    return places
+
+
+def _check_presses(timeline: Sequence[InputPress]) -> None:
+    """Refuse overlapping presses of an input, and two values at one instant."""
+    last: dict[str, InputPress] = {}
+    for press in sorted(timeline, key=lambda each: each.begin_ns):
+        before = last.get(press.input)
+        last[press.input] = press
+        if before is None:
+            continue
+        end_ns = before.begin_ns + 1 if before.value is not None else before.end_ns
+        if end_ns is None or press.begin_ns < end_ns:
+            until = "for good" if end_ns is None else f"until {time_text(end_ns)}"
+            raise ValueError(
+                f"timeline: {press.input!r} is operated at {time_text(press.begin_ns)}, and it is already, "
+                f"from {time_text(before.begin_ns)} {until}: presses must not overlap"
+            )
+
+
+def _check_choice(where: str, wanted: str, allowed: Sequence[str], card: str) -> None:
+    if wanted not in allowed:
+        what = f"a {card} has {', '.join(allowed)}" if allowed else f"a {card} has no channels"
+        raise ValueError(f"{where} = {wanted!r}: {what}")
+
+
+def _check_names(field: str, names: Mapping[str, int]) -> None:
+    for name in names:
+        if not (name.isascii() and name.isidentifier() and name == name.lower()):
+            raise ValueError(f"{field}: {name!r} is not a name: small letters, digits and _ only")
+        if name in WORD_NAMES or name in CHANNEL_NAMES:
+            raise ValueError(f"{field}: {name!r} is the name of a word: choose another one")
+    terminals = list(names.values())
+    for name, terminal in names.items():
+        if terminals.count(terminal) > 1:
+            raise ValueError(f"{field}: terminal {terminal} of {name!r} is used twice")
+
+
+def _check_places(kind: CardKind, field: str, names: Mapping[str, int], masks: Sequence[int]) -> None:
+    what = "channel" if kind.analog else "terminal"
+    if names and not any(masks):
+        raise ValueError(f"{field}: a {kind.name} has none")
+    for name, at in names.items():
+        if at not in terminals_in(masks):
+            raise ValueError(f"{field}: {name!r}: a {kind.name} has no {what} {at}: {numbers_of(masks)}")

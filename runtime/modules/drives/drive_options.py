@@ -1,0 +1,140 @@
+"""Options of a simulated drive: readings that a real unit may settle otherwise, and how it is built."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import Field, field_validator
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.drives.configuration import USUAL, Build, broken_rules
+from scanrack.io_images.drives.models import WORDS, Layout, Model
+from typing_extensions import override
+
+from ...loop.module_options import Options
+
+_InputName = Literal["capture", "external", "home", "estop", "cw_limit", "ccw_limit"]
+_Bit = Annotated[int, Field(ge=0, le=15)]
+
+
+class DriveOptions(Options):
+    """Options of all models, by the names used in rack files and by `scanrack drive`.
+
+    Attributes:
+        encoder_fitted: the unit has an encoder.
+        hold_at_rest_refused: Hold without a motion is a command error; if false it has no effect (R-15).
+        jog_stops_on_bad_values: invalid new values end a jog (R-16).
+        timeout_stops: a time-out of the controlling connection cuts the motion (R-22).
+        error_locks_stop: Immediate Stop is refused while COMMAND_ERROR is set (R-24).
+        input_scan_us: period in which inputs are sampled, in us, 50 to 250,000 (R-41).
+    """
+
+    owner: ClassVar[str] = "simulated drive"
+    home_reversal_dwell_ms: ClassVar[int] = 0
+    """A home search reverses without a pause, as on a 3601 (R-19)."""
+
+    encoder_fitted: bool = True
+    hold_at_rest_refused: bool = True
+    jog_stops_on_bad_values: bool = False
+    timeout_stops: bool = True
+    error_locks_stop: bool = False
+    input_scan_us: Annotated[int, Field(ge=50, le=250_000)] = 250
+
+    @property
+    def build(self) -> Build:
+        """How the unit reads its configuration."""
+        return Build(encoder=self.encoder_fitted)
+
+    @property
+    def beat_ms(self) -> int:
+        """Time between changes of the heartbeat."""
+        return 500
+
+    @property
+    def stall_angle(self) -> int:
+        """Degrees by which the shaft is behind when a stall is detected."""
+        return 45
+
+    def terminals(self, model: Model) -> tuple[InputBit, ...]:
+        """Return the machine's inputs that are wired to the drive's, in their order."""
+        return model.terminals
+
+    def stored_in(self, model: Model) -> tuple[int, ...] | None:
+        """Return the configuration in the flash at power-up, or None; ValueError for an invalid one."""
+        return None
+
+
+class SmdOptions(DriveOptions):
+    """Options of the SMD family.
+
+    Attributes:
+        in1: the machine's input that is wired to input 1; what it does is the configuration's business.
+        in2: the machine's input that is wired to input 2.
+        stored: ten configuration words that the flash holds at power-up; none if it is empty.
+        input_codes: codes 0 to 7 of the input functions general purpose, CW limit, CCW limit, start indexed
+            move, stop jog, capture encoder, emergency stop, home (R-01).
+        low_word_first: the Binary_Endian bit at 0 means the low word first (R-02).
+        save_bit: bit of configuration word 1 that saves to flash (R-06).
+        read_back_bit: bit of configuration word 1 that reads back (R-06).
+        heartbeat_ms: time between changes of the heartbeat, 1 or more (R-11).
+        stall_degrees: angle by which the shaft is behind when a stall is detected, 1 to 360 (R-42).
+    """
+
+    in1: _InputName = "home"
+    in2: _InputName = "cw_limit"
+    stored: Annotated[tuple[int, ...], Field(strict=False)] = ()
+    input_codes: Annotated[tuple[int, ...], Field(strict=False)] = USUAL.input_codes
+    low_word_first: bool = USUAL.low_word_first
+    save_bit: _Bit = USUAL.save_bit
+    read_back_bit: _Bit = USUAL.read_back_bit
+    heartbeat_ms: Annotated[int, Field(ge=1)] = 500
+    stall_degrees: Annotated[int, Field(ge=1, le=360)] = 45
+
+    @field_validator("input_codes")
+    @classmethod
+    def _are_a_permutation(cls, codes: tuple[int, ...]) -> tuple[int, ...]:
+        if sorted(codes) != list(range(8)):
+            raise ValueError(f"{list(codes)} is not allowed: 0 to 7, each once")
+        return codes
+
+    @field_validator("stored")
+    @classmethod
+    def _are_words(cls, words: tuple[int, ...]) -> tuple[int, ...]:
+        if words and (len(words) != WORDS or not all(0 <= word <= 0xFFFF for word in words)):
+            raise ValueError(f"{list(words)} is not allowed: {WORDS} words of 0 to 65535, or none")
+        return words
+
+    @property
+    @override
+    def build(self) -> Build:
+        return Build(
+            encoder=self.encoder_fitted,
+            input_codes=self.input_codes,
+            low_word_first=self.low_word_first,
+            save_bit=self.save_bit,
+            read_back_bit=self.read_back_bit,
+        )
+
+    @property
+    @override
+    def beat_ms(self) -> int:
+        return self.heartbeat_ms
+
+    @property
+    @override
+    def stall_angle(self) -> int:
+        return self.stall_degrees
+
+    @override
+    def terminals(self, model: Model) -> tuple[InputBit, ...]:
+        return InputBit[self.in1.upper()], InputBit[self.in2.upper()]
+
+    @override
+    def stored_in(self, model: Model) -> tuple[int, ...] | None:
+        for rule in broken_rules(self.stored, model, self.build) if self.stored else ():
+            raise ValueError(f"option stored: {rule.text} [{rule.id}, {rule.section}]")
+        return self.stored or None
+
+
+def options_of(model: Model) -> type[DriveOptions]:
+    """Return the declaration of a model's options."""
+    return DriveOptions if model.layout is Layout.ANF2 else SmdOptions

@@ -1,0 +1,33 @@
+"""Items by a key, and what can be reached from a start."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from typing import TypeVar
+
+Key = TypeVar("Key", bound=Hashable)
+Item = TypeVar("Item")
+
+
+def grouped(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
+    """Return items by a key, both in their order."""
+    found: dict[Key, list[Item]] = {}
+    for each in items:
+        found.setdefault(key(each), []).append(each)
+    return found
+
+
+def reached(starts: Iterable[Key], onward: Callable[[Key], Iterable[Key]]) -> Iterator[Key]:
+    """Yield each state that `onward` leads to, once, the nearest first; a start only if a way leads back.
+
+    >>> list(reached([1], lambda number: [2 * number % 7]))
+    [2, 4, 1]
+    """
+    seen: set[Key] = set()
+    todo = list(starts)
+    while todo:
+        for each in onward(todo.pop(0)):
+            if each not in seen:
+                seen.add(each)
+                todo.append(each)
+                yield each

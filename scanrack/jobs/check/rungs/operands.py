@@ -1,0 +1,100 @@
+"""Operands of instructions: their uses, their parts, and their names."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator
+from typing import Any
+
+from scanrack.ladder.debug.crossref import TARGETS
+from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved
+from scanrack.ladder.model.spec import Use
+from scanrack.ladder.state.lowered import LoweredRoutine, LoweredStep
+
+
+def uses_of(step: LoweredStep) -> Iterable[tuple[Use, Any]]:
+    """Return the operands of an instruction with their uses."""
+    return zip(step.uses, step.operands, strict=False)
+
+
+def steps_in(routine: LoweredRoutine) -> Iterator[LoweredStep]:
+    """Yield the instructions of a routine, with the copies of add-on parameters."""
+    return (step for line in routine.lines for step in line.all_steps)
+
+
+def written_by(step: LoweredStep) -> Iterator[Any]:
+    """Yield the operands that an instruction writes."""
+    return (operand for use, operand in uses_of(step) if use in TARGETS)
+
+
+def first_of(step: LoweredStep, names: Collection[str] | None = None) -> Any:
+    """Return the first operand of an instruction with one of these names; None without one."""
+    return step.operands[0] if step.operands and (names is None or step.name in names) else None
+
+
+def group_of(step: LoweredStep, names: Collection[str]) -> Group | None:
+    """Return the structure, such as a timer, that is the first operand of one of these instructions."""
+    found = first_of(step, names)
+    return found if isinstance(found, Group) else None
+
+
+def parts_of(operand: object) -> Iterator[object]:
+    """Yield an operand, and of an expression all its parts: the outer ones first."""
+    yield operand
+    if isinstance(operand, Calculation):
+        for each in operand.operands:
+            yield from parts_of(each)
+
+
+def calculations_of(step: LoweredStep, names: Collection[str]) -> Iterator[Calculation]:
+    """Yield the operators and functions of these names in the operands of an instruction."""
+    for operand in step.operands:
+        for each in parts_of(operand):
+            if isinstance(each, Calculation) and each.name in names:
+                yield each
+
+
+def is_zero(operand: object) -> bool:
+    """Whether an operand is the constant 0."""
+    return isinstance(operand, Constant) and not operand.value
+
+
+def is_fixed(operand: Place | Group) -> bool:
+    """Whether all subscripts of an operand are constants."""
+    return all(isinstance(each, Constant) for each in operand.indices)
+
+
+def path_of(operand: Place | Group, *, as_written: bool = False) -> str:
+    """Return the path of a tag, in capitals unless as written."""
+    path = operand.leaf.path if isinstance(operand, Place) else operand.path
+    return path if as_written else path.upper()
+
+
+def around(path: str) -> Iterator[str]:
+    """Yield the paths of the structures that contain a path.
+
+    >>> list(around("LINE.AXIS.GO"))
+    ['LINE.AXIS', 'LINE']
+    """
+    while "." in path:
+        path = path.rpartition(".")[0]
+        yield path
+
+
+def key_of(place: Place) -> str:
+    """Return the name of a value: equal for equal places; "?" in it where a subscript is computed."""
+    return f"{path_of(place)}{_subscripts(place)}"
+
+
+def part_of(operand: Place | Group, tag: str) -> str:
+    """Return what of a tag an operand is: the rest of its path, its subscripts, its bit."""
+    return f"{path_of(operand)[len(tag) :]}{_subscripts(operand)}"
+
+
+def _subscripts(operand: Place | Group) -> str:
+    bit = operand.bit if isinstance(operand, Place) else None
+    indices = "".join(f"[{_index(each)}]" for each in operand.indices)
+    return indices if bit is None else f"{indices}.{_index(bit)}"
+
+
+def _index(index: Resolved) -> str:
+    return str(index.value) if isinstance(index, Constant) else "?"

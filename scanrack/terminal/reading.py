@@ -1,0 +1,55 @@
+"""What all commands that read a trace show and guard: progress, defects of the file, the file itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from .terminal import on_a_line, say
+
+if TYPE_CHECKING:  # a run imports no recordings
+    from scanrack.traces.files.guard import Used
+    from scanrack.traces.read.reader import Trace
+    from scanrack.traces.signals import Selection
+
+
+@contextmanager
+def reading(
+    trace: Trace, selection: Selection | None = None, *, quiet: bool
+) -> Iterator[Callable[[int], None]]:
+    """Show a bar of the processed scans, on a terminal, unless --quiet."""
+    # a run, which has one of these options, does without
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+    from scanrack.traces.signals import ALL, count
+
+    console = Console(stderr=True)
+    if quiet or not console.is_terminal:
+        yield lambda scans: None
+        return
+    columns = (TextColumn("scans"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("scans", total=count(trace, selection or ALL))
+        yield lambda scans: bar.advance(task, scans)
+
+
+class HasNotes(Protocol):
+    """A trace, or what was read of one, with the defects of its file."""
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """The defects of the file."""
+
+
+def tell_notes(*traces: HasNotes) -> None:
+    """Print the defects of the files on standard error."""
+    for trace in traces:
+        for note in trace.notes:
+            say(on_a_line(f"note: {note}"), err=True)
+
+
+def itself(trace: Path) -> Used:
+    """Return the command's input, as an entry of the files that its output must not overwrite."""
+    return {trace: "the trace itself"}
