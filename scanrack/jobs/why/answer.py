@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scanrack.io_images.addresses import Address, parse_address
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.ladder.debug import CauseLink, Debugger, Remedies, told
-from scanrack.ladder.debug.remedies import of_input
 from scanrack.ladder.debug.telling import MOST_LINES
 from scanrack.ladder.state.memory import Value
 from scanrack.runtime.config.rackspec import RackSpec
@@ -22,15 +21,13 @@ from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.traces.replay import PackedTrace
 
 from .chain import Bits, RackChain, shows_input
-from .chains.program import ProgramChain
-from .chains.waiting import of_axis
 from .past import ALL_BITS, Past, SlotPast, event_text
 from .sentences import told_change, told_sender
-from .source.class_names import Names
-from .source.lines import Line
-from .traced_run import Load, TracedChange, TracedRun, Watched, fresh, run_again
-from .trials import ProgramTrials
 from .waits import waits
+
+if TYPE_CHECKING:  # a ladder program needs no lines of Python
+    from .source.lines import Line
+    from .traced_run import Load, TracedChange, TracedRun, Watched
 
 NO_LINE = "no line of the program wrote it in that scan: a force came or went, or a test wrote it"
 
@@ -138,6 +135,11 @@ class Why:
         return self.debugger.suggest_inputs(tag, value, scans=scans, name=self._terminal)
 
     def _what_would_of_python(self, text: str, wanted: Any, scans: int) -> Remedies:
+        from scanrack.ladder.debug.remedies import of_input
+
+        from .chains.program import ProgramChain
+        from .trials import ProgramTrials
+
         if self.load is None or self.spec is None:
             raise ValueError("what it would take needs the program: the trace has none")
         chains = self._chains(deep=False)
@@ -172,11 +174,18 @@ class Why:
             if debugger is None:
                 return RackChain(self.recording, None, deep)
             return RackChain(self.recording, debugger.chains, deep, debugger.program)
+        from .chains.program import ProgramChain
+        from .source.class_names import Names
+        from .traced_run import fresh
+
         with fresh(self.load) as logic:
             names = Names(logic, self.words)
         return ProgramChain(self.recording, None, deep, None, spec=self.spec, load=self.load, names=names)
 
     def _chain_of_name(self, text: str, deep: bool) -> CauseLink:
+        from .chains.program import ProgramChain
+        from .chains.waiting import of_axis
+
         chains = self._chains(deep)
         assert isinstance(chains, ProgramChain)
         names = chains.names
@@ -223,6 +232,8 @@ class Why:
     def _again(self, rows: frozenset[int], last: int, watched: Watched | None = None) -> TracedRun | None:
         if self.load is None or self.spec is None:
             return None
+        from .traced_run import run_again
+
         return run_again(self.recording, self.spec, self.load, rows, last, watched)
 
     def _by_line(self, said: str, row: int, again: TracedRun | None, slot: int, word: int) -> Iterator[str]:

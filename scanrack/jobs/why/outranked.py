@@ -17,9 +17,8 @@ from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.replay import PackedTrace
 
+from ..record.edits_and_forces import forced_in, image_forces
 from ..record.link_losses import link_changes
-from ..replay.replaying import image_forces
-from ..replay.tag_orders import forced_in
 from .past import event_text
 
 SETTLES = 3

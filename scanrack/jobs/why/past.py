@@ -15,8 +15,7 @@ from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.read.sequence_steps import Step, steps_of
 from scanrack.traces.replay import PackedTrace
 
-from ..replay.replaying import image_forces
-from ..replay.tag_orders import Forced, forced_in
+from ..record.edits_and_forces import Forced, forced_in, image_forces
 
 ALL_BITS = 0xFFFF
 

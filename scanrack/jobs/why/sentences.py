@@ -12,15 +12,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from scanrack.io_images.module_words import CONFIGURES
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.image_text import in_thousands
 
 from .source.conditions import source_line
-from .source.lines import Line
-from .source.senders import Sender
-from .traced_run import TracedChange
+
+if TYPE_CHECKING:  # a ladder program needs no lines of Python
+    from .source.lines import Line
+    from .source.senders import Sender
+    from .traced_run import TracedChange
 
 Words = Callable[[int], Sequence[int]]
 """The input image of a slot, by its number."""
@@ -29,6 +32,7 @@ Words = Callable[[int], Sequence[int]]
 def place_of(line: Line) -> str:
     """Return file and line as text.
 
+    >>> from scanrack.jobs.why.source.lines import Line
     >>> place_of(Line("/plant/line.py", 56, "logic"))
     'line.py:56 in logic'
     """
