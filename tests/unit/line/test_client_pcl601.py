@@ -117,7 +117,7 @@ def test_what_the_controller_refuses_is_told_with_its_reason() -> None:
     client, link = client_of(Pcl601())
     client.set("base_speed", 5000)
     client.set("max_speed", 5000)
-    with pytest.raises(RefusedError, match="GO is refused; MOTOR: motion asked for with base speed"):
+    with pytest.raises(RefusedError, match="GO is refused; MOTOR: motion requested with base speed"):
         client.move(100)
     client.command(Code.CLEAR_ERRORS)
     assert client.errors == Error(0)
