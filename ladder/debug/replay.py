@@ -80,7 +80,7 @@ class Replayer:
         self.engine = engine  # the engine after scan `at`
         self.at: int | None = None  # the scan that was run last; None before the first
         self._found: dict[tuple[Cell, ...], tuple[int, int | None]] = {}  # last changes up to a scan
-        self.truths: Truths = {}  # the power of the scan that was asked for last
+        self.truths: Truths = {}  # the power of the scan that was shown last
         self.source, self._most, self._stretches = source, most, stretches
         self.images = input_leaves(engine.memory)  # what `ScanInputs.images` are of
         self._images = [engine.memory.cells[leaf.ident].cell_contents.cast("B") for leaf in self.images]

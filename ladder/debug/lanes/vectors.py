@@ -91,8 +91,8 @@ class Vectors:
             rows[place] = put(both(mask, index == place), value, rows[place])
 
     def _places(self, mask: Mask, rows: Any, index: Any) -> list[int]:
-        wanted = index if mask is None else np.broadcast_to(index, self.lost.shape)[mask]
-        places: list[int] = np.unique(wanted).tolist()
+        used = index if mask is None else np.broadcast_to(index, self.lost.shape)[mask]
+        places: list[int] = np.unique(used).tolist()
         if len(places) > MOST_PLACES or any(not 0 <= each < len(rows) for each in places):
             self._lose(mask)
             return []

@@ -39,10 +39,10 @@ def place_of(line: Line) -> str:
     return f"{Path(line.file).name}:{line.number} in {line.function}"
 
 
-def told_change(said: str, change: TracedChange, slots: Iterable[SlotInfo], inputs: Words) -> Iterator[str]:
+def change_lines(head: str, change: TracedChange, slots: Iterable[SlotInfo], inputs: Words) -> Iterator[str]:
     """Yield a line's change and its conditions, the code first, then its inputs."""
     line = change.line
-    yield f"{said}: {place_of(line)}"
+    yield f"{head}: {place_of(line)}"
     yield f"    {source_line(line.file, line.number)}"
     known: set[str] = set()
     for text, names in change.stands.inside:
@@ -53,13 +53,13 @@ def told_change(said: str, change: TracedChange, slots: Iterable[SlotInfo], inpu
     yield f"  read before it in that scan: {read(change.masks, slots, inputs)}"
 
 
-def told_sender(said: str, sender: Sender) -> Iterator[str]:
+def sender_lines(head: str, sender: Sender) -> Iterator[str]:
     """Yield the command of an axis, and the line that awaits it."""
     if sender.line.number:
-        yield f"{said}: {place_of(sender.line)}{f', sent by {sender.text}' if sender.text else ''}"
+        yield f"{head}: {place_of(sender.line)}{f', sent by {sender.text}' if sender.text else ''}"
         yield f"    {source_line(sender.line.file, sender.line.number)}"
     else:
-        yield f"{said}: sent by {sender.text}"
+        yield f"{head}: sent by {sender.text}"
 
 
 def _values(values: Mapping[str, str], names: Iterable[str], known: set[str]) -> str:
