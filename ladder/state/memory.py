@@ -168,7 +168,10 @@ class Memory:
         if cell is None:
             values, spot = self._listed(leaf)
             at = spot.at(index)
-            return partial(values.get, spot.view, at) if spot.view else partial(getitem, values, at)
+            read: Callable[[], Any] = (
+                partial(values.get, spot.view, at) if spot.view else partial(getitem, values, at)
+            )
+            return read
         return (lambda: cell.cell_contents[index]) if leaf.dims else (lambda: cell.cell_contents)
 
     def elements(self, leaf: Leaf, begin: int, count: int) -> list[Value]:
