@@ -31,8 +31,6 @@ OpenRack = Callable[[str | Path], "Bench"]
 _Report = Generator[None, pytest.TestReport, pytest.TestReport]
 
 ARTIFACTS = pytest.StashKey["TestArtifacts"]()
-DEBUG = pytest.StashKey[Callable[["Bench"], object]]()
-"""Lets a client of a debug adapter debug a bench."""
 
 RUNNING = pytest.StashKey[bool]()
 """Whether the function of a test runs: a report that comes meanwhile is one of a subtest."""
@@ -72,11 +70,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Say what the marker is, and begin to gather coverage if it is wanted."""
+    """Register the marker, and start the debugger and the coverage that the options request."""
     config.addinivalue_line("markers", "rack(path): the rack file of the fixture `bench`")
     config.pluginmanager.register(_HiddenFrames(), "scanrack-frames")
     if config.getoption("--scanrack-debug"):
         from scanrack.dap.in_test import PortOfTests
+        from scanrack.dap.stash import DEBUG
 
         waits: Callable[[Bench], object] = PortOfTests(config)
         config.stash[DEBUG] = waits

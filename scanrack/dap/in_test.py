@@ -150,7 +150,7 @@ def run_tests(adapter: Adapter, words: str) -> None:
 
         def pytest_configure(self, config: pytest.Config) -> None:
             """Give pytest's plugin the adapter."""
-            from scanrack.pytest_plugin import DEBUG
+            from .stash import DEBUG
 
             config.stash[DEBUG] = lambda bench: InTest(adapter, bench)
 

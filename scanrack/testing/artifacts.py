@@ -11,11 +11,11 @@ from pathlib import Path
 from time import process_time
 from typing import TYPE_CHECKING, NamedTuple
 
+from scanrack.dap.stash import DEBUG
 from scanrack.io_images.times import seconds
 from scanrack.jobs.bench import Bench, NotReachedError
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.ladder.model.errors import LadderFault
-from scanrack.pytest_plugin import DEBUG
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.traces.files.portable import relative
 
