@@ -23,6 +23,7 @@ from scanrack.watch.python_stops import LineTrace
 from typing_extensions import override
 
 from .adapter import Adapter
+from .breakpoints import Breakpoint
 from .command import client_of, key_line
 from .live import LiveRungs, LiveText, ScanDriver
 from .protocol import DebugError
@@ -90,8 +91,12 @@ class InTest(ScanDriver):
         if adapter.wire.waiting:
             adapter.serve(0)
         stepped = self._stepping and (not isinstance(self.subject, LiveText) or self.subject.arrived)
-        if not (hits or stepped or self._pausing):
-            return
+        if hits or stepped or self._pausing:
+            self._stand(scan, hits, stepped=stepped)
+
+    def _stand(self, scan: int, hits: list[tuple[Breakpoint, str]], *, stepped: bool) -> None:
+        """Stand in a scan until the client continues."""
+        adapter = self._adapter
         if isinstance(self.subject, LiveText):
             self.subject.step(on=False)
         self._stepping = self._pausing = False

@@ -54,26 +54,31 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
 
         monitor = open_to_read(stack, path, trust=trust, prepare=prepare)
         stack.callback(monitor.elsewhere.close)
-        subject: RecordedScans
-        programs = monitor.subject.programs
-        if isinstance(programs.at(0).logic, LadderLogic) or programs.at(0).logic is None:
-            subject = RecordedRungs(monitor, path)
-        else:
-            subject = RecordedText(monitor, path)
+        subject = _subject_of(monitor, path)
         first, last = subject.extent
         if scan is not None and not first <= scan <= last:
             raise ValueError(f"{path} has no scan {scan}: it has {first} to {last}")
         driver = RecordingDriver(adapter, subject, first if scan is None else scan)
         adapter.begin(subject, driver)
-        more = True  # scans whose first run is not over: it continues while the client is silent
-        while not driver.over and not adapter.over:
-            served = adapter.serve(0 if adapter.running else IDLE_S if more else None)
-            if not served and not adapter.running:
-                more = monitor.tick()
-            driver.look_on()
+        _serve(adapter, monitor, driver)
         if begun and driver.branched and not adapter.over:
             assert monitor.job is not None
             begun[0].go_on(monitor.job)
+
+
+def _subject_of(monitor: TraceMonitor, path: Path) -> RecordedScans:
+    logic = monitor.subject.programs.at(0).logic
+    is_text = logic is not None and not isinstance(logic, LadderLogic)
+    return RecordedText(monitor, path) if is_text else RecordedRungs(monitor, path)
+
+
+def _serve(adapter: Adapter, monitor: TraceMonitor, driver: RecordingDriver) -> None:
+    more = True  # scans whose first run is not over: it continues while the client is silent
+    while not driver.over and not adapter.over:
+        served = adapter.serve(0 if adapter.running else IDLE_S if more else None)
+        if not served and not adapter.running:
+            more = monitor.tick()
+        driver.look_on()
 
 
 def _branch_of(adapter: Adapter, monitor: TraceMonitor, path: Path, stack: ExitStack) -> Play:

@@ -360,11 +360,15 @@ class Twin:
                 self.logic = edited
                 self._attach(edited)
         elif isinstance(logic, Logic):
-            fields = Fields(lambda: logic)
-            if isinstance(order, Write) and order.tag in fields:
-                fields[order.tag] = order.value
-            elif isinstance(order, Force) and order.tag in fields:
-                fields.force(order.tag, order.value)
-            elif isinstance(order, Unforce):
-                for name in fields.forces if order.tag == ALL else {order.tag} & fields.forces.keys():
-                    fields.unforce(name)
+            _give(Fields(lambda: logic), order)
+
+
+def _give(fields: Fields, order: Action) -> None:
+    """Repeat an order on the fields of a program; one on an image shows in the recorded images."""
+    if isinstance(order, Write) and order.tag in fields:
+        fields[order.tag] = order.value
+    elif isinstance(order, Force) and order.tag in fields:
+        fields.force(order.tag, order.value)
+    elif isinstance(order, Unforce):
+        for name in fields.forces if order.tag == ALL else {order.tag} & fields.forces.keys():
+            fields.unforce(name)
