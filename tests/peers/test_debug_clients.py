@@ -131,7 +131,7 @@ def test_neovim_steps_forwards_and_backwards() -> None:
     rack, name, text, _tag = PROGRAMS["rungs"]
     source = (EXAMPLES / name).read_text(encoding="utf-8")
     line = source[: source.index(text)].count("\n") + 1
-    told = {
+    environment = {
         "DEBUG_PYTHON": sys.executable,
         "DEBUG_FILE": str(EXAMPLES / name),
         "DEBUG_LINE": str(line),
@@ -140,7 +140,7 @@ def test_neovim_steps_forwards_and_backwards() -> None:
     script = Path(__file__).with_name("debug_steps.lua")
     words = [nvim, "--headless", "-u", "NONE", "--cmd", f"set rtp+={plugin}", "-c", f"luafile {script}"]
     done = subprocess.run(
-        words, capture_output=True, encoding="utf-8", env=os.environ | told, timeout=120, check=False
+        words, capture_output=True, encoding="utf-8", env=os.environ | environment, timeout=120, check=False
     )
     rung = f"Main, rung 7|{line}"
     assert done.stdout.splitlines() == [

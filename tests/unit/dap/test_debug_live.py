@@ -195,9 +195,9 @@ def test_log_points_print_and_do_not_stop(client: DebugClient, rack: Path, progr
     )
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 9"}])
     assert client.go() == ("function breakpoint", 9)
-    said = [each["body"]["output"] for each in client.events if each.get("event") == "output"]
-    said += [each["body"]["output"] for each in client.skipped if each.get("event") == "output"]
-    assert said == ["n = 2, twice 4\n", "n = 3, twice 6\n", "n = 4, twice 8\n"]
+    printed = [each["body"]["output"] for each in client.events if each.get("event") == "output"]
+    printed += [each["body"]["output"] for each in client.skipped if each.get("event") == "output"]
+    assert printed == ["n = 2, twice 4\n", "n = 3, twice 6\n", "n = 4, twice 8\n"]
 
 
 @pytest.mark.parametrize(
@@ -219,7 +219,7 @@ def test_function_breakpoints(client: DebugClient, rack: Path, name: str, stops:
     assert [client.go() for _ in stops] == [("function breakpoint", each) for each in stops]
 
 
-def test_a_change_stands_behind_its_write(client: DebugClient, rack: Path) -> None:
+def test_a_change_stands_after_its_write(client: DebugClient, rack: Path) -> None:
     begin(client, rack)
     body = client.ask("dataBreakpointInfo", name="Result")
     assert body["dataId"] == "Result"
@@ -244,7 +244,7 @@ def test_backwards_meets_what_forwards_has_met(client: DebugClient, rack: Path, 
     assert client.go("reverseContinue") == ("entry", 0)
 
 
-def test_from_a_past_scan_continuing_asks(client: DebugClient, rack: Path) -> None:
+def test_from_a_past_scan_continuing_is_refused_once(client: DebugClient, rack: Path) -> None:
     begin(client, rack)
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 20"}])
     client.go()
@@ -261,7 +261,7 @@ def test_from_a_past_scan_continuing_asks(client: DebugClient, rack: Path) -> No
     assert client.go() == ("function breakpoint", 22)
 
 
-def test_a_branch_goes_on_from_a_past_scan(client: DebugClient, rack: Path) -> None:
+def test_a_branch_continues_from_a_past_scan(client: DebugClient, rack: Path) -> None:
     begin(client, rack)
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 20"}])
     client.go()

@@ -110,8 +110,8 @@ def test_a_test_waits_at_a_port_for_a_client_with_its_key(tmp_path: Path) -> Non
     words = [sys.executable, "-m", "pytest", "-q", "--scanrack-debug", "test_counting.py"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, cwd=tmp_path, encoding="utf-8") as tests:
         assert tests.stdout is not None
-        said = next(each for each in tests.stdout if "scanrack debug: " in each)
-        port, _, rest = said.partition("scanrack debug: ")[2].partition(" key ")
+        printed = next(each for each in tests.stdout if "scanrack debug: " in each)
+        port, _, rest = printed.partition("scanrack debug: ")[2].partition(" key ")
         with adapter("--connect", port, "--key", rest.partition(";")[0], cwd=tmp_path) as client:
             client.ask("initialize", adapterID="scanrack")
             client.ask("attach", stopOnEntry=False)

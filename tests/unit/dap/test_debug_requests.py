@@ -1,4 +1,4 @@
-"""The table of requests, and bad input: each mistake is answered with a sentence, and the session goes on."""
+"""The table of requests, and bad input: each mistake is answered with a sentence; the session continues."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_the_page_has_every_request() -> None:
         (b'Content-Length: 10\r\n\r\n{"seq": 0}', "must be a request"),
     ],
 )
-def test_nonsense_is_answered_and_the_session_goes_on(client: DebugClient, data: bytes, says: str) -> None:
+def test_nonsense_is_answered_and_the_session_continues(client: DebugClient, data: bytes, says: str) -> None:
     client.send(data)
     message = client.receive()  # the protocol has no response to what is no request
     assert (message["event"], says in message["body"]["output"]) == ("output", True)
@@ -130,7 +130,7 @@ def test_a_client_that_goes_ends_the_adapter() -> None:
 
 
 @pytest.mark.slow
-def test_a_port_asks_for_its_key() -> None:
+def test_a_port_requires_its_key() -> None:
     words = [sys.executable, "-m", "scanrack", "debug", "--port", "0"]
     with subprocess.Popen(words, stdout=subprocess.PIPE, encoding="utf-8") as process:
         assert process.stdout is not None
@@ -141,8 +141,8 @@ def test_a_port_asks_for_its_key() -> None:
             assert wrong.recv(1) == b""
         with socket.create_connection((host, int(port))) as right:
             right.sendall(f"key {key}\n".encode())
-            with right.makefile("wb") as told, right.makefile("rb") as asked:
-                client = DebugClient(told, asked)
+            with right.makefile("wb") as requests, right.makefile("rb") as answers:
+                client = DebugClient(requests, answers)
                 assert client.ask("initialize", adapterID="x")["supportsStepBack"] is True
                 client.ask("disconnect")
         assert process.wait(20) == 0

@@ -45,7 +45,7 @@ def client() -> Iterator[DebugClient]:
         yield found
 
 
-def asked(client: DebugClient, *orders: dict[str, Any]) -> list[dict[str, Any]]:
+def page_orders(client: DebugClient, *orders: dict[str, Any]) -> list[dict[str, Any]]:
     """Give orders as a page does; return the breakpoints that the page then knows, and its answers."""
     texts = [
         each["body"]["output"] for each in (*client.skipped, *client.events) if each["event"] == "output"
@@ -69,14 +69,14 @@ def test_breakpoints_of_one_are_seen_by_the_other(client: DebugClient, rack: Pat
     client.stopped()
     client.break_at(rack.with_suffix(".rung"), 7, condition="becomes true")
     client.ask("setDataBreakpoints", breakpoints=[{"dataId": "Big"}])
-    state, answer = asked(client, {"do": "breakpoint", "at": "Main.0 executes"})
+    state, answer = page_orders(client, {"do": "breakpoint", "at": "Main.0 executes"})
     assert state["breakpoints"] == ["Main.1", "Big", "Main.0 executes"]
     assert answer["ok"]
     new = client.event("breakpoint")
     assert (new["reason"], new["breakpoint"]["line"]) == ("new", 6)
     assert client.go() == ("breakpoint", 1)
     assert client.at() == "Main, rung 0"
-    asked(client, {"do": "unbreak", "at": "Main.0 executes"})
+    page_orders(client, {"do": "unbreak", "at": "Main.0 executes"})
     assert client.event("breakpoint")["reason"] == "removed"
     assert client.go() == ("breakpoint", 10)
     assert client.at() == "Main, rung 1"
@@ -86,9 +86,9 @@ def test_a_page_pauses_and_lets_go(client: DebugClient, rack: Path) -> None:
     client.begin(rack, speed="max", page=True)
     client.ask("configurationDone")
     client.stopped()
-    asked(client, {"do": "go"})
+    page_orders(client, {"do": "go"})
     client.event("continued")
-    asked(client, {"do": "pause"})
+    page_orders(client, {"do": "pause"})
     assert client.stopped()[0] == "pause"
 
 

@@ -50,7 +50,7 @@ def line_of(text: str) -> int:
 
 
 @pytest.mark.parametrize(
-    ("name", "asked"),
+    ("name", "text"),
     [
         ("Feeding changes", "changed(Feeding)"),
         ("BackGo and Strokes.ACC >= 1", "BackGo and Strokes.ACC >= 1"),
@@ -58,9 +58,9 @@ def line_of(text: str) -> int:
     ],
 )
 def test_breakpoints_are_met_where_a_query_finds_them(
-    client: DebugClient, trace: Path, name: str, asked: str
+    client: DebugClient, trace: Path, name: str, text: str
 ) -> None:
-    found = scans_of(trace, asked)
+    found = scans_of(trace, text)
     assert len(found) > 1
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": name}])
     assert [client.go()[1] for _ in found] == found
