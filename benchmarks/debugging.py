@@ -21,7 +21,7 @@ from pathlib import Path
 
 from bars import Bars
 from scanrack.dap.breakpoints import Breakpoint, Looker, RungValues
-from scanrack.dap.conditions import Surroundings
+from scanrack.dap.conditions import ScanContext
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.running import JobRun, RunOptions
@@ -47,17 +47,15 @@ VARIANTS = {
 """Breakpoints that are not met in the middle of a stroke."""
 
 
-def prepared(wanted: Breakpoint | None) -> Callable[[int], float]:
+def prepared(given: Breakpoint | None) -> Callable[[int], float]:
     """Return what does scans with a breakpoint, and returns seconds per scan."""
     bench = open_bench(FEEDER)
     bench.run_for("6 s")
     assert isinstance(bench.logic, Debugger)
     debugger = bench.logic
     words = {slot.number: slot.words for slot in load_job(str(FEEDER)).spec.slot}
-    around = Surroundings(words, lambda *_: 0, lambda: debugger.now_ns, lambda: debugger.scans)
-    looker = (
-        None if wanted is None else Looker([wanted], RungValues(debugger.engine), around, lambda _scan: ())
-    )
+    around = ScanContext(words, lambda *_: 0, lambda: debugger.now_ns, lambda: debugger.scans)
+    looker = None if given is None else Looker([given], RungValues(debugger.engine), around, lambda _scan: ())
     if looker is not None:
         debugger.note_lines(looker.lines)
     debugger.scan(5, PERIOD_MS)
@@ -70,7 +68,7 @@ def prepared(wanted: Breakpoint | None) -> Callable[[int], float]:
             if looker is not None:
                 hits += len(looker.look(number))
         took = time.process_time() - begin
-        assert not hits, wanted
+        assert not hits, given
         return took / scans
 
     return spent

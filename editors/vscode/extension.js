@@ -33,9 +33,25 @@ function adapter(session) {
   return new vscode.DebugAdapterExecutable(command, ["debug"], { cwd });
 }
 
+const NAME = /[A-Za-z_][\w:\\]*(?:\.\w+|\[\d+\])*(?!\w*\()/g;
+
+/** Names the tags in the lines of a routine up to the stop, whose values the editor then shows in them. */
+function inlineValues(document, range, { stoppedLocation }) {
+  const found = [];
+  for (let line = range.start.line; line <= Math.min(range.end.line, stoppedLocation.end.line); line += 1) {
+    for (const match of document.lineAt(line).text.replace(/(#|\/\/).*/, "").matchAll(NAME)) {
+      const place = new vscode.Range(line, match.index, line, match.index + match[0].length);
+      found.push(new vscode.InlineValueEvaluatableExpression(place, match[0]));
+    }
+  }
+  return found;
+}
+
 function activate(context) {
   context.subscriptions.push(
     vscode.debug.registerDebugAdapterDescriptorFactory("scanrack", { createDebugAdapterDescriptor: adapter }),
+    vscode.languages.registerInlineValuesProvider(
+      ["rung", "scanrack-st"], { provideInlineValues: (document, range, at) => inlineValues(document, range, at) }),
     vscode.workspace.onDidGrantWorkspaceTrust(begin),
     vscode.workspace.onDidChangeConfiguration((change) => change.affectsConfiguration("scanrack") && begin()));
   void begin(); // debugging does not wait for the language server

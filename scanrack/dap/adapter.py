@@ -67,7 +67,7 @@ class Adapter:
         self.over = self.waits = False
         self.tree: Tree | None = None
         self.reason: Json = {}
-        self.asked_past = False
+        self.past_refused = False
         self.searching = self.breaks_off = False
         self._views: deque[View] = deque(maxlen=VIEWS)
         self._later: list[Callable[[], object]] = []
@@ -115,7 +115,7 @@ class Adapter:
         return served
 
     def answer(self, message: Json | NonsenseError) -> None:
-        """Answer one message; whatever it is, the session goes on."""
+        """Answer one message; whatever it is, the session continues."""
         if isinstance(message, NonsenseError):
             self.output(f"{message}\n", "stderr")
             return
@@ -137,7 +137,7 @@ class Adapter:
             self._act(each)
 
     def _act(self, act: Callable[[], object]) -> None:
-        """Move as a request has asked; a move that fails ends where it began, with the reason."""
+        """Move as a request requires; a move that fails ends where it began, with the reason."""
         before = self.cursor
         try:
             act()
@@ -260,7 +260,7 @@ class Adapter:
     def stopped(self, reason: str, text: str = "", hits: tuple[Breakpoint, ...] = ()) -> None:
         """Tell the client that it stands somewhere."""
         self.running, self.tree = False, None
-        self.asked_past = False
+        self.past_refused = False
         self.reason = {"reason": reason, "text": text}
         more: Json = {"hitBreakpointIds": [each.number for each in hits]} if hits else {}
         if text:
@@ -279,11 +279,11 @@ class Adapter:
 
     def hits_in(self, scan: int) -> list[tuple[Breakpoint, str]]:
         """Return the breakpoints that a scan meets; log points do not stop."""
-        wanted = [each for each in self.all_breakpoints() if not each.log]
-        if not wanted:
+        requested = [each for each in self.all_breakpoints() if not each.log]
+        if not requested:
             return []
         self.leave()
-        return self.the_subject().hits(wanted, scan)
+        return self.the_subject().hits(requested, scan)
 
     def stop_at_hit(self, scan: int, hits: list[tuple[Breakpoint, str]], *, backwards: bool = False) -> None:
         """Stand where a scan meets its first breakpoint, or its last one."""
@@ -362,7 +362,7 @@ class Driver:
         """Do one scan, and stand at its start; a DebugError if there is none."""
         raise NotImplementedError
 
-    def set_breakpoints(self, wanted: list[Breakpoint]) -> None:
+    def set_breakpoints(self, requested: list[Breakpoint]) -> None:
         """Look for these breakpoints from now on; a DebugError if a condition can't be evaluated."""
         raise NotImplementedError
 
@@ -371,7 +371,7 @@ class Driver:
         raise DebugError("this is a recording: its values can't be changed; branch from one of its scans")
 
     def branch(self, scan: int) -> None:
-        """Begin a session that repeats this one up to a scan, and goes on from there."""
+        """Begin a session that repeats this one up to a scan, and continues from there."""
         raise DebugError("no branch can begin here")
 
     def end(self) -> None:

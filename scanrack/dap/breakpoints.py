@@ -26,11 +26,11 @@ from scanrack.ladder.state.memory import same
 from scanrack.watch.monitors.troubles import ErrorBit, error_bits
 from scanrack.watch.python_stops import LineTrace, Observer
 
-from .conditions import EngineValues, ExpressionError, NamedValues, Read, Surroundings, Values, compiled
+from .conditions import EngineValues, ExpressionError, NamedValues, Read, ScanContext, Values, compiled
 from .protocol import DebugError, Json
 
 BECOMES_TRUE, CHANGES = "becomes true", "changes"
-"""Conditions of a line that look at the power behind its last instruction."""
+"""Conditions of a line that look at the power after its last instruction."""
 
 FILTERS: Mapping[str, tuple[str, str]] = {
     "error": ("Error bits", "An error bit of a module comes on."),
@@ -101,9 +101,9 @@ class ScanValues(Values, Protocol):
         """Whether a rung ran."""
 
     def true(self, key: LineKey) -> bool:
-        """Whether there was power behind the last instruction of a rung."""
+        """Whether there was power after the last instruction of a rung."""
 
-    def at_line(self, wanted: Breakpoint) -> Callable[[int], str | None] | None:
+    def at_line(self, requested: Breakpoint) -> Callable[[int], str | None] | None:
         """Return what says whether a line ran; None for rungs, see `ran`."""
 
 
@@ -124,7 +124,7 @@ class RungValues(EngineValues):
             return bool(truth) and truth[-1]
         return engine.true_at_end(key)
 
-    def at_line(self, wanted: Breakpoint) -> None:
+    def at_line(self, requested: Breakpoint) -> None:
         """See `ScanValues`."""
 
 
@@ -148,21 +148,21 @@ class LinePoints(NamedValues, Observer):
 
     true = ran
 
-    def at_line(self, wanted: Breakpoint) -> Callable[[int], str | None]:
+    def at_line(self, requested: Breakpoint) -> Callable[[int], str | None]:
         """See `ScanValues`."""
         allowed, log = None, list[str | CodeType]()
         if self.in_frames:
-            allowed = _code(wanted.condition) if wanted.condition.strip() else None
-            parts = enumerate(_FIELD.split(wanted.log))
+            allowed = _code(requested.condition) if requested.condition.strip() else None
+            parts = enumerate(_FIELD.split(requested.log))
             log = [_code(part) if number % 2 else part for number, part in parts]
-        number, text = wanted.number, f"line {wanted.line} runs"
+        number, text = requested.number, f"line {requested.line} runs"
 
         def look(frame: FrameType | None) -> None:
             if number not in self._met and (allowed is None or _value(allowed, frame, False)):
                 texts = (each if isinstance(each, str) else str(_value(each, frame, "?")) for each in log)
                 self._met[number] = "".join(texts) or text
 
-        for key in wanted.keys:
+        for key in requested.keys:
             self.lines.add(key[1])
             self._points.setdefault(key, []).append(look)
         return lambda _scan: self._met.pop(number, None)
@@ -219,14 +219,14 @@ class Looker:
 
     def __init__(
         self,
-        wanted: Sequence[Breakpoint],
+        requested: Sequence[Breakpoint],
         values: ScanValues,
-        around: Surroundings,
+        around: ScanContext,
         events: Callable[[int], Sequence[Event]],
     ) -> None:
         self._values, self._around, self._events = values, around, events
-        self._checks = [self._check(each) for each in wanted]
-        self.lines = tuple(dict.fromkeys(key for each in wanted for key in each.keys))
+        self._checks = [self._check(each) for each in requested]
+        self.lines = tuple(dict.fromkeys(key for each in requested for key in each.keys))
 
     def prime(self, scan: int) -> None:
         """Take the present values as those of the scan before; the power of rungs is not known yet."""
@@ -258,22 +258,22 @@ class Looker:
 
     # --- one check for each breakpoint
 
-    def _check(self, wanted: Breakpoint) -> _Check:
-        power = wanted.condition.strip().lower()
-        on_power = wanted.kind != "exception" and wanted.keys and power in (BECOMES_TRUE, CHANGES)
-        met = self._values.at_line(wanted) if wanted.keys else None
+    def _check(self, requested: Breakpoint) -> _Check:
+        power = requested.condition.strip().lower()
+        on_power = requested.kind != "exception" and requested.keys and power in (BECOMES_TRUE, CHANGES)
+        met = self._values.at_line(requested) if requested.keys else None
         if met is not None and self._values.in_frames:
-            return _Check(wanted, met, None)
-        allowed = None if not wanted.condition or on_power else self._compiled(wanted.condition)
+            return _Check(requested, met, None)
+        allowed = None if not requested.condition or on_power else self._compiled(requested.condition)
         if met is not None:
             pass
         elif on_power:
-            met = self._power(wanted.keys, changes=power == CHANGES)
-        elif wanted.keys:
-            met = self._ran(wanted.keys)
+            met = self._power(requested.keys, changes=power == CHANGES)
+        elif requested.keys:
+            met = self._ran(requested.keys)
         else:
-            met = _MAKERS.get(wanted.kind, Looker._expression)(self, wanted.name)
-        return _Check(wanted, met, allowed, self._log(wanted.log))
+            met = _MAKERS.get(requested.kind, Looker._expression)(self, requested.name)
+        return _Check(requested, met, allowed, self._log(requested.log))
 
     def _compiled(self, text: str) -> Read:
         return compiled(text, self._values, self._around)

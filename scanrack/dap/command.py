@@ -58,8 +58,8 @@ def _debug_command(
         raise typer.Exit(_relay(connect, key))
     if port is not None:
         raise typer.Exit(_serve_port(port))
-    asked, told = os.dup(0), os.dup(1)
-    with os.fdopen(asked, "rb") as requests, os.fdopen(told, "wb") as answers, redirect_stdout(sys.stderr):
+    given, taken = os.dup(0), os.dup(1)
+    with os.fdopen(given, "rb") as requests, os.fdopen(taken, "wb") as answers, redirect_stdout(sys.stderr):
         Adapter(Wire(requests, answers), REQUESTS).run()
 
 
@@ -153,8 +153,8 @@ def _pump(read: Callable[[int], bytes], write: Callable[[bytes], object]) -> Non
 _HELP = """Debug a rack or a trace in an editor, forwards and backwards.
 
 The debug adapter speaks the Debug Adapter Protocol on standard input and output. An editor starts it. It
-steps through rungs, structured text and charts, scan by scan. With --port a client
-connects instead, and first sends a line with the printed key: key KEY.
+steps through rungs, structured text, charts, sequences, Python and lists of steps, scan by scan.
+With --port a client connects instead, and first sends a line with the printed key: key KEY.
 
 Exit status: 0 the client ended the session, 2 the port can't be used."""
 

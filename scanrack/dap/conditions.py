@@ -8,6 +8,7 @@ condition therefore costs a scan little more than the comparison.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from types import CellType, CodeType, FunctionType
@@ -26,8 +27,11 @@ from scanrack.traces.query.grammar import GRAMMAR
 
 Read = Callable[[], Any]
 
+_SEVERAL = re.compile(r"^\s*(count|first|last|longest|shortest)\s*\(|\b(then|without|within)\b")
+"""Parts of queries about several scans."""
 
-class Surroundings(NamedTuple):
+
+class ScanContext(NamedTuple):
     """What an expression reads beside the tags of a program."""
 
     words: Mapping[int, ModuleWords]  # of the modules, by slot
@@ -106,7 +110,7 @@ class _Edge:
         return before is not None and bool(value != before)
 
 
-def compiled(text: str, values: Values, around: Surroundings) -> Read:
+def compiled(text: str, values: Values, around: ScanContext) -> Read:
     """Return the function that evaluates an expression after a scan.
 
     Raises:
@@ -116,6 +120,8 @@ def compiled(text: str, values: Values, around: Surroundings) -> Read:
     try:
         source = writer.transform(_parser().parse(text))
     except UnexpectedInput as error:
+        if _SEVERAL.search(text):
+            raise ExpressionError(f"{text!r} needs several scans: ask scanrack query") from error
         at = getattr(error, "column", 0)
         raise ExpressionError(f"{text!r}, column {max(1, at)}: not an expression of a query") from error
     except RecursionError as error:
@@ -150,7 +156,7 @@ class _Writer(Transformer[Token, str]):
         first: statements before the expression.
     """
 
-    def __init__(self, values: Values, around: Surroundings) -> None:
+    def __init__(self, values: Values, around: ScanContext) -> None:
         super().__init__()
         self._values, self._around = values, around
         self.first: list[str] = []

@@ -116,7 +116,7 @@ class Cursor:
 
 
 def later(cursor: Cursor, spots: Sequence[Spot]) -> Spot | None:
-    """Return the first of some places behind the present one."""
+    """Return the first of some places after the present one."""
     here = cursor.position(cursor.spot)
     return min((each for each in spots if cursor.position(each) > here), key=cursor.position, default=None)
 

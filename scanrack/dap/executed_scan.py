@@ -69,7 +69,7 @@ class View(Protocol):
         """Give back what runs scans again."""
 
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
-        """Return index and order of the place behind the last change of a tag; None for one from outside."""
+        """Return index and order of the place after the last change of a tag; None for one from outside."""
 
     def frame(self, run: Any) -> str:
         """Return the name of the frame of a rung or line."""

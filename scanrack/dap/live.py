@@ -39,7 +39,7 @@ from typing_extensions import override
 
 from .adapter import Adapter, Driver
 from .breakpoints import Breakpoint, Event, Hit, LinePoints, Looker, RungValues, described
-from .conditions import ExpressionError, Surroundings
+from .conditions import ExpressionError, ScanContext
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
 from .subject import Images, RungSubject, SomeSubject
@@ -124,14 +124,14 @@ class LiveSubject(SomeSubject):
         """The scans that can be looked at."""
         return self.first, self.last
 
-    def looker(self, wanted: list[Breakpoint]) -> Looker:
+    def looker(self, requested: list[Breakpoint]) -> Looker:
         """Return what looks for breakpoints in the session; an ExpressionError for a condition."""
         raise NotImplementedError
 
-    def now(self) -> Surroundings:
+    def now(self) -> ScanContext:
         """Return what expressions about the latest scan read."""
         images, memory, cpu = Images(self.words), self.run.rack.memory, self.run.cpu
-        return Surroundings(
+        return ScanContext(
             self.words,
             lambda slot, image, number: images.word(memory, slot, image, number),
             lambda: self.last * cpu.period_ns,
@@ -185,8 +185,8 @@ class LiveRungs(RungSubject, LiveSubject):
         return self._debugger.replayer
 
     @override
-    def looker(self, wanted: list[Breakpoint]) -> Looker:
-        looker = Looker(wanted, RungValues(self._debugger.engine), self.now(), self.events)
+    def looker(self, requested: list[Breakpoint]) -> Looker:
+        looker = Looker(requested, RungValues(self._debugger.engine), self.now(), self.events)
         self._debugger.note_lines(looker.lines)
         return looker
 
@@ -228,10 +228,10 @@ class LiveText(TextSubject, LiveSubject):
         return logic
 
     @override
-    def looker(self, wanted: list[Breakpoint]) -> Looker:
+    def looker(self, requested: list[Breakpoint]) -> Looker:
         program = self.run.program
         points = LinePoints(ProgramValues(lambda: program.logic), in_frames=not self._steps)
-        looker = Looker(wanted, points, self.now(), self.events)
+        looker = Looker(requested, points, self.now(), self.events)
         self._trace.remove(self._points)
         self._points = points
         if points.lines and not self._steps:
@@ -326,14 +326,14 @@ class ScanDriver(QuietListener, Driver):
         self.set_breakpoints(adapter.all_breakpoints())
 
     @override
-    def set_breakpoints(self, wanted: list[Breakpoint]) -> None:
+    def set_breakpoints(self, requested: list[Breakpoint]) -> None:
         try:
-            looker = self.subject.looker(wanted)
+            looker = self.subject.looker(requested)
         except ExpressionError as error:
             raise DebugError(str(error)) from error
         if self.subject.last >= 0:
             looker.prime(self.subject.last)
-        self._looker = looker if wanted else None
+        self._looker = looker if requested else None
 
 
 class Live(ScanDriver):
@@ -345,7 +345,7 @@ class Live(ScanDriver):
         super().__init__(adapter, _subject_of(session, run, job))
         self._session, self._run, self._page = session, run, page
         self._hits: list[Hit] = []
-        self._wanted: list[Breakpoint] = []
+        self._requested: list[Breakpoint] = []
         self._stepping = False
         self._seen: list[str] = []  # breakpoints of the session, as the editor knows them
         self._attend, session.attend = session.attend, self._rest
@@ -353,11 +353,16 @@ class Live(ScanDriver):
         run.cpu.add_listener(self)
         adapter.begin(self.subject, self)
         adapter.running = session.live  # a real controller does not wait
+        self._placed = (
+            not adapter.configured
+        )  # else a branch begins, which has the breakpoints from its first scan on
 
     # --- after a scan
 
     @override
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        if not self._placed and not self._session.repeats:
+            self._place()
         hits, adapter = self.look(scan, now_ns, flags), self._adapter
         arrived = isinstance(self.subject, LiveText) and self.subject.arrived
         if (hits or arrived) and not self._session.repeats:
@@ -370,7 +375,7 @@ class Live(ScanDriver):
             adapter.serve(0)
         if not adapter.running and not self._session.state.paused:
             adapter.leave()
-            adapter.running = True  # a page has let it go on
+            adapter.running = True  # a page has let it continue
             adapter.event("continued", threadId=1, allThreadsContinued=True)
 
     def _order(self, order: actions.Action) -> None:
@@ -378,14 +383,18 @@ class Live(ScanDriver):
         scan = subject.extent[1] + 1
         self._session.obey(order, scan * cpu.period_ns, scan)
 
+    def _place(self) -> None:
+        self._placed = True
+        self.place_again()
+
     # --- breakpoints of pages
 
-    def _share_breakpoints(self, wanted: list[Breakpoint]) -> None:
+    def _share_breakpoints(self, requested: list[Breakpoint]) -> None:
         """Set the editor's breakpoints on the pages, too, as far as pages have such."""
         there = self._session.state.breakpoints
         spelled = self.subject.spelled
-        _others, before = foreign(there, self._wanted, spelled)
-        _others, names = foreign(there, wanted, spelled)
+        _others, before = foreign(there, self._requested, spelled)
+        _others, names = foreign(there, requested, spelled)
         for name in before.keys() - names.keys() & set(there):
             self._order(actions.RemoveBreakpoint(name))
         for name in names.keys() - set(there):
@@ -397,7 +406,7 @@ class Live(ScanDriver):
         """Follow pages: tell the editor what they have set and removed."""
         adapter, there = self._adapter, self._session.state.breakpoints
         spelled, places = self.subject.spelled, self.subject.places(0)
-        others, names = foreign(there, self._wanted, spelled)
+        others, names = foreign(there, self._requested, spelled)
         for name in names.keys() - set(there):
             gone = names[name]
             for kind in adapter.breakpoints.values():
@@ -416,6 +425,8 @@ class Live(ScanDriver):
     def _rest(self) -> None:
         self._attend()
         adapter = self._adapter
+        if not self._placed:
+            self._place()
         self.follow_edit()
         if self._session.state.breakpoints != self._seen and adapter.configured:
             self._take_breakpoints()
@@ -479,13 +490,13 @@ class Live(ScanDriver):
         self._adapter.running = self._stepping = True
 
     @override
-    def set_breakpoints(self, wanted: list[Breakpoint]) -> None:
-        if self._session.live and not all(each.log for each in wanted):
+    def set_breakpoints(self, requested: list[Breakpoint]) -> None:
+        if self._session.live and not all(each.log for each in requested):
             raise DebugError("a real controller does not wait: on a real port only log points are possible")
-        super().set_breakpoints(wanted)
+        super().set_breakpoints(requested)
         if self._page and not self._session.live:
-            self._share_breakpoints(wanted)
-        self._wanted = wanted
+            self._share_breakpoints(requested)
+        self._requested = requested
 
     @override
     def give(self, order: actions.Action) -> None:

@@ -11,7 +11,7 @@ from scanrack.ladder.debug.watched import shown
 from scanrack.runtime.live import actions
 
 from .causes import last_change, why
-from .conditions import ExpressionError, Surroundings, compiled
+from .conditions import ExpressionError, ScanContext, compiled
 from .executed_scan import callers
 from .protocol import DebugError, Json, text, whole
 from .subject import Images
@@ -29,7 +29,7 @@ NOWHERE = {"line": 0, "column": 0}
 COMPLETIONS_MOST = 200
 
 
-def threads(_adapter: Adapter, _said: Json) -> Json:
+def threads(_adapter: Adapter, _arguments: Json) -> Json:
     """Name the thread."""
     return {"threads": [{"id": 1, "name": "scan"}]}
 
@@ -37,10 +37,10 @@ def threads(_adapter: Adapter, _said: Json) -> Json:
 # --- frames
 
 
-def stack(adapter: Adapter, said: Json) -> Json:
+def stack(adapter: Adapter, arguments: Json) -> Json:
     """List the frames, innermost first: rung, callers, task, scan."""
     frames = list(_frames(adapter))
-    start, levels = whole(said, "startFrame", 0), whole(said, "levels", 0)
+    start, levels = whole(arguments, "startFrame", 0), whole(arguments, "levels", 0)
     return {"stackFrames": frames[start : start + levels if levels else None], "totalFrames": len(frames)}
 
 
@@ -80,9 +80,9 @@ def _run_of(adapter: Adapter, frame: int) -> Any:
 # --- scopes
 
 
-def scopes(adapter: Adapter, said: Json) -> Json:
+def scopes(adapter: Adapter, arguments: Json) -> Json:
     """List the scopes of a frame."""
-    run = _run_of(adapter, whole(said, "frameId"))
+    run = _run_of(adapter, whole(arguments, "frameId"))
     tree, found = adapter.the_tree(), list[Json]()
 
     def add(name: str, node: Node) -> None:
@@ -109,35 +109,35 @@ def word_reader(adapter: Adapter) -> Callable[[int, str, int], int]:
     return read
 
 
-def variables(adapter: Adapter, said: Json) -> Json:
+def variables(adapter: Adapter, arguments: Json) -> Json:
     """Open one level of values."""
-    start, count = whole(said, "start", 0), whole(said, "count", 0)
+    start, count = whole(arguments, "start", 0), whole(arguments, "count", 0)
     if start < 0 or count < 0:
         raise DebugError(f"start {start}, count {count}: must not be negative")
-    return {"variables": adapter.the_tree().variables(whole(said, "variablesReference"), start, count)}
+    return {"variables": adapter.the_tree().variables(whole(arguments, "variablesReference"), start, count)}
 
 
 # --- setting
 
 
-def set_variable(adapter: Adapter, said: Json) -> Json:
+def set_variable(adapter: Adapter, arguments: Json) -> Json:
     """Set a value of a node."""
-    tag = adapter.the_tree().node(whole(said, "variablesReference")).tag(text(said, "name"))
-    return {"value": _set(adapter, tag, text(said, "value"))}
+    tag = adapter.the_tree().node(whole(arguments, "variablesReference")).tag(text(arguments, "name"))
+    return {"value": _set(adapter, tag, text(arguments, "value"))}
 
 
-def set_expression(adapter: Adapter, said: Json) -> Json:
+def set_expression(adapter: Adapter, arguments: Json) -> Json:
     """Set a tag."""
-    return {"value": _set(adapter, text(said, "expression").strip(), text(said, "value"))}
+    return {"value": _set(adapter, text(arguments, "expression").strip(), text(arguments, "value"))}
 
 
-def _set(adapter: Adapter, tag: str, said: str) -> str:
+def _set(adapter: Adapter, tag: str, written: str) -> str:
     """Set a tag before the next scan; a word or bit of an image is forced, since scans write it."""
     _refuse_past(adapter)
     tags = adapter.place().view.tags
     if tag not in tags and ":" not in tag:
         raise DebugError(f"no tag {tag}")
-    value = value_in(said, _present(tags, tag))
+    value = value_in(written, _present(tags, tag))
     image = ":" in tag
     adapter.the_driver().give(actions.Force(tag, value) if image else actions.Write(tag, value))
     if not image:
@@ -163,22 +163,22 @@ def _present(tags: Any, tag: str) -> object:
 # --- expressions
 
 
-def evaluate(adapter: Adapter, said: Json) -> Json:
+def evaluate(adapter: Adapter, arguments: Json) -> Json:
     """Evaluate a tag, an expression, or a command."""
-    asked = text(said, "expression").strip()
-    context = said.get("context")
-    word, _, rest = asked.partition(" ")
+    expression = text(arguments, "expression").strip()
+    context = arguments.get("context")
+    word, _, rest = expression.partition(" ")
     command = COMMANDS.get(word.lower())
     if command is not None and context in ("repl", None):
         return {"result": command(adapter, rest.strip()), "variablesReference": 0}
-    name = _tag_named(adapter, asked, said.get("frameId"))
+    name = _tag_named(adapter, expression, arguments.get("frameId"))
     if name is not None:
-        found = adapter.the_tree().value(asked, name)
+        found = adapter.the_tree().value(expression, name)
         node = found.pop("node", None)
         reference = 0 if node is None else adapter.the_tree().add(node)
         hover = _hover(adapter, name, found["value"]) if context == "hover" else found["value"]
         return {"result": hover, "type": found["type"], "variablesReference": reference}
-    value = _expression(adapter, asked)()
+    value = _expression(adapter, expression)()
     return {"result": shown(value), "type": type(value).__name__, "variablesReference": 0}
 
 
@@ -188,13 +188,13 @@ def _tag_named(adapter: Adapter, name: str, frame: object) -> str | None:
     return adapter.place().view.full_name(name, run)
 
 
-def _expression(adapter: Adapter, asked: str) -> Callable[[], object]:
+def _expression(adapter: Adapter, expression: str) -> Callable[[], object]:
     cursor, subject = adapter.place(), adapter.the_subject()
-    around = Surroundings(
+    around = ScanContext(
         subject.words, word_reader(adapter), lambda: subject.now_ns(cursor.scan), lambda: cursor.scan
     )
     try:
-        return compiled(asked, cursor.view.values, around)
+        return compiled(expression, cursor.view.values, around)
     except ExpressionError as error:
         raise DebugError(str(error)) from error
 
@@ -223,9 +223,9 @@ def _set_command(adapter: Adapter, rest: str) -> str:
 
 def _force_command(adapter: Adapter, rest: str) -> str:
     _refuse_past(adapter)
-    tag, said = _assigned(rest)
+    tag, written = _assigned(rest)
     tags = adapter.place().view.tags
-    value = value_in(said, _present(tags, tag))
+    value = value_in(written, _present(tags, tag))
     adapter.the_driver().give(actions.Force(tag, value))
     if tag in tags and ":" not in tag:
         _show_set(adapter, tag, value)
@@ -252,6 +252,19 @@ def _branch_command(adapter: Adapter, _rest: str) -> str:
     return f"a new session continues from scan {scan:,}"
 
 
+def _return_command(adapter: Adapter, _rest: str) -> str:
+    if not adapter.in_past():
+        raise DebugError("this is the latest scan of the session")
+    last = adapter.the_subject().extent[1]
+
+    def back() -> None:
+        adapter.look_at(last, "end")
+        adapter.stopped("pause")
+
+    adapter.after_response(back)
+    return f"back at scan {last:,}"
+
+
 def _reload_command(adapter: Adapter, _rest: str) -> str:
     adapter.the_driver().give(actions.Reload())
     return "the saved program continues with the present values"
@@ -263,6 +276,7 @@ COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
     "release": _release_command,
     "why": _why_command,
     "branch": _branch_command,
+    "return": _return_command,
     "reload": _reload_command,
 }
 """Commands of the console, by their first word."""
@@ -271,21 +285,21 @@ COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
 # --- further
 
 
-def exception_info(adapter: Adapter, _said: Json) -> Json:
+def exception_info(adapter: Adapter, _arguments: Json) -> Json:
     """Say what the stop was."""
     says = adapter.reason.get("text") or "no exception"
     return {"exceptionId": adapter.reason.get("reason", ""), "description": says, "breakMode": "always"}
 
 
-def sources(adapter: Adapter, _said: Json) -> Json:
+def sources(adapter: Adapter, _arguments: Json) -> Json:
     """List the files of the program."""
     files = adapter.the_subject().places(adapter.the_subject().extent[1]).lines
     return {"sources": [{"name": Path(each).name, "path": str(each)} for each in files]}
 
 
-def completions(adapter: Adapter, said: Json) -> Json:
+def completions(adapter: Adapter, arguments: Json) -> Json:
     """Complete the name before the cursor."""
-    line, column = text(said, "text"), whole(said, "column")
+    line, column = text(arguments, "text"), whole(arguments, "column")
     before = line[: max(0, column - 1)]
     word = before[len(before.rstrip("".join(_LETTERS))) :]
     head, dot, _ = word.rpartition(".")

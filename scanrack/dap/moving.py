@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 GRANULARITIES = ("statement", "line", "instruction")
 
 
-def go(adapter: Adapter, _said: Json) -> Json:
+def go(adapter: Adapter, _arguments: Json) -> Json:
     """Run to the next breakpoint."""
     if adapter.in_past():
         _ask(adapter)
@@ -27,18 +27,18 @@ def go(adapter: Adapter, _said: Json) -> Json:
 def _ask(adapter: Adapter) -> None:
     """Ask what to do from a past scan on; a second continue returns to the present."""
     scan, last = adapter.place().scan, adapter.the_subject().extent[1]
-    if adapter.asked_past:
-        adapter.asked_past = False
+    if adapter.past_refused:
+        adapter.past_refused = False
         adapter.look_at(last, "end")
         return
-    adapter.asked_past = True
+    adapter.past_refused = True
     raise DebugError(
-        f"this is scan {scan:,}, and the rack stands at scan {last:,}: continue again for that one, "
-        "or evaluate `branch` to continue here in a new session"
+        f"this is scan {scan:,}, and the rack stands at scan {last:,}: continue again to return there, "
+        "evaluate `return` to stand there, or `branch` to continue here in a new session"
     )
 
 
-def pause(adapter: Adapter, _said: Json) -> None:
+def pause(adapter: Adapter, _arguments: Json) -> None:
     """Stop after the present scan, or break off a search of the past."""
     if adapter.searching:
         adapter.breaks_off = True
@@ -46,19 +46,19 @@ def pause(adapter: Adapter, _said: Json) -> None:
         adapter.the_driver().pause()
 
 
-def next_(adapter: Adapter, said: Json) -> None:
+def next_(adapter: Adapter, arguments: Json) -> None:
     """Go to the next rung or instruction without going into routines."""
-    each = _by_instruction(said)
+    each = _by_instruction(arguments)
     adapter.after_response(lambda: _onward(adapter, adapter.place().depth, each=each))
 
 
-def step_in(adapter: Adapter, said: Json) -> None:
+def step_in(adapter: Adapter, arguments: Json) -> None:
     """Go to the next rung or instruction, also of a routine that is called."""
-    each = _by_instruction(said)
+    each = _by_instruction(arguments)
     adapter.after_response(lambda: _onward(adapter, None, each=each))
 
 
-def step_out(adapter: Adapter, _said: Json) -> None:
+def step_out(adapter: Adapter, _arguments: Json) -> None:
     """Go on in the caller; from the main routine to the next scan."""
     adapter.after_response(lambda: _onward(adapter, adapter.place().depth - 1, each=True))
 
@@ -76,9 +76,9 @@ def _onward(adapter: Adapter, depth: int | None, *, each: bool) -> None:
         adapter.the_driver().step()
 
 
-def step_back(adapter: Adapter, said: Json) -> None:
+def step_back(adapter: Adapter, arguments: Json) -> None:
     """Go to the rung or instruction before, without going into routines."""
-    each = _by_instruction(said)
+    each = _by_instruction(arguments)
     cursor = adapter.place()
     spot = cursor.back(cursor.depth, each=each)
     first = adapter.the_subject().extent[0]
@@ -95,18 +95,18 @@ def step_back(adapter: Adapter, said: Json) -> None:
     adapter.after_response(move)
 
 
-def reverse(adapter: Adapter, _said: Json) -> None:
+def reverse(adapter: Adapter, _arguments: Json) -> None:
     """Run backwards to the last breakpoint; without one to the first scan."""
 
     def move() -> None:
         if adapter.stop_in_scan(backwards=True):
             return
         scan, subject = adapter.place().scan, adapter.the_subject()
-        wanted = [each for each in adapter.all_breakpoints() if not each.log]
+        requested = [each for each in adapter.all_breakpoints() if not each.log]
         adapter.leave()
         adapter.searching = True
         try:
-            found = subject.last_before(wanted, scan, adapter.poll) if wanted else None
+            found = subject.last_before(requested, scan, adapter.poll) if requested else None
         except BrokenOffError as broken:
             adapter.look_at(max(subject.extent[0], broken.scan), "end")
             adapter.stopped("pause")
@@ -123,8 +123,8 @@ def reverse(adapter: Adapter, _said: Json) -> None:
     adapter.after_response(move)
 
 
-def _by_instruction(said: Json) -> bool:
-    wanted = said.get("granularity", "line")
-    if wanted not in GRANULARITIES:
-        raise DebugError(f"granularity {wanted!r}: must be {', '.join(GRANULARITIES)}")
-    return bool(wanted == "instruction")
+def _by_instruction(arguments: Json) -> bool:
+    requested = arguments.get("granularity", "line")
+    if requested not in GRANULARITIES:
+        raise DebugError(f"granularity {requested!r}: must be {', '.join(GRANULARITIES)}")
+    return bool(requested == "instruction")

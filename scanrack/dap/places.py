@@ -77,8 +77,8 @@ class Places:
         Raises:
             DebugError: the file is no part of the program, or there is none.
         """
-        asked = Path(path).resolve()
-        known = self.lines.get(asked) or self._adopted(asked)
+        given = Path(path).resolve()
+        known = self.lines.get(given) or self._adopted(given)
         if known is None:
             names = ", ".join(sorted(each.name for each in self.lines))
             raise DebugError(f"{Path(path).name} is no file of the program: those are {names}")
@@ -133,8 +133,8 @@ class RungPlaces(Places):
         if len(found) != 1:
             return None
         numbers = [line.number for line in self._lowered.routines[found[0]].lines if line.number >= 0]
-        wanted = int(number) if dot and number.isdigit() else min(numbers, default=-1)
-        return [(found[0], wanted)] if wanted in numbers else None
+        rung = int(number) if dot and number.isdigit() else min(numbers, default=-1)
+        return [(found[0], rung)] if rung in numbers else None
 
 
 class TextPlaces(Places):

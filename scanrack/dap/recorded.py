@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
@@ -13,13 +14,17 @@ from scanrack.ladder.debug.replay import Replayer
 from scanrack.ladder.files.steps import Steps
 from scanrack.traces.read.reader import Trace
 from scanrack.traces.replay import PackedTrace
+from scanrack.watch.gate import listen
 from scanrack.watch.history.stretch import Stretch
 from scanrack.watch.monitors.trace_monitor import TraceMonitor
+from scanrack.watch.play import Play
 from scanrack.watch.recorded_session import open_to_read
+from scanrack.watch.watch_options import WatchArguments, WatchOptions
 from typing_extensions import override
 
 from .adapter import Adapter, Driver
 from .breakpoints import Breakpoint, Event
+from .live import REMEMBERED, Live
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
 from .subject import RungSubject, SomeSubject
@@ -41,7 +46,13 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
         ValueError: it can't be used, or has no such scan.
     """
     with ExitStack() as stack:
-        monitor = open_to_read(stack, path, trust=trust)
+        begun: list[Play] = []
+
+        def prepare(*words: Any, **more: Any) -> None:
+            begun[:] = [_branch_of(adapter, monitor, path, stack)]
+            begun[0].prepare_branch(*words, **more)
+
+        monitor = open_to_read(stack, path, trust=trust, prepare=prepare)
         stack.callback(monitor.elsewhere.close)
         subject: RecordedScans
         programs = monitor.subject.programs
@@ -54,12 +65,31 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
             raise ValueError(f"{path} has no scan {scan}: it has {first} to {last}")
         driver = RecordingDriver(adapter, subject, first if scan is None else scan)
         adapter.begin(subject, driver)
-        more = True  # scans whose first run is not over: it goes on while the client is silent
+        more = True  # scans whose first run is not over: it continues while the client is silent
         while not driver.over and not adapter.over:
             served = adapter.serve(0 if adapter.running else IDLE_S if more else None)
             if not served and not adapter.running:
                 more = monitor.tick()
             driver.look_on()
+        if begun and driver.branched and not adapter.over:
+            assert monitor.job is not None
+            begun[0].go_on(monitor.job)
+
+
+def _branch_of(adapter: Adapter, monitor: TraceMonitor, path: Path, stack: ExitStack) -> Play:
+    """Return what plays a branch of a recording."""
+    job = monitor.job
+    assert job is not None
+    folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
+    options = WatchOptions(
+        WatchArguments(rack=str(path)),
+        None,
+        editable=False,
+        page=False,
+        door=lambda session, run: Live(adapter, session, run, job, page=False),
+        remembered=REMEMBERED,
+    )
+    return Play(options, stack.enter_context(listen(0)), folder, stack)
 
 
 class RecordedScans(SomeSubject):
@@ -172,7 +202,7 @@ class RecordingDriver(Driver):
     def __init__(self, adapter: Adapter, subject: RecordedScans, first: int) -> None:
         self._adapter, self._subject, self._first = adapter, subject, first
         self._looked = -1  # the scan up to which a search has come; -1 without one
-        self.over = False
+        self.over = self.branched = False
 
     @override
     def begin(self, *, stop: bool) -> None:
@@ -190,9 +220,9 @@ class RecordingDriver(Driver):
         adapter = self._adapter
         if not adapter.running or self._looked < 0:
             return
-        wanted = [each for each in adapter.all_breakpoints() if not each.log]
+        requested = [each for each in adapter.all_breakpoints() if not each.log]
         last = self._subject.extent[1]
-        found, looked = self._subject.first_after(wanted, self._looked) if wanted else (None, last)
+        found, looked = self._subject.first_after(requested, self._looked) if requested else (None, last)
         self._looked = looked
         if found is not None:
             adapter.stop_at_hit(found, adapter.hits_in(found))
@@ -216,13 +246,19 @@ class RecordingDriver(Driver):
         self._end_of_recording()
 
     @override
-    def set_breakpoints(self, wanted: list[Breakpoint]) -> None:
+    def set_breakpoints(self, requested: list[Breakpoint]) -> None:
         adapter = self._adapter
         place = None if adapter.cursor is None else (adapter.cursor.scan, adapter.cursor.spot)
         scan = place[0] if place else self._first
-        self._subject.check(wanted, scan)
+        self._subject.check(requested, scan)
         if place is not None:
             adapter.look_at(place[0]).go(place[1])
+
+    @override
+    def branch(self, scan: int) -> None:
+        self._subject.monitor.branch(scan, True)
+        self._adapter.leave()
+        self.over = self.branched = True
 
     @override
     def end(self) -> None:

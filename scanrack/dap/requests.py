@@ -25,7 +25,9 @@ class Request:
 
 
 REQUESTS: Mapping[str, Request] = {
-    "initialize": Request(lambda _adapter, _said: capabilities(), "says what the adapter can do", "nothing"),
+    "initialize": Request(
+        lambda _adapter, _arguments: capabilities(), "says what the adapter can do", "nothing"
+    ),
     "launch": Request(starting.launch, "runs a rack, or opens a trace", "nothing"),
     "attach": Request(starting.attach, "opens a trace", "nothing"),
     "configurationDone": Request(

@@ -12,35 +12,37 @@ if TYPE_CHECKING:
     from .adapter import Adapter
 
 
-def lines(adapter: Adapter, said: Json) -> Json:
+def lines(adapter: Adapter, arguments: Json) -> Json:
     """Set the breakpoints of a file."""
-    source = said.get("source")
+    source = arguments.get("source")
     path = text(source if isinstance(source, dict) else {}, "path")
     return _replace(
-        adapter, f"line {path}", objects(said, "breakpoints"), lambda each: _line(adapter, path, each)
+        adapter, f"line {path}", objects(arguments, "breakpoints"), lambda each: _line(adapter, path, each)
     )
 
 
-def functions(adapter: Adapter, said: Json) -> Json:
+def functions(adapter: Adapter, arguments: Json) -> Json:
     """Set the breakpoints by name."""
-    return _replace(adapter, "function", objects(said, "breakpoints"), lambda each: _function(adapter, each))
+    return _replace(
+        adapter, "function", objects(arguments, "breakpoints"), lambda each: _function(adapter, each)
+    )
 
 
-def data(adapter: Adapter, said: Json) -> Json:
+def data(adapter: Adapter, arguments: Json) -> Json:
     """Set the breakpoints on values."""
 
     def one(each: Json) -> Breakpoint:
         return _made(adapter, "data", text(each, "dataId"), each)
 
-    return _replace(adapter, "data", objects(said, "breakpoints"), one)
+    return _replace(adapter, "data", objects(arguments, "breakpoints"), one)
 
 
-def exceptions(adapter: Adapter, said: Json) -> Json:
+def exceptions(adapter: Adapter, arguments: Json) -> Json:
     """Set the filters that stop."""
-    names = said.get("filters") or []
+    names = arguments.get("filters") or []
     if not isinstance(names, list):
         raise DebugError("filters must be a list of names")
-    wanted = [{"filterId": each} for each in names] + objects(said, "filterOptions")
+    requested = [{"filterId": each} for each in names] + objects(arguments, "filterOptions")
 
     def one(each: Json) -> Breakpoint:
         name = each.get("filterId")
@@ -48,15 +50,15 @@ def exceptions(adapter: Adapter, said: Json) -> Json:
             raise DebugError(f"no filter {name!r}: there are {', '.join(FILTERS)}")
         return _made(adapter, "exception", str(name), each)
 
-    return _replace(adapter, "exception", wanted, one)
+    return _replace(adapter, "exception", requested, one)
 
 
-def locations(adapter: Adapter, said: Json) -> Json:
+def locations(adapter: Adapter, arguments: Json) -> Json:
     """List the lines of a file that can have a breakpoint."""
-    source = said.get("source")
+    source = arguments.get("source")
     path = text(source if isinstance(source, dict) else {}, "path")
-    first = whole(said, "line")
-    last = whole(said, "endLine", first)
+    first = whole(arguments, "line")
+    last = whole(arguments, "endLine", first)
     places = adapter.the_subject().places(_scan(adapter))
     found: list[Json] = []
     at = first
@@ -71,11 +73,11 @@ def locations(adapter: Adapter, said: Json) -> Json:
     return {"breakpoints": found}
 
 
-def data_info(adapter: Adapter, said: Json) -> Json:
+def data_info(adapter: Adapter, arguments: Json) -> Json:
     """Say whether a value can have a breakpoint, and what changed it last."""
-    name = text(said, "name")
-    if "variablesReference" in said and whole(said, "variablesReference"):
-        tag = adapter.the_tree().node(whole(said, "variablesReference")).tag(name)
+    name = text(arguments, "name")
+    if "variablesReference" in arguments and whole(arguments, "variablesReference"):
+        tag = adapter.the_tree().node(whole(arguments, "variablesReference")).tag(name)
     else:
         tag = name
     if tag not in adapter.place().view.tags:
@@ -88,25 +90,25 @@ def data_info(adapter: Adapter, said: Json) -> Json:
 # --- one breakpoint
 
 
-def _line(adapter: Adapter, path: str, said: Json) -> Breakpoint:
-    line = whole(said, "line")
+def _line(adapter: Adapter, path: str, arguments: Json) -> Breakpoint:
+    line = whole(arguments, "line")
     at, keys = adapter.the_subject().places(_scan(adapter)).at(path, line)
-    made = _made(adapter, "line", f"{path}:{at}", said)
+    made = _made(adapter, "line", f"{path}:{at}", arguments)
     made.keys, made.line, made.path = tuple(keys), at, path
-    made.log = text(said, "logMessage", "")
+    made.log = text(arguments, "logMessage", "")
     return made
 
 
-def _function(adapter: Adapter, said: Json) -> Breakpoint:
-    made = _made(adapter, "function", text(said, "name").strip(), said)
+def _function(adapter: Adapter, arguments: Json) -> Breakpoint:
+    made = _made(adapter, "function", text(arguments, "name").strip(), arguments)
     keys = adapter.the_subject().places(_scan(adapter)).named(made.name)
     made.keys = tuple(keys or ())
     return made
 
 
-def _made(adapter: Adapter, kind: str, name: str, said: Json) -> Breakpoint:
+def _made(adapter: Adapter, kind: str, name: str, arguments: Json) -> Breakpoint:
     adapter.numbers += 1
-    condition, hits = text(said, "condition", ""), text(said, "hitCondition", "")
+    condition, hits = text(arguments, "condition", ""), text(arguments, "hitCondition", "")
     made = Breakpoint(adapter.numbers, kind, name, condition=condition, hits=hits)
     made.check_hits()
     return made
@@ -116,12 +118,12 @@ def _scan(adapter: Adapter) -> int:
     return adapter.the_subject().extent[1] if adapter.cursor is None else adapter.cursor.scan
 
 
-def _replace(adapter: Adapter, kind: str, wanted: list[Json], make: Maker) -> Json:
+def _replace(adapter: Adapter, kind: str, requested: list[Json], make: Maker) -> Json:
     """Replace the breakpoints of a kind; one that can't be used is answered with the reason."""
     answers: list[Json] = []
     good: list[Breakpoint] = []
     others = [each for name, some in adapter.breakpoints.items() if name != kind for each in some]
-    for each in wanted:
+    for each in requested:
         try:
             made = make(each)
             adapter.the_driver().set_breakpoints([*others, *good, made])

@@ -28,50 +28,50 @@ LAUNCH = {
 _OF_CLIENTS = ("name", "type", "request", "noDebug", "restart", "presentation", "cwd", "preLaunchTask")
 
 
-def launch(adapter: Adapter, said: Json) -> None:
+def launch(adapter: Adapter, arguments: Json) -> None:
     """Run a rack, or open a trace."""
     from scanrack.jobs.load.loading import load_job, runs
 
-    wanted = _checked(adapter, said)
-    adapter.stop_on_entry = wanted.get("stopOnEntry", True) is True
+    requested = _checked(adapter, arguments)
+    adapter.stop_on_entry = requested.get("stopOnEntry", True) is True
     if adapter.waits:
         adapter.waits = False
         return
-    if "pytest" in wanted:
+    if "pytest" in requested:
         from .in_test import run_tests
 
-        adapter.start = lambda adapter: run_tests(adapter, wanted["pytest"])
+        adapter.start = lambda adapter: run_tests(adapter, requested["pytest"])
         return
-    program = text(said, "program")
+    program = text(arguments, "program")
     if not runs(program):
-        attach(adapter, said)
+        attach(adapter, arguments)
         return
     job = load_job(program)
-    adapter.start = lambda adapter: _play(adapter, job, wanted)
+    adapter.start = lambda adapter: _play(adapter, job, requested)
 
 
-def attach(adapter: Adapter, said: Json) -> None:
+def attach(adapter: Adapter, arguments: Json) -> None:
     """Open a trace, or a test that waits."""
     if adapter.waits:
-        launch(adapter, said)
+        launch(adapter, arguments)
         return
     from .recorded import debug_trace
 
-    wanted = _checked(adapter, said)
-    path = Path(text(said, "program"))
+    requested = _checked(adapter, arguments)
+    path = Path(text(arguments, "program"))
     if not path.is_file():
         raise DebugError(f"{path}: no such file")
     adapter.stop_on_entry = True
     adapter.start = lambda adapter: debug_trace(
-        adapter, path, wanted.get("scan"), trust=wanted.get("trust") is True
+        adapter, path, requested.get("scan"), trust=requested.get("trust") is True
     )
 
 
-def _checked(adapter: Adapter, said: Json) -> Json:
+def _checked(adapter: Adapter, arguments: Json) -> Json:
     """Return the arguments; refuse unknown ones, and a second launch."""
     if adapter.subject is not None or adapter.start is not None:
         raise DebugError("something is debugged already: disconnect first")
-    for name, value in said.items():
+    for name, value in arguments.items():
         if name.startswith("__") or name in _OF_CLIENTS:
             continue
         if name not in LAUNCH:
@@ -79,13 +79,13 @@ def _checked(adapter: Adapter, said: Json) -> Json:
         kind = LAUNCH[name][0]
         if type(value) is not kind:
             raise DebugError(f"{name} {value!r}: must be {_KINDS[kind]}")
-    return said
+    return arguments
 
 
 _KINDS = {str: "a text", bool: "true or false", int: "a whole number"}
 
 
-def _play(adapter: Adapter, job: LoadedRack, wanted: Json) -> None:
+def _play(adapter: Adapter, job: LoadedRack, requested: Json) -> None:
     """Run a rack in a session of `scanrack watch`, until the client ends it."""
     from scanrack.jobs.run.build import check_ports
     from scanrack.watch.command import speed_of
@@ -94,13 +94,13 @@ def _play(adapter: Adapter, job: LoadedRack, wanted: Json) -> None:
 
     from .live import REMEMBERED, Live
 
-    live = wanted.get("live") is True
+    live = requested.get("live") is True
     check_ports(job.spec, realtime=True, live=live)
-    record = wanted.get("record")
-    page = wanted.get("page") is True
-    asked = WatchArguments(
-        rack=str(wanted["program"]),
-        speed=str(wanted.get("speed", "1")),
+    record = requested.get("record")
+    page = requested.get("page") is True
+    watched = WatchArguments(
+        rack=str(requested["program"]),
+        speed=str(requested.get("speed", "1")),
         paused=not live,
         live=live,
         control=live,
@@ -109,8 +109,8 @@ def _play(adapter: Adapter, job: LoadedRack, wanted: Json) -> None:
     watch_job(
         job,
         WatchOptions(
-            asked,
-            speed_of(asked.speed),
+            watched,
+            speed_of(watched.speed),
             page=page,
             door=lambda session, run: Live(adapter, session, run, job, page=page),
             remembered=REMEMBERED,
@@ -118,13 +118,13 @@ def _play(adapter: Adapter, job: LoadedRack, wanted: Json) -> None:
     )
 
 
-def configured(adapter: Adapter, _said: Json) -> None:
+def configured(adapter: Adapter, _arguments: Json) -> None:
     """Begin: all breakpoints are set."""
     adapter.configured = True
     adapter.after_response(lambda: adapter.the_driver().begin(stop=adapter.stop_on_entry))
 
 
-def disconnect(adapter: Adapter, _said: Json) -> None:
+def disconnect(adapter: Adapter, _arguments: Json) -> None:
     """End the session."""
     adapter.over = True
     if adapter.driver is not None:

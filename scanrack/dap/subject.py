@@ -19,7 +19,7 @@ from scanrack.ladder.model.tree import Origin
 from typing_extensions import override
 
 from .breakpoints import Breakpoint, Event, Looker, RungValues
-from .conditions import Surroundings
+from .conditions import ScanContext
 from .executed_scan import ExecutedScan, View
 from .places import Places
 
@@ -63,13 +63,13 @@ class Subject(Protocol):
     def view(self, scan: int) -> View:
         """Return a scan as it was executed; a DebugError if it can't be repeated."""
 
-    def check(self, wanted: Sequence[Breakpoint], scan: int) -> None:
+    def check(self, requested: Sequence[Breakpoint], scan: int) -> None:
         """Raise an ExpressionError if a breakpoint has a condition that can't be evaluated."""
 
-    def hits(self, wanted: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
+    def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
         """Return the breakpoints that a scan meets; hit counts and log points have no effect."""
 
-    def last_before(self, wanted: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
+    def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
         """Return the last scan before one that meets a breakpoint; None without one.
 
         Raises:
@@ -77,7 +77,7 @@ class Subject(Protocol):
         """
 
     def first_after(
-        self, wanted: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
+        self, requested: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
     ) -> tuple[int | None, int]:
         """Return the first scan after one that meets a breakpoint, of a slice; and the last one looked at."""
 
@@ -103,10 +103,10 @@ class Subject(Protocol):
 class SomeSubject(Subject):
     """What rungs and lines have in common."""
 
-    def around(self, at: Callable[[], int]) -> Surroundings:
+    def around(self, at: Callable[[], int]) -> ScanContext:
         """Return what expressions about a scan read."""
         images = Images(self.words)
-        return Surroundings(
+        return ScanContext(
             self.words,
             lambda slot, image, number: images.word(self.memory(at()), slot, image, number),
             lambda: self.now_ns(at()),
@@ -125,25 +125,25 @@ class RungSubject(SomeSubject):
     def view(self, scan: int) -> View:
         return ExecutedScan(self.replayer(scan), scan)
 
-    def _looker(self, wanted: Sequence[Breakpoint], replayer: Replayer) -> Looker:
+    def _looker(self, requested: Sequence[Breakpoint], replayer: Replayer) -> Looker:
         def at() -> int:
             return -1 if replayer.at is None else replayer.at
 
-        return Looker(wanted, RungValues(replayer.engine), self.around(at), self.events)
+        return Looker(requested, RungValues(replayer.engine), self.around(at), self.events)
 
     @override
-    def check(self, wanted: Sequence[Breakpoint], scan: int) -> None:
-        self._looker(wanted, self.replayer(scan))
+    def check(self, requested: Sequence[Breakpoint], scan: int) -> None:
+        self._looker(requested, self.replayer(scan))
 
     @override
-    def hits(self, wanted: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
-        return self._hits(wanted, scan, scan).get(scan, [])
+    def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
+        return self._hits(requested, scan, scan).get(scan, [])
 
     def _hits(
-        self, wanted: Sequence[Breakpoint], first: int, last: int
+        self, requested: Sequence[Breakpoint], first: int, last: int
     ) -> dict[int, list[tuple[Breakpoint, str]]]:
         replayer = self.replayer(last)
-        looker = self._looker(wanted, replayer)
+        looker = self._looker(requested, replayer)
         found: dict[int, list[tuple[Breakpoint, str]]] = {}
         begin = max(self.extent[0], first - 1)  # changes are known from the second scan on
         for _now in replayer.walk(begin, last, noted=bool(looker.lines)):
@@ -154,12 +154,12 @@ class RungSubject(SomeSubject):
         return found
 
     @override
-    def last_before(self, wanted: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
+    def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
         first = self.extent[0]
         while scan > first:
             replayer = self.replayer(scan - 1)
             begin = max(first, next(replayer.source.snapshots(scan - 1), first))
-            found = self._hits(wanted, begin, scan - 1)
+            found = self._hits(requested, begin, scan - 1)
             if found:
                 return max(found)
             scan = begin
@@ -168,10 +168,10 @@ class RungSubject(SomeSubject):
 
     @override
     def first_after(
-        self, wanted: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
+        self, requested: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
     ) -> tuple[int | None, int]:
         last = min(self.extent[1], scan + slice_scans)
-        found = self._hits(wanted, scan + 1, last) if last > scan else {}
+        found = self._hits(requested, scan + 1, last) if last > scan else {}
         return (min(found), min(found)) if found else (None, last)
 
     @override

@@ -164,13 +164,13 @@ class TextSubject(SomeSubject):
         return found
 
     def _search(
-        self, wanted: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None
+        self, requested: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None
     ) -> Iterator[tuple[int, list[tuple[Breakpoint, str]]]]:
         """Yield the scans from one to another that meet a breakpoint, in order."""
         twin, begin = self._searched, max(0, first - 1)  # changes are known from the second scan on
         goes_on = 0 <= twin.at == begin
         twin.rewind(first if goes_on else begin)
-        looker, points = self._looker(wanted, lambda: twin.logic, lambda: twin.at)
+        looker, points = self._looker(requested, lambda: twin.logic, lambda: twin.at)
         if goes_on:
             begin = first
             looker.prime(twin.at)
@@ -182,38 +182,38 @@ class TextSubject(SomeSubject):
                 poll(number)
 
     def _looker(
-        self, wanted: Sequence[Breakpoint], logic: Callable[[], ScanLogic], at: Callable[[], int]
+        self, requested: Sequence[Breakpoint], logic: Callable[[], ScanLogic], at: Callable[[], int]
     ) -> tuple[Looker, LinePoints]:
         """Return what looks for breakpoints after each scan of a program, and what sees its lines."""
         points = LinePoints(ProgramValues(logic), in_frames=not self._steps)
-        return Looker(wanted, points, self.around(at), self.events), points
+        return Looker(requested, points, self.around(at), self.events), points
 
     @override
-    def check(self, wanted: Sequence[Breakpoint], scan: int) -> None:
+    def check(self, requested: Sequence[Breakpoint], scan: int) -> None:
         twin = self._shown
         twin.rewind(twin.at + 1)
-        self._looker(wanted, lambda: twin.logic, lambda: twin.at)
+        self._looker(requested, lambda: twin.logic, lambda: twin.at)
 
     @override
-    def hits(self, wanted: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
-        key = scan, [(each.number, each.name, each.condition) for each in wanted]
+    def hits(self, requested: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
+        key = scan, [(each.number, each.name, each.condition) for each in requested]
         if self._hits[0] != key:
-            found = dict(self._search(wanted, scan, scan))
+            found = dict(self._search(requested, scan, scan))
             self._hits = key, found.get(scan, [])
         return self._hits[1]
 
     @override
-    def last_before(self, wanted: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
+    def last_before(self, requested: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
         first, found = self.extent[0], deque[int](maxlen=1)
-        found.extend(number for number, _hits in self._search(wanted, first, scan - 1, poll))
+        found.extend(number for number, _hits in self._search(requested, first, scan - 1, poll))
         return found[0] if found else None
 
     @override
     def first_after(
-        self, wanted: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
+        self, requested: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
     ) -> tuple[int | None, int]:
         last = min(self.extent[1], scan + slice_scans)
-        found = next((number for number, _hits in self._search(wanted, scan + 1, last)), None)
+        found = next((number for number, _hits in self._search(requested, scan + 1, last)), None)
         return (None, last) if found is None else (found, found)
 
     @override

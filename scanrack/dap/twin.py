@@ -289,6 +289,8 @@ class Twin:
             )
             words, size = rows.words[start:count].tobytes(), 2 * rows.words.shape[1]
             for place, (scan, now_ns, flags) in enumerate(heads):
+                if flags & ScanFlag.TAGS_FROM_OUTSIDE and not self._is_known(orders, scan):
+                    self._depart(scan)
                 while self._given < len(orders) and orders[self._given].scan <= scan:
                     self._obey(orders[self._given].order)
                     self._given += 1
@@ -297,6 +299,12 @@ class Twin:
                 if scan >= first:
                     yield scan, own
             number += count - start
+
+    def _is_known(self, orders: Sequence[AppliedAction], scan: int) -> bool:
+        """Whether an order says what was set before a scan, or a force is in effect."""
+        logic = self.logic
+        forced = isinstance(logic, Logic) and Fields(lambda: logic).forces
+        return bool(forced) or (self._given < len(orders) and orders[self._given].scan <= scan)
 
     def _take_events(self, recording: PackedTrace) -> Sequence[AppliedAction]:
         """Return all orders; give modules the further changes of their links."""

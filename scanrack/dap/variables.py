@@ -307,18 +307,22 @@ def value_in(text: str, current: object) -> Any:
     Raises:
         DebugError: it is not a value of that kind.
     """
-    said = text.strip()
+    written = text.strip()
     if isinstance(current, str):
-        return said[1:-1] if said[:1] in "'\"" and said[-1:] == said[:1] and len(said) > 1 else said
+        return (
+            written[1:-1]
+            if written[:1] in "'\"" and written[-1:] == written[:1] and len(written) > 1
+            else written
+        )
     words = {"true": True, "false": False, "on": True, "off": False}
-    if said.lower() in words:
-        return words[said.lower()]
-    base, mark, digits = said.rpartition("#")
+    if written.lower() in words:
+        return words[written.lower()]
+    base, mark, digits = written.rpartition("#")
     try:
-        number = int(digits, int(base)) if mark else int(said.replace("_", ""), 0)
+        number = int(digits, int(base)) if mark else int(written.replace("_", ""), 0)
     except ValueError:
         try:
-            return float(said)
+            return float(written)
         except ValueError:
             raise DebugError(f"{text!r} is not a value: give a number, true, false, or 16#1F") from None
     if isinstance(current, bool) and number in (0, 1):

@@ -33,12 +33,12 @@ class Wire:
     """The connection to a client.
 
     Args:
-        asked: the stream that the client writes.
-        told: the stream that it reads.
+        requests: the stream that the client writes.
+        answers: the stream that it reads.
     """
 
-    def __init__(self, asked: IO[bytes], told: IO[bytes]) -> None:
-        self._asked, self._told = asked, told
+    def __init__(self, requests: IO[bytes], answers: IO[bytes]) -> None:
+        self._requests, self._answers = requests, answers
         self._queue: SimpleQueue[Json | NonsenseError | None] = SimpleQueue()
         self._sent = 0
         self._sending = threading.Lock()
@@ -65,8 +65,8 @@ class Wire:
         with self._sending, suppress(OSError, ValueError):  # the stream to read says that it has gone
             self._sent += 1
             data = json.dumps({"seq": self._sent, **message}).encode()
-            self._told.write(b"Content-Length: %d\r\n\r\n%s" % (len(data), data))
-            self._told.flush()
+            self._answers.write(b"Content-Length: %d\r\n\r\n%s" % (len(data), data))
+            self._answers.flush()
 
     def _read_all(self) -> None:
         with suppress(OSError, ValueError):
@@ -83,7 +83,7 @@ class Wire:
 
     def _read(self) -> Json | None:
         size: int | None = None
-        while line := self._asked.readline(HEADER_MOST):
+        while line := self._requests.readline(HEADER_MOST):
             if not line.strip():
                 if size is not None:
                     return self._body(size)
@@ -96,7 +96,7 @@ class Wire:
         return None
 
     def _body(self, size: int) -> Json | None:
-        data = self._asked.read(size)
+        data = self._requests.read(size)
         if len(data) < size:
             return None
         try:

@@ -128,18 +128,24 @@ def open_beside(path: Path) -> OpenedBeside:
 
 
 def open_to_read(
-    stack: ExitStack, path: Path, *, trust: bool, told: Callable[[Trace], None] | None = None
+    stack: ExitStack,
+    path: Path,
+    *,
+    trust: bool,
+    told: Callable[[Trace], None] | None = None,
+    prepare: Prepare | None = None,
 ) -> TraceMonitor:
-    """Return the monitor of a recording that has no branches, open as long as the stack lasts.
+    """Return the monitor of a recording, open as long as the stack lasts.
 
     Args:
+        prepare: prepares branches; None = it has none.
         told: called with the recording when it is closed, also if it is refused.
     """
     trace = stack.enter_context(open_trace(path))
     folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
     if told is not None:
         stack.callback(told, trace)
-    return OpenedRecording(trace, TracePlace(path, None, ""), folder, trust=trust).monitor()
+    return OpenedRecording(trace, TracePlace(path, None, ""), folder, trust=trust).monitor(prepare)
 
 
 class OpenedRecording:
@@ -198,7 +204,7 @@ class OpenedRecording:
             self._place.scan,
             lambda scan, paused: self._branch(prepare, scan, paused=paused),
         )
-        found.again = self._again
+        found.job, found.again = self.job, self._again
         return found
 
     def _sources(self) -> list[Source]:

@@ -7,11 +7,14 @@ import os
 import shutil
 import subprocess
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 import pytest
 from scanrack.dap.requests import REQUESTS
+from scanrack.jobs import load_job
+from scanrack.jobs.run.running import JobRun, RunOptions
 
 pytestmark = pytest.mark.slow
 
@@ -26,6 +29,47 @@ PROGRAMS = {
     "ladder in Python": ("first/rack.toml", "first/first.py", "OTE(late", "Late"),
 }
 """Rack, file of the program, text in the line of a breakpoint, a tag."""
+
+RACK = """name = "table"
+program = "{}"
+scan_ms = 2
+[[slot]]
+number = 1
+module = "1762-IQ8"
+"""
+WRITTEN = {
+    "structured text": ("table.st", "TAG Number : DINT\nNumber := Number + 1;\n", "Number :=", "Number"),
+    "sequences": (
+        "table.py",
+        "from scanrack import Logic, dwell, sequence\n\n\n"
+        "class Table(Logic):\n    number = 0\n\n"
+        "    @sequence\n    async def cycle(self) -> None:\n        while True:\n"
+        '            self.number += 1\n            await dwell("4 ms")\n',
+        "self.number +=",
+        "table.number",
+    ),
+    "Python": (
+        "plain.py",
+        "class State:\n    number: int = 0\n\n\nstate = State()\n\n\n"
+        "def logic(scan):\n    state.number += 1\n",
+        "state.number += 1",
+        "state.number",
+    ),
+}
+"""Programs that the test writes: file, text, text in the line of a breakpoint, a tag."""
+
+LANGUAGES = [*PROGRAMS, *WRITTEN]
+
+
+def program_of(language: str, folder: Path) -> tuple[Path, Path, str, str]:
+    """Return rack, file, text in the line of a breakpoint, and a tag."""
+    if language in PROGRAMS:
+        rack, name, text, tag = PROGRAMS[language]
+        return EXAMPLES / rack, EXAMPLES / name, text, tag
+    name, source, text, tag = WRITTEN[language]
+    (folder / name).write_text(source, encoding="utf-8")
+    (folder / "rack.toml").write_text(RACK.format(name), encoding="utf-8")
+    return folder / "rack.toml", folder / name, text, tag
 
 
 @pytest.fixture
@@ -51,21 +95,29 @@ def tried(adapter: Path, launch: dict[str, Any], file: Path, line: int, tag: str
     return found
 
 
-@pytest.mark.parametrize("language", PROGRAMS)
-def test_every_request_of_the_table_with_the_protocols_own_client(adapter: Path, language: str) -> None:
-    rack, name, text, tag = PROGRAMS[language]
-    file = EXAMPLES / name
+@pytest.mark.parametrize("language", LANGUAGES)
+@pytest.mark.parametrize("recorded", [False, True], ids=["live", "trace"])
+def test_every_request_of_the_table_with_the_protocols_own_client(
+    adapter: Path, tmp_path: Path, language: str, *, recorded: bool
+) -> None:
+    rack, file, text, tag = program_of(language, tmp_path)
     source = file.read_text(encoding="utf-8")
     line = source[: source.index(text)].count("\n") + 1
-    launch = {"program": str(EXAMPLES / rack), "speed": "max"}
+    launch: dict[str, Any] = {"program": str(rack), "speed": "max"}
+    if recorded:
+        launch = {"program": str(tmp_path / "run.mcap"), "trust": True}
+        with ExitStack() as ports:
+            JobRun(load_job(str(rack)), ports, RunOptions(trace=tmp_path / "run.mcap")).run(600)
     answers = tried(adapter, launch, file, line, tag)
-    assert {"attach", "disconnect", *answers} >= set(REQUESTS)
+    others = {"setVariable", "setExpression", "pause"} if recorded else set()
+    assert {"attach", "disconnect", *answers} >= set(REQUESTS) - others
     stops = {name.removesuffix(":stop"): each for name, each in answers.items() if name.endswith(":stop")}
     assert stops["continue"]["reason"] in ("breakpoint", "data breakpoint", "function breakpoint")
     assert stops["stepBack"]["reason"] == "step"
     assert stops["reverseContinue"]["reason"] in ("breakpoint", "entry")
     assert {"line": line} in answers["breakpointLocations"]["breakpoints"]
     assert tag in [each["label"] for each in answers["completions"]["targets"]]
+    assert f"{tag} = " in answers["evaluate"]["result"]
 
 
 def test_neovim_steps_forwards_and_backwards() -> None:

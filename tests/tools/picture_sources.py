@@ -62,6 +62,10 @@ PICTURES = {
     "one-move.png": _STATIONS,
     "page.png": _STATIONS,
     "panel.png": _chart("three_stations_panel", "line.rung", "line.toml", _TAGS),
+    "vscode-debugger.png": Source(
+        ("examples/feeder/feeder.rung", "editors/vscode/package.json"),
+        "the extension in code-server 4.100 at 1280 x 800: a breakpoint at Homing, continue, step back",
+    ),
     "sequence-blend.png": _sequence("blend_path"),
     "sequence-jog.png": _sequence("jog_panel"),
     "sequence-labeller.png": _sequence("labeller"),

@@ -7,6 +7,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.load.panels import panel_name
 from scanrack.jobs.trust.trust import address_name
 from scanrack.jobs.why.traced_run import Load
@@ -57,9 +58,11 @@ class TraceMonitor(Monitor):
         branch: prepares a session that repeats the recording up to a scan, ValueError if that is impossible.
 
     Attributes:
-        again: loads its programs again, for a debug adapter; None if they must not be run.
+        branch: see the argument.
+        job, again: its rack, and what loads its programs again, for a debug adapter; None without trust.
     """
 
+    job: LoadedRack | None = None
     again: Load | None = None
 
     def __init__(
@@ -82,7 +85,7 @@ class TraceMonitor(Monitor):
         self._brought, self._lost = {each.first for each in sources}, LAST_SCAN
         rack = address_name(trace.head.metadata.get("rack_file", ""))
         super().__init__(about, subject, self._recorded, KeptPanel(rack, _panel_in(trace, rack)))
-        self._branch = branch
+        self.branch = branch
         self.marks: Marks = Marks(subject.timeline, self._recorded, subject.words)
         extent = subject.timeline.extent
         if extent is None and not trace.may_grow:
@@ -204,7 +207,7 @@ class TraceMonitor(Monitor):
             assert isinstance(order, Branch)
             if order.scan > self._last + 1:
                 raise ValueError(f"scan {order.scan} is not in the recording: the last one is {self._last}")
-            self._branch(order.scan, order.paused)
+            self.branch(order.scan, order.paused)
             self.over = True
             page.send({"answer": {"id": number, "ok": True, "scan": order.scan}})
             return

@@ -255,6 +255,8 @@ def test_from_a_past_scan_continuing_asks(client: DebugClient, rack: Path) -> No
     assert client.frames()[-1]["name"].endswith("(past)")
     with pytest.raises(RefusedError, match=f"this is scan {scan}, and the rack stands at scan 20"):
         client.go()
+    assert client.value("return") == "back at scan 20"
+    assert client.stopped() == ("pause", 20)
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 22"}])
     assert client.go() == ("function breakpoint", 22)
 
@@ -334,6 +336,9 @@ def test_expressions_hover_and_why(client: DebugClient, rack: Path, program: Pat
     ]
     with pytest.raises(RefusedError, match="no tag, word or bit Nothing"):
         client.value("Nothing + 1")
+    for each in ("count(Big)", "Big for 20 ms", "Big then Slow.DN within 1 s"):
+        with pytest.raises(RefusedError, match="several scans: ask scanrack query"):
+            client.value(each)
 
 
 def test_the_same_scan_as_a_debugger_of_python(client: DebugClient, rack: Path) -> None:

@@ -93,8 +93,18 @@ def test_files_of_this_machine_take_the_place_of_copies(client: DebugClient) -> 
 def test_a_recording_takes_no_values(client: DebugClient) -> None:
     with pytest.raises(RefusedError, match="this is a recording"):
         client.value("force Feeding = 1")
-    with pytest.raises(RefusedError, match="no branch"):
-        client.ask("evaluate", expression="branch")
+
+
+def test_a_branch_continues_from_a_recorded_scan(client: DebugClient) -> None:
+    client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 900"}, {"name": "scan == 950"}])
+    assert client.go() == ("function breakpoint", 900)
+    before = client.value("Axis.Position")
+    assert client.value("branch") == "a new session continues from scan 901"
+    assert client.stopped() == ("pause", 900)
+    assert client.value("Axis.Position") == before
+    client.value("force Trouble = 1")
+    assert client.go() == ("function breakpoint", 950)
+    assert client.value("Trouble") == "1 (forced)"
 
 
 def test_it_begins_with_a_scan(trace: Path) -> None:
