@@ -20,12 +20,13 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from bars import Bars
-from scanrack.dap.breakpoints import Breakpoint, Looker, RungValues
+from scanrack.dap.breakpoints import Breakpoint, LinePoints, Looker, RungValues
 from scanrack.dap.conditions import ScanContext
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.ladder.debug import Debugger
+from scanrack.watch.python_stops import LineTrace
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
@@ -35,6 +36,7 @@ ROOT = Path(__file__).parents[1]
 FEEDER = ROOT / "examples/feeder/feeder.toml"
 PERIOD_MS = 2.0
 SCANS, STOP_MS, BACK_MS, LIMIT = 300_000, 50, 100, 1.2
+LIMIT_OF_LINES = 6.0  # Python traces all calls of a scan for one line
 
 VARIANTS = {
     "alone": None,
@@ -45,6 +47,13 @@ VARIANTS = {
     "error bits": Breakpoint(5, "exception", "error"),
 }
 """Breakpoints that are not met in the middle of a stroke."""
+
+LABELLER = ROOT / "examples/sequences/labeller.toml"
+LINES = {
+    "Python alone": None,
+    "Python, a line": Breakpoint(6, "line", "", keys=(("labeller.py", 77),), line=77),
+}
+"""A breakpoint on the wait for a refill, which no scan of the first second comes to."""
 
 
 def prepared(given: Breakpoint | None) -> Callable[[int], float]:
@@ -74,10 +83,37 @@ def prepared(given: Breakpoint | None) -> Callable[[int], float]:
     return spent
 
 
+def prepared_lines(given: Breakpoint | None) -> Callable[[int], float]:
+    """Return the same of a program in Python, with a breakpoint on a line that does not run."""
+    bench = open_bench(LABELLER)
+    bench.run_for("1 s")
+    points = LinePoints({}, in_frames=True)
+    around = ScanContext({}, lambda *_: 0, lambda: bench.now_ns, lambda: bench.scans)
+    looker = None if given is None else Looker([given], points, around, lambda _scan: ())
+    trace = LineTrace()
+
+    def spent(scans: int) -> float:
+        if looker is not None:
+            trace.add(points)
+        hits = 0
+        begin = time.process_time()
+        for number in range(scans):
+            bench.scan()
+            if looker is not None:
+                hits += len(looker.look(number))
+        took = time.process_time() - begin
+        trace.remove(points)
+        assert not hits, given
+        return took / scans
+
+    return spent
+
+
 def costs(rounds: int, scans: int) -> dict[str, float]:
     """Return seconds per scan by variant, the best of the rounds."""
     variants = {name: prepared(each) for name, each in VARIANTS.items()}
-    best = dict.fromkeys(VARIANTS, float("inf"))
+    variants |= {name: prepared_lines(each) for name, each in LINES.items()}
+    best = dict.fromkeys(variants, float("inf"))
     for _ in range(rounds):
         for name, spent in variants.items():
             best[name] = min(best[name], spent(scans))
@@ -145,9 +181,9 @@ def main() -> int:
     bars = Bars(count=not smoke)
     best = costs(2 if smoke else 40, 20 if smoke else 200)
     rows = []
-    for name in VARIANTS:
-        ratio = best[name] / best["alone"]
-        bar = bars.most(name, ratio, LIMIT)
+    for name, alone in [*((each, "alone") for each in VARIANTS), *((each, "Python alone") for each in LINES)]:
+        ratio = best[name] / best[alone]
+        bar = bars.most(name, ratio, LIMIT_OF_LINES if name in LINES else LIMIT)
         rows.append(f"{name:<26} {best[name] * 1e6:>7.2f} us a scan, {ratio:>5.2f} times ({bar})")
     for name, times, most_ms in (
         ("a stop", stops(3 if smoke else 30), STOP_MS),

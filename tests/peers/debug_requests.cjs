@@ -60,8 +60,9 @@ async function main() {
     await move("continue");
     await ask("setDataBreakpoints", { breakpoints: [] });
     await ask("setFunctionBreakpoints", { breakpoints: [] });
-    await ask("setVariable", { variablesReference: await scopeOf(ask, tag), name: tag, value: "1" });
-    await ask("setExpression", { expression: tag, value: "0" });
+    const refused = (command) => (error) => { told[command] = { refused: error.message }; }; // a function's values
+    await ask("setVariable", { variablesReference: await scopeOf(ask, tag), name: tag, value: "1" }).catch(refused("setVariable"));
+    await ask("setExpression", { expression: tag, value: "0" }).catch(refused("setExpression"));
     await ask("continue", { threadId: 1 });
     await move("pause");
   }
