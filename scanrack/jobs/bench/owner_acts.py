@@ -15,7 +15,7 @@ from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.live.operator_actions import AppliedAction, OperatorActions
 from scanrack.traces.read.reader import Trace
 
-from ..record.order_repeater import is_edit
+from ..record.edits_and_forces import is_edit
 from ..trust.attachments import job_of
 from ..why.acts import Acts, every_act
 from ..why.traced_run import Load
