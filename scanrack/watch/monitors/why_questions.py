@@ -36,16 +36,15 @@ def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) 
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
     from .chain_answer import chain_of, links_of  # the first page does not wait for it
 
-    forced = monitor.states.forces_at(past)
     try:
         found = None if replica.is_impure else chain_of(monitor, causes or Causes(replica), tag, scan)
-        if found is None:
-            text = Inquiry(replica.engine, replica, scan, forced, program.catalog.cross_reference).why(tag)
-        else:
-            text = told(found)
+        if found is not None:
+            return {"text": told(found), "scan": scan, "chain": links_of(found)}
+        forced, uses = monitor.states.forces_at(past), program.catalog.cross_reference
+        text = Inquiry(replica.engine, replica, scan, forced, uses).why(tag)
+        return {"text": text, "scan": scan, "chain": []}
     finally:
         replica.show(scan)
-    return {"text": text, "scan": scan, "chain": links_of(found) if found is not None else []}
 
 
 def _why_fault(monitor: Monitor, page: Page, said: Said, causes: Causes | None) -> Json | None:
