@@ -124,12 +124,12 @@ def archived(commit: str, folder: Path) -> Path:
 def has(commit: str) -> bool:
     """Return whether this clone has a commit."""
     try:
-        asked = subprocess.run(
+        found = subprocess.run(
             ["git", "cat-file", "-e", f"{commit}^{{commit}}"], cwd=ROOT, stderr=subprocess.DEVNULL
         )
     except FileNotFoundError:  # no git
         return False
-    return asked.returncode == 0
+    return found.returncode == 0
 
 
 def named_commit() -> str:
@@ -201,9 +201,9 @@ def rows_above(
         if not only:
             break
     for row, (ratio, low, high) in best.items():
-        said = f"  bar: {bars[row]:g}" if row in bars else ""
-        said += "  above" if row in only else ""
-        print(f"{benchmark:11} {row:24} {ratio:6.2f}   {low:5.2f} to {high:5.2f}{said}", flush=True)
+        words = f"  bar: {bars[row]:g}" if row in bars else ""
+        words += "  above" if row in only else ""
+        print(f"{benchmark:11} {row:24} {ratio:6.2f}   {low:5.2f} to {high:5.2f}{words}", flush=True)
     return [f"{benchmark}, {row}" for row in sorted(only)]
 
 

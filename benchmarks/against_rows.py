@@ -185,7 +185,7 @@ def questions(_its: Any, folder: Path) -> Iterator[tuple[str, Callable[[], list[
         listener = proving.AnswerListener() if listens else None
         if listener is not None:
             listener.found = lambda _answer: first.append(process_time())
-            listener.left = lambda _count, _most_s: first.append(process_time())
+            listener.left = lambda *_: first.append(process_time())
         start = process_time()
         with proving.ScenarioFolder(folder / rack.stem) as scenarios:
             found = proving.ask_questions(subject, scenarios, (), *([listener] if listens else []))
@@ -212,7 +212,7 @@ def on_one_core() -> None:
 
 
 def main(folder: str, name: str) -> None:
-    """Answer a line of JSON for the start and for each row asked: what is wrong is {"error": why}."""
+    """Answer the start and each requested row with a line of JSON; an error is {"error": why}."""
     sys.path[0] = folder
     on_one_core()
     answer = sys.stdout
@@ -224,7 +224,7 @@ def main(folder: str, name: str) -> None:
             print(json.dumps(list(rows)), file=answer, flush=True)
             for line in sys.stdin:
                 print(json.dumps(rows[line.rstrip("\n")]()), file=answer, flush=True)
-        except Exception as error:  # every mistake of a commit is told to the one that compares
+        except Exception as error:  # the process that compares reports every mistake of a commit
             print(json.dumps({"error": f"{type(error).__name__}: {error}"}), file=answer, flush=True)
 
 

@@ -20,7 +20,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from bars import Bars
-from scanrack.dap.breakpoints import Breakpoint, Looker
+from scanrack.dap.breakpoints import Breakpoint, Looker, RungValues
 from scanrack.dap.conditions import Surroundings
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.load.loading import load_job
@@ -55,7 +55,9 @@ def prepared(wanted: Breakpoint | None) -> Callable[[int], float]:
     debugger = bench.logic
     words = {slot.number: slot.words for slot in load_job(str(FEEDER)).spec.slot}
     around = Surroundings(words, lambda *_: 0, lambda: debugger.now_ns, lambda: debugger.scans)
-    looker = None if wanted is None else Looker([wanted], debugger.engine, around, lambda _scan: ())
+    looker = (
+        None if wanted is None else Looker([wanted], RungValues(debugger.engine), around, lambda _scan: ())
+    )
     if looker is not None:
         debugger.note_lines(looker.lines)
     debugger.scan(5, PERIOD_MS)

@@ -55,8 +55,8 @@ BUDGET, SEEDS, FEW = 600, 30, 3
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What the command line asks for; None = as the row is."""
+class Choice:
+    """What the command line chooses; None = the default of a row."""
 
     seeds: int | None = None
     runs: int = BUDGET
@@ -128,30 +128,30 @@ def shares(scripts) -> dict[str, float]:
     return {what: spent.get(place, 0.0) / stats.total_tt for what, place in SHARES.items()}
 
 
-def module(asked: Asked) -> bool:
+def module(choice: Choice) -> bool:
     """Play scripts of all themes, module and oracle in lockstep (tests/properties/test_against_oracle.py).
 
     A command sequence is a story of a script: the module is made ready, commands are written, their bits
     fall, inputs change, and the axis comes to rest.
     """
     try:
-        report_module(1 if asked.smoke else 60)
+        report_module(1 if choice.smoke else 60)
     except AssertionError as difference:
         print(difference)
         return False
     return True
 
 
-def planted(asked: Asked) -> bool:
+def planted(choice: Choice) -> bool:
     """Search the suite, aimed and blindly."""
-    names, seeds = asked.names or tuple(NAMES), asked.seeds or SEEDS
-    print(f"  {seeds} searches of {asked.runs} runs each")
+    names, seeds = choice.names or tuple(NAMES), choice.seeds or SEEDS
+    print(f"  {seeds} searches of {choice.runs} runs each")
     print(f"  {'program':<16} {'aimed':>6} {'runs':>6} {'s':>6}   {'blind':>6} {'runs':>6} {'s':>6}")
     totals, fewer, slower = [0, 0], [], []
     for name in names:
         with target_of(name) as target:
-            both = [[way(target, seed, asked.runs) for seed in range(seeds)] for way in (aimed, blind)]
-        print(f"  {name:<16} {_told(both[0])}   {_told(both[1])}", flush=True)
+            both = [[way(target, seed, choice.runs) for seed in range(seeds)] for way in (aimed, blind)]
+        print(f"  {name:<16} {_figures(both[0])}   {_figures(both[1])}", flush=True)
         for place, each in enumerate(both):
             totals[place] += sum(took.runs is not None for took in each)
         if not _is_easy(both[1]):
@@ -168,7 +168,7 @@ def planted(asked: Asked) -> bool:
     return True
 
 
-def _told(took: list[Took]) -> str:
+def _figures(took: list[Took]) -> str:
     """Return how many searches have found it, after how many runs in the median, and their mean time."""
     found = [each.runs for each in took if each.runs is not None]
     seconds = sum(each.seconds for each in took) / len(took)
@@ -184,14 +184,14 @@ def _scans(took: list[Took]) -> float:
     return median(each.scans for each in took)
 
 
-def alarms(asked: Asked) -> bool:
+def alarms(choice: Choice) -> bool:
     """Search the correct versions; print what is broken there."""
-    names, found = asked.names or tuple(NAMES), 0
+    names, found = choice.names or tuple(NAMES), 0
     for name in names:
         with target_of(name) as target:
-            for seed in range(asked.seeds or 10):
+            for seed in range(choice.seeds or 10):
                 correct = target.correct
-                report = search(correct.bench, correct.kinds, examples=asked.runs, start=seed)
+                report = search(correct.bench, correct.kinds, examples=choice.runs, start=seed)
                 for each in report.found:
                     print(f"  {name}, seed {seed}: {each.broken}", flush=True)
                 found += len(report.found)
@@ -199,14 +199,14 @@ def alarms(asked: Asked) -> bool:
     return not found
 
 
-def one(name: str, bar: str, *ways: tuple[str, Way, int]) -> Callable[[Asked], bool]:
+def one(name: str, bar: str, *ways: tuple[str, Way, int]) -> Callable[[Choice], bool]:
     """Return a row of one program: each way with its name and its number of runs."""
 
-    def row(asked: Asked) -> bool:
+    def row(choice: Choice) -> bool:
         with target_of(name) as target:
-            for told, way, runs in (*ways, ("blind", blind, BUDGET)):
-                took = [way(target, seed, min(runs, asked.runs)) for seed in range(asked.seeds or FEW)]
-                print(f"  {name}, {told:<12} {_told(took)} s of {len(took)}", flush=True)
+            for what, way, runs in (*ways, ("blind", blind, BUDGET)):
+                took = [way(target, seed, min(runs, choice.runs)) for seed in range(choice.seeds or FEW)]
+                print(f"  {name}, {what:<12} {_figures(took)} s of {len(took)}", flush=True)
         print(f"  found, runs, mean seconds; bar: {bar}")
         return True
 
@@ -216,9 +216,9 @@ def one(name: str, bar: str, *ways: tuple[str, Way, int]) -> Callable[[Asked], b
 LADDER, PYTHON = "lost_request", "half_command"
 
 
-def costs(asked: Asked) -> bool:
+def costs(choice: Choice) -> bool:
     """Print the cost of a probe, runs of 2 s a second, and the share of drawing and building."""
-    runs = 2 if asked.smoke else 100
+    runs = 2 if choice.smoke else 100
     for what, name, bars in (("ladder", LADDER, (1.3, 150)), ("Python", PYTHON, (1.25, 120))):
         with target_of(name) as target:
             version = target.correct
@@ -251,9 +251,9 @@ AT_MOST = 0.3
 """The bar of `turns`."""
 
 
-def turns(asked: Asked) -> bool:
+def turns(choice: Choice) -> bool:
     """Search the suite at another commit and here, in turns: seconds until the planted mistake is found."""
-    commit, names, seeds = against.named_commit(), asked.names or tuple(NAMES), asked.seeds or SEEDS
+    commit, names, seeds = against.named_commit(), choice.names or tuple(NAMES), choice.seeds or SEEDS
     if not against.has(commit):
         print(f"  not compared: this clone does not have the commit {commit}")
         return True
@@ -290,22 +290,22 @@ def _ratio(pairs: list[Pair]) -> float:
     return sum(here[0] for _, here in pairs) / sum(there[0] for there, _ in pairs)
 
 
-def kills(asked: Asked) -> bool:
+def kills(choice: Choice) -> bool:
     """Kill searches at random moments."""
-    return fuzz_kills.main(["--smoke"] if asked.smoke else []) == 0
+    return fuzz_kills.main(["--smoke"] if choice.smoke else []) == 0
 
 
-def workers(asked: Asked) -> bool:
+def workers(choice: Choice) -> bool:
     """Compare the steps of processes and of Dask, and the time of two processes."""
-    return fuzz_workers.main(["--smoke"] if asked.smoke else []) == 0
+    return fuzz_workers.main(["--smoke"] if choice.smoke else []) == 0
 
 
-def instant(_asked: Asked) -> bool:
+def instant(_choice: Choice) -> bool:
     """Look for instants that are known."""
     return inevitable.main() == 0
 
 
-ROWS: dict[str, Callable[[Asked], bool]] = {
+ROWS: dict[str, Callable[[Choice], bool]] = {
     "module": module,
     "costs": costs,
     "presses": one(
@@ -330,7 +330,7 @@ ROWS: dict[str, Callable[[Asked], bool]] = {
 """The rows by name: dear ones at the end."""
 
 DEAR, SMOKED = ("workers", "kills", "turns", "planted", "alarms"), ("module", "costs", "number")
-"""Rows that are measured only if they are asked for, and those of a smoke run."""
+"""Rows that are measured only on request, and those of a smoke run."""
 
 
 def main(arguments: list[str]) -> int:
@@ -342,16 +342,16 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--runs", type=int, default=BUDGET, help="runs of a search at most")
     parser.add_argument("names", nargs="*", help="programs of `planted` and `alarms`; all if left out")
     given = parser.parse_args(arguments)
-    asked = Asked(given.seeds, given.runs, tuple(given.names), given.smoke)
+    choice = Choice(given.seeds, given.runs, tuple(given.names), given.smoke)
     rows = [name for name in ROWS if given.long or name not in DEAR]
     if given.smoke:
-        rows, asked = list(SMOKED), replace(asked, seeds=1, runs=3)
+        rows, choice = list(SMOKED), replace(choice, seeds=1, runs=3)
     if given.only or given.names:
         rows = [given.only or "planted"]
     held = True
     for name in rows:
         print(name, flush=True)
-        held = ROWS[name](asked) and held
+        held = ROWS[name](choice) and held
     return 0 if held else 1
 
 

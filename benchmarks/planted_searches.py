@@ -28,11 +28,11 @@ class Target:
     rack: Path
     planted: Version
     correct: Version
-    wanted: str
+    invariant: str
 
     def is_it(self, scenario: Scenario, broken: str) -> bool:
         """Return whether a failure comes of the mistake."""
-        return broken == self.wanted and self.correct.bench.run(scenario).broken is None
+        return broken == self.invariant and self.correct.bench.run(scenario).broken is None
 
 
 @contextmanager
@@ -110,7 +110,7 @@ def blind(target: Target, seed: int, runs: int) -> Took:
 
 
 BEFORE, EACH = 10, 5
-"""Runs before the solver is asked for the first time, and between two times."""
+"""Runs before the solver's first answers, and between two of its answers."""
 
 
 def solved(target: Target, seed: int, runs: int) -> Took:

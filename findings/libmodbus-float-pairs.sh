@@ -16,7 +16,8 @@
 #   get_float_abcd(47f1 2000): 123456.0
 folder=$(mktemp -d)
 . "$(dirname "$0")/lib"
-install libmodbus5=3.1.6-2.1+deb12u1 # name and version as dpkg gives them
+# its name and version as dpkg gives them
+install libmodbus5=3.1.6-2.1+deb12u1
 observe python3 - <<'PY'
 import ctypes
 

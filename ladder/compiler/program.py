@@ -127,11 +127,9 @@ def _routine(
     if routine.frame:
         parameters = parameters_of(rungs.values, tuple(lowered.frames[routine.frame].layout.inouts))
     head = [f"def {name}({', '.join(parameters)}):"]
-    if writer.written:
-        listed = textwrap.wrap(
-            ", ".join(sorted(writer.written)), 100, break_long_words=False, break_on_hyphens=False
-        )
-        head += [f"{INDENT}nonlocal {each.rstrip(',')}" for each in listed]
+    names = ", ".join(sorted(writer.written))
+    listed = textwrap.wrap(names, 100, break_long_words=False, break_on_hyphens=False)
+    head += [f"{INDENT}nonlocal {each.rstrip(',')}" for each in listed]
     head += [f"{INDENT}{ident}_ = {ident}.tolist()" for ident in sorted(writer.inputs)]
     if notes.places:
         head.append(f"{INDENT}{NOTES} = {NOTED}")

@@ -44,12 +44,12 @@ class ValueWriter(PlaceWriter):
             return term.text if term.real else f"float({term.text})"
         if term.real:
             return f"integer({self.site}, {term.text}, {kind.wraps})"
-        if kind.lowest <= term.low and term.high <= kind.highest and term.fits(width or 64):
+        bits = width or LINT.bits
+        if kind.lowest <= term.low and term.high <= kind.highest and term.fits(bits):
             return term.text
-        least = max(kind.lowest, -1 << (width or 64) - 1)
-        most = min(kind.highest, (1 << (width or 64) - 1) - 1)
+        least, most = max(kind.lowest, -1 << bits - 1), min(kind.highest, (1 << bits - 1) - 1)
         value = self.keep(term.text)
-        otherwise = f"narrow({self.site}, {value}, {width or 64}, {kind.wraps})"
+        otherwise = f"narrow({self.site}, {value}, {bits}, {kind.wraps})"
         return f"{value} if {least} <= {value} <= {most} else {otherwise}"
 
     def _as_real(self, term: Term) -> str:
@@ -88,13 +88,18 @@ class ValueWriter(PlaceWriter):
 
     # --- computing
 
+    def _truth(self, operand: Calculation, width: int) -> Term:
+        """Return 1 or 0 for a condition."""
+        condition = self.condition(operand)
+        if width > 0:
+            return Term(self.keep(f"int({condition})"), 0, 1)
+        return Term(self.keep(f"float({condition})"), real=True, double=width == DOUBLE)
+
     def term(self, operand: Resolved, width: int) -> Term:
         """Return a number, computed in integers of that width, or in SINGLE or DOUBLE."""
         if isinstance(operand, Calculation):
             if is_truth(operand):
-                kind = "int" if width > 0 else "float"
-                text = self.keep(f"{kind}({self.condition(operand)})")
-                return Term(text, 0, 1) if width > 0 else Term(text, real=True, double=width == DOUBLE)
+                return self._truth(operand, width)
             if width <= 0 and operand.name in BITWISE:
                 return self._floating(self.term(operand, width_of(operand)), width)
             terms = self.terms(operand.operands, width)
@@ -165,14 +170,18 @@ class ValueWriter(PlaceWriter):
         elif name == "NEG":
             text = f"(-{texts[0]})"
         else:
-            function = FUNCTIONS[name]
-            value = texts[0] if function.safe or _simple(texts[0]) else self.keep(texts[0])
-            text = f"{function.real.__name__}({value})"
-            if not function.safe:
-                text = f"{kind}_result({self.site}, {text}, {value})"
-            elif width == SINGLE and name not in ("ABS", "TRN"):  # which are exact of a REAL
-                text = f"real({text})"
+            text = self._real_function(name, texts[0], width)
         return Term(text, real=True, double=width == DOUBLE)
+
+    def _real_function(self, name: str, argument: str, width: int) -> str:
+        function = FUNCTIONS[name]
+        if function.safe:
+            is_exact = width != SINGLE or name in ("ABS", "TRN")  # the two of a REAL
+            text = f"{function.real.__name__}({argument})"
+            return text if is_exact else f"real({text})"
+        value = argument if _simple(argument) else self.keep(argument)
+        kind = "real" if width == SINGLE else "double"
+        return f"{kind}_result({self.site}, {function.real.__name__}({value}), {value})"
 
     def compute(self, name: str, operands: tuple[Resolved, ...], target: Place) -> None:
         """Write lines that store the result of an operator; S:C is its carry."""
@@ -234,8 +243,8 @@ class ValueWriter(PlaceWriter):
         assert isinstance(condition, Calculation)
         if condition.name in RELATIONS and not any(map(is_truth, condition.operands)):
             return self.comparison(condition.name, *condition.operands)
-        texts = [self.condition(each) for each in condition.operands if is_plain(condition)]
-        texts = texts or [self.keep(self.condition(each)) for each in condition.operands]
+        plain = is_plain(condition)
+        texts = [text if plain else self.keep(text) for text in map(self.condition, condition.operands)]
         if condition.name == "NOT":
             return f"(not {texts[0]})"
         sign = {"AND": "and", "OR": "or", "XOR": "!="}.get(condition.name) or PYTHON_RELATION[condition.name]

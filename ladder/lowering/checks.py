@@ -180,22 +180,24 @@ def _problem(routine: LoweredRoutine, line: LoweredLine, text: str, remedy: str,
 def _jumps(lowered: LoweredProgram, routine: LoweredRoutine) -> Iterator[Problem]:
     for line in routine.lines:
         for step in line.all_steps:
-            if not step.operands:
-                continue
-            problem = None
-            if step.name == "JMP" and step.operands[0] not in routine.labels:
-                problem = (
-                    f"no label {step.operands[0]} in the routine",
-                    "add LBL, or correct the name",
-                )
-            elif isinstance(step.operands[0], Call):
-                problem = _call_problem(lowered, step.operands[0])
-            elif step.name in ("SFR", "SFP"):
-                problem = _chart_problem(lowered, *step.operands)
-            elif step.name == "EVENT" and isinstance(step.operands[0], str):
-                problem = _event_problem(lowered, step.operands[0])
+            problem = _jump_problem(lowered, routine, step) if step.operands else None
             if problem:
                 yield _problem(routine, line, *problem)
+
+
+def _jump_problem(
+    lowered: LoweredProgram, routine: LoweredRoutine, step: LoweredStep
+) -> tuple[str, str] | None:
+    target = step.operands[0]
+    if step.name == "JMP" and target not in routine.labels:
+        return f"no label {target} in the routine", "add LBL, or correct the name"
+    if isinstance(target, Call):
+        return _call_problem(lowered, target)
+    if step.name in ("SFR", "SFP"):
+        return _chart_problem(lowered, *step.operands)
+    if step.name == "EVENT" and isinstance(target, str):
+        return _event_problem(lowered, target)
+    return None
 
 
 def _chart_problem(lowered: LoweredProgram, routine: str, target: object) -> tuple[str, str] | None:
@@ -233,17 +235,21 @@ def _call_problem(lowered: LoweredProgram, call: Call) -> tuple[str, str] | None
     wrong = _other_type(zip(call.inputs, parameters, strict=False))
     if wrong:
         return f"{target.name} takes {wrong[1]}, {wrong[0]} is passed", "make SBR and JSR agree"
+    return _return_problem(target, call)
+
+
+def _return_problem(target: LoweredRoutine, call: Call) -> tuple[str, str] | None:
     for line in target.lines:
         for step in line.all_steps:
             if step.name != "RET":
                 continue
             at = f"RET in {target.unit} {line.number} of {target.name} returns"
             if len(step.operands) < len(call.returns):
-                text = f"{at} {len(step.operands)} values, {len(call.returns)} are wanted"
+                text = f"{at} {len(step.operands)} values, {len(call.returns)} are expected"
                 return text, "make RET and JSR agree"
             wrong = _other_type(zip(step.operands, call.returns, strict=False))
             if wrong:
-                return f"{at} {wrong[0]}, {wrong[1]} is wanted", "make RET and JSR agree"
+                return f"{at} {wrong[0]}, {wrong[1]} is expected", "make RET and JSR agree"
     return None
 
 
@@ -372,12 +378,12 @@ def _in_outputs(leaf: Leaf, handed: set[tuple[str, str]]) -> bool:
     return (leaf.slot is not None and leaf.output) or (leaf.frame, leaf.root) in handed
 
 
-def _may_end_in_a_byte(source: ArrayRegion, wanted: int) -> bool:
-    """Whether the copy may end after an odd number of bytes because the source is shorter than `wanted`."""
+def _may_end_in_a_byte(source: ArrayRegion, size: int) -> bool:
+    """Whether the copy may end after an odd number of bytes because the source is shorter than `size`."""
     if source.size % 2 == 0:
         return False
     first = source.fixed_first
     if first is None:
         return True
     left = source.fixed_left(first) * source.size
-    return left < wanted and left % 2 == 1
+    return left < size and left % 2 == 1

@@ -8,7 +8,7 @@ of any node is its rung text.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import field
 
 from scanrack.io_images.dataclass import dataclass
@@ -326,6 +326,13 @@ def too_deep(series: Series) -> str | None:
     return None
 
 
+def _operands_of(step: Step) -> Sequence[Operand]:
+    """Return the operands in a step: subscripts, or the number of a bit."""
+    if isinstance(step, SubscriptStep):
+        return step.indices
+    return (step.index,) if isinstance(step, BitStep) else ()
+
+
 def levels_of(operand: Operand) -> int:
     """Return the levels of an operand, see `LEVELS`; iterative, for deep operands."""
     if not isinstance(operand, Operation) and not (isinstance(operand, Address) and operand.steps):
@@ -338,11 +345,7 @@ def levels_of(operand: Operand) -> int:
         if isinstance(node, Operation):
             todo += [(each, above + 1) for each in node.operands]
         elif isinstance(node, Address):
-            for step in node.steps:
-                if isinstance(step, SubscriptStep):
-                    todo += [(each, above + SUBSCRIPT) for each in step.indices]
-                elif isinstance(step, BitStep):
-                    todo.append((step.index, above + SUBSCRIPT))
+            todo += [(each, above + SUBSCRIPT) for step in node.steps for each in _operands_of(step)]
     return deepest
 
 
@@ -355,10 +358,4 @@ def addresses_in(operand: Operand) -> Iterator[Address]:
             todo += reversed(node.operands)
         elif isinstance(node, Address):
             yield node
-            inner: list[Operand] = []
-            for step in node.steps:
-                if isinstance(step, SubscriptStep):
-                    inner += step.indices
-                elif isinstance(step, BitStep):
-                    inner.append(step.index)
-            todo += reversed(inner)
+            todo += reversed([each for step in node.steps for each in _operands_of(step)])

@@ -98,10 +98,7 @@ class SavedValues:
         likes = self._like.values()
         checked = [_all_checked(column, like) for column, like in zip(columns, likes, strict=True)]
         for at in self._images:
-            words = list(chain.from_iterable(checked[at]))
-            if not {*map(type, words)} <= {int} or (
-                words and not -0x8000 <= min(words) <= max(words) <= 0x7FFF
-            ):
+            if not _are_words(list(chain.from_iterable(checked[at]))):
                 raise ValueError("a snapshot with a word that is no word")
         return [dict(zip(self._like, values, strict=True)) for values in zip(*checked, strict=True)]
 
@@ -123,6 +120,10 @@ def _check_numbers(values: list[Any]) -> None:
         values and (max(values) > _LARGEST or min(values) < -_LARGEST)
     ):
         raise ValueError("a snapshot of another program")
+
+
+def _are_words(values: list[Any]) -> bool:
+    return {*map(type, values)} <= {int} and (not values or -0x8000 <= min(values) <= max(values) <= 0x7FFF)
 
 
 def _checked(value: Any, like: Any) -> Any:

@@ -102,6 +102,19 @@ def _checked_root(root: Any, file: str) -> int:
     return line
 
 
+def _marks(rung: Any) -> Iterator[str]:
+    """Yield what a rung has besides its number, text and comment."""
+    if rung.get("Type", "N") != "N":
+        yield rung.get("Type")
+    yield from (f"{name}={text}" for name, text in rung.attrib.items() if name not in ("Number", "Type"))
+    yield from (_markup(each) for each in rung.iterchildren("*") if each.tag not in ("Text", "Comment"))
+
+
+def _add(item: Item, name: str, label: str, text: str) -> None:
+    """Add an attribute; dates are no difference."""
+    (item.dates if name in DATES else item.fields).append((label, text))
+
+
 def _label(label: str, seen: Counter[str]) -> str:
     """Count a label; return it with its number from the second one on."""
     seen[label] += 1
@@ -138,10 +151,8 @@ class _L5xOutline:
         item = Item(what, element.get("Name", "") if named else "", self._line(element))
         skipped = {"Name"} if named else set()
         for name, text in element.attrib.items():
-            if name in DATES:
-                item.dates.append((name, text))
-            elif name not in skipped:
-                item.fields.append((name, text))
+            if name not in skipped:
+                _add(item, name, name, text)
         if what == "encoded source":
             digest = sha256("".join(element.itertext()).encode()).hexdigest()
             item.fields.append(("SHA-256 of its content", digest))
@@ -188,8 +199,7 @@ class _L5xOutline:
         label = _label(_joined(path, f"{element.tag} {given[key]}" if key else element.tag), seen)
         shown = [(name, each) for name, each in given.items() if name != key]
         for name, each in shown:
-            kept = item.dates if name in DATES else item.fields
-            kept.append((f"{label}.{name}", each))
+            _add(item, name, f"{label}.{name}", each)
         if text or not (shown or len(element)):
             item.fields.append((label, text))
         self._inside(element, label, item, seen)
@@ -224,24 +234,12 @@ class _L5xOutline:
     def rungs(self, content: Any, number: int) -> Iterator[Step]:
         """Yield the rungs of a routine."""
         for place, each in enumerate(content.iterchildren("*"), number):
-            texts = [each.text for each in each.iterchildren("Text")] or [""]
-            text = (
-                (texts[0] or "").strip()
-                if len(texts) == 1
-                else "\n".join(map(_text, each.iterchildren("Text")))
-            )
-            first = next(each.iterchildren("Text"), None)
+            texts = list(each.iterchildren("Text"))
+            text = (texts[0].text or "").strip() if len(texts) == 1 else "\n".join(map(_text, texts))
             comment = "\n".join(_text(inner) for inner in each.iterchildren("Comment"))
-            kind = each.get("Type", "N")
-            marks = [kind] if kind != "N" else []
-            marks += [
-                f"{name}={said}" for name, said in each.attrib.items() if name not in ("Number", "Type")
-            ]
-            marks += [
-                _markup(inner) for inner in each.iterchildren("*") if inner.tag not in ("Text", "Comment")
-            ]
+            marks = list(_marks(each))
             shown = f"{', '.join(marks)}: {text}" if marks else text
-            line = self._line(each) if first is None else line_of_text(first) + self._shift
+            line = line_of_text(texts[0]) + self._shift if texts else self._line(each)
             yield Step(RUNG, place, shown, rung_key(shown), comment, line)
 
     def lines(self, content: Any, number: int) -> Iterator[Step]:

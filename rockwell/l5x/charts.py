@@ -50,7 +50,6 @@ QUALIFIERS: Mapping[str, Qualifier] = {
 """Qualifiers by name in capitals, without `And`; also their letters, and what other programs write."""
 
 _NODES = ("Step", "Stop", "Transition", "Branch", "Leg")
-_COUNTED = (*_NODES, "Action")
 
 
 class ChartRefusedError(LadderError):
@@ -192,8 +191,7 @@ class ChartBuilder:
         names = {key: each.name for key, each in steps.items()}
         order = [key for each in leaving.values() for key in each]
         made = {key: self._transition(key, *ends[key], names) for key in dict.fromkeys([*order, *ends])}
-        own = next((each for each in self._content.children if each.tag == "SbrRet"), None)
-        given = own.attributes if own is not None else {}
+        given = next((each.attributes for each in self._content.children if each.tag == "SbrRet"), {})
         notes = tuple(each.text for each in self._content.children if each.tag == "TextBox" and each.text)
         inputs, returns = (tuple(map(parse_address, _listed(given.get(name, "")))) for name in ("In", "Ret"))
         return in_order(Chart(tuple(steps.values()), tuple(made.values()), inputs, returns, notes))

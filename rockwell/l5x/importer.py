@@ -35,7 +35,7 @@ from .uses import all_instructions, numbered_instructions
 from .values.datatypes import NAME, Types
 from .xml.document import read_document
 from .xml.limits import check_limits
-from .xml.records import L5xDocument, ProgramRecord, TagRecord
+from .xml.records import L5xDocument, ProgramRecord, RoutineRecord, TagRecord
 
 _PHASE = "it is an equipment phase, which stays idle: its prestate routine runs, those of its states do not"
 IDLE = "scanrack_idle"
@@ -241,27 +241,35 @@ class Importer:
                 return
             part = self._parts.programs[key] = ProgramPart(record.name)
         for each in record.routines:
-            if each.name.upper() in {*part.routines, *part.functions} or not NAME.fullmatch(each.name):
-                reason = f"there are two routines {each.name}, or it is not a name"
-                self._reader.skipped(record.name, each, reason, "rename it")
-                continue
-            routine = self._reader.routine(record.name, each)
-            if routine is None:
-                part.functions[each.name.upper()] = does_nothing(each.name)
-            else:
-                part.routines[each.name.upper()] = routine
+            self._add_routine(part, record.name, each)
         for encoded in record.encoded:
             self._reader.encoded(record.name, encoded)
             if encoded.name.upper() not in part.routines and NAME.fullmatch(encoded.name):
                 part.functions[encoded.name.upper()] = does_nothing(encoded.name)
+        self._choose_routines(record, part)
+
+    def _add_routine(self, part: ProgramPart, owner: str, record: RoutineRecord) -> None:
+        key = record.name.upper()
+        if key in {*part.routines, *part.functions} or not NAME.fullmatch(record.name):
+            reason = f"there are two routines {record.name}, or it is not a name"
+            self._reader.skipped(owner, record, reason, "rename it")
+            return
+        routine = self._reader.routine(owner, record)
+        if routine is None:
+            part.functions[key] = does_nothing(record.name)
+        else:
+            part.routines[key] = routine
+
+    def _choose_routines(self, record: ProgramRecord, part: ProgramPart) -> None:
+        """Set the main and the fault routine of a program; a phase without a main one idles."""
         known = {*part.routines, *part.functions}
         part.main = record.main if record.main.upper() in known else None
+        part.fault = record.fault if record.fault.upper() in known else None
         if record.is_phase:
             self.report.note(record.name, _PHASE, record.line)
             if part.main is None:
                 part.functions[IDLE.upper()] = does_nothing(IDLE)
                 part.main = IDLE
-        part.fault = record.fault if record.fault.upper() in known else None
 
     # --- declaring
 

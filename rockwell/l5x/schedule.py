@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping
 from decimal import Decimal, InvalidOperation
 from enum import Enum
 from typing import Any
@@ -14,6 +14,20 @@ from scanrack.ladder.model.schedule import PRIORITIES, Task, TaskKind
 
 from .report import Report
 from .xml.records import L5xDocument, TaskRecord, number_of
+
+
+def _programs_run(
+    record: TaskRecord, left: dict[str, str], off: Container[str], report: Report
+) -> Iterator[str]:
+    """Take the programs of a task out of those that are left; yield the ones that run."""
+    for name in record.programs:
+        known = left.pop(name.upper(), None)
+        if known is None:
+            report.note(f"task {record.name}", f"no program {name} for it", record.line)
+        elif name.upper() in off:
+            report.note(f"program {name}", "it is disabled, and does not run", record.line)
+        else:
+            yield known
 
 
 def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> list[Task]:
@@ -32,16 +46,7 @@ def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> 
             for name in record.programs:
                 left.pop(name.upper(), None)
             continue
-        programs_run = []
-        for name in record.programs:
-            known = left.pop(name.upper(), None)
-            if known is None:
-                report.note(f"task {record.name}", f"no program {name} for it", record.line)
-            elif name.upper() in off:
-                report.note(f"program {name}", "it is disabled, and does not run", record.line)
-            else:
-                programs_run.append(known)
-        task = _task(record, tuple(programs_run), report)
+        task = _task(record, tuple(_programs_run(record, left, off, report)), report)
         if task is not None and not (
             task.kind is TaskKind.CONTINUOUS and any(each.kind is TaskKind.CONTINUOUS for each in found)
         ):

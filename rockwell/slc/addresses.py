@@ -137,11 +137,10 @@ def _of_three_words(letters: str, part: str | None, bit: str | None, text: str) 
             raise AddressTextError(f"{text!r}: an element has words 0 to 2")
         part = WORDS[letters][int(part) - 1]
     if bit is not None and part in (None, "0"):
-        if bit.isdigit():
-            bit = STRUCTURED[letters].get(int(bit))
-        if bit is None or not bit[0].isalpha():
+        name = STRUCTURED[letters].get(int(bit), "") if bit.isdigit() else bit
+        if not name[:1].isalpha():
             raise AddressTextError(f"{text!r}: there are bits {', '.join(STRUCTURED[letters].values())}")
-        return (MemberStep(bit.upper()),)
+        return (MemberStep(name.upper()),)
     if part == "0":
         raise AddressTextError(f"{text!r}: the first word is reached by its bits only")
     steps: list[Step] = [] if part is None else [MemberStep(part.upper())]
@@ -180,6 +179,10 @@ def text_of(operand: Operand, *, file: bool = False) -> str:
     return f"#{plain}" if file and not plain.startswith("#") else plain
 
 
+def _index_text(index: Operand) -> str:
+    return str(index) if isinstance(index, Number) else f"[{text_of(index)}]"
+
+
 def _plain(address: Address) -> str:
     if len(address.steps) == 2 and _counted(address) is not None:
         return f"{address.name}/[{text_of(_counted(address) or Number(0, '0'))}]"
@@ -189,9 +192,9 @@ def _plain(address: Address) -> str:
             inner = step.indices[0]
             if isinstance(inner, Operation) and inner.name == "+" and inner.operands[1] == INDEX:
                 return f"#{text}:{text_of(inner.operands[0])}{_rest(address)}"
-            text += f":[{text_of(inner)}]" if not isinstance(inner, Number) else f":{inner}"
+            text += f":{_index_text(inner)}"
         elif isinstance(step, BitStep):
-            text += f"/[{text_of(step.index)}]" if not isinstance(step.index, Number) else f"/{step.index}"
+            text += f"/{_index_text(step.index)}"
         elif isinstance(step, MemberStep):
             text += f"{'/' if _is_bit(address.name, step.name) else '.'}{step.name}"
         else:

@@ -175,19 +175,14 @@ class DataFiles:
     def _length(self, instruction: Instruction) -> None:
         """COP, FLL and sequencers extend a file by their length."""
         spec = self._specs.get(instruction.name)
-        numbers = [each for each in instruction.operands if isinstance(each, Number)]
         if spec is None or instruction.name not in _LONG:
             return
-        count = numbers[-1].value if instruction.name in ("COP", "FLL") and numbers else 0
-        if instruction.name.startswith("SQ") and len(numbers) >= 2:
-            count = int(numbers[-2].value) + 1
-        elif instruction.name[1] == "F" and len(numbers) >= 2:
-            count = numbers[-2].value
+        count = _count(instruction)
         for use, operand in zip(spec.operands, instruction.operands, strict=False):
             element = _element(operand)
             reaches = use in (Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY)
             if reaches and element is not None and isinstance(operand, Address):
-                self._file(operand.name).need(min(element + int(count), MOST))
+                self._file(operand.name).need(min(element + count, MOST))
 
     # --- tags
 
@@ -217,6 +212,19 @@ class DataFiles:
         kind = self._type(file)
         empty: Any = "" if kind is STRING else {} if isinstance(kind, Structure) else 0
         return [values.get(place, empty) for place in range(min(max(values) + 1, file.length, MOST))]
+
+
+def _count(instruction: Instruction) -> int:
+    """Return the elements that an instruction uses, by the length in it."""
+    name = instruction.name
+    numbers = [int(each.value) for each in instruction.operands if isinstance(each, Number)]
+    if name in ("COP", "FLL"):
+        return numbers[-1] if numbers else 0
+    if len(numbers) < 2:
+        return 0
+    if name.startswith("SQ"):
+        return numbers[-2] + 1  # position 0 is the start
+    return numbers[-2] if name[1] == "F" else 0
 
 
 def _element(operand: Operand) -> int | None:

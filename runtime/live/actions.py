@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import MISSING, asdict, fields
 from itertools import chain
 from typing import Any, NoReturn, TypeGuard
@@ -195,7 +195,7 @@ class Online:
     """Take a step with edited rungs: accept, test, untest, assemble, reopen, cancel or save."""
 
     step: str
-    base: str = ""  # digest of the program's file that was edited; of steps behind accept, the edited file's
+    base: str = ""  # digest of the program's file that was edited; of steps after accept, the edited file's
     rungs: tuple[tuple[str, int, tuple[str, ...]], ...] = ()  # routine, number, and what stands in its place
     tags: tuple[tuple[str, str, str], ...] = ()  # new ones: name, type, program
     by: str = ""  # who, see `Press`
@@ -253,7 +253,16 @@ RECORDED: Mapping[str, type[Action]] = {**ACTIONS, "edit": Edit, "store": Store}
 NAMES: Mapping[type[Action], str] = {kind: name for name, kind in {**RECORDED, **TYPED}.items()}
 
 
-def action_of(said: object, known: Mapping[str, type[Action]] = ACTIONS) -> Action:
+def _check_keys(name: str, given: Collection[str], defaults: Mapping[str, object]) -> None:
+    for key in given:
+        if key not in defaults:
+            raise ValueError(f"{name} has no {_shown(key)}: it has {', '.join(defaults) or 'nothing'}")
+    for key, default in defaults.items():
+        if key not in given and default is MISSING:
+            raise ValueError(f"{name} needs {key}")
+
+
+def action_of(message: object, known: Mapping[str, type[Action]] = ACTIONS) -> Action:
     """Return the order of a message.
 
     >>> action_of({"do": "step", "scans": 3})
@@ -265,20 +274,14 @@ def action_of(said: object, known: Mapping[str, type[Action]] = ACTIONS) -> Acti
     Raises:
         ValueError: it is not an order; what is wrong, and what is allowed.
     """
-    if not isinstance(said, Mapping):
+    if not isinstance(message, Mapping):
         raise ValueError("an order is an object with the key do")
-    name = said.get("do")
+    name = message.get("do")
     kind = known.get(name) if isinstance(name, str) else None
     if kind is None:
         raise ValueError(f"no action {_shown(name)}; choose from {', '.join(known)}")
-    given = {key: value for key, value in said.items() if key != "do"}
-    wanted = {each.name: each.default for each in fields(kind)}
-    for key in given:
-        if key not in wanted:
-            raise ValueError(f"{name} has no {_shown(key)}: it has {', '.join(wanted) or 'nothing'}")
-    for key, default in wanted.items():
-        if key not in given and default is MISSING:
-            raise ValueError(f"{name} needs {key}")
+    given = {key: value for key, value in message.items() if key != "do"}
+    _check_keys(f"{name}", given, {each.name: each.default for each in fields(kind)})
     return kind(**{key: _checked(f"{name}", key, value) for key, value in given.items()})
 
 

@@ -28,7 +28,7 @@ WAIT_S = 0.02
 
 
 Reply = Callable[[Mapping[str, object]], None]
-"""Sends an answer to the page that has asked: `ok` and more, or `refused`."""
+"""Sends an answer to the page that requested it: `ok` and more, or `refused`."""
 
 GIVEN = {**actions.ACTIONS, **actions.TYPED}
 """What a monitor may pass on, by name."""
@@ -96,6 +96,7 @@ class Session:
 
     Attributes:
         inbox: the source of orders.
+        stops: the program, if it supports breakpoints.
         over: whether the session has been ended.
         branch: the scan from which another session is to begin, or None.
         attend: serves the monitor during a pause.
@@ -121,7 +122,7 @@ class Session:
         prepare: Callable[[int, bool], None] | None = None,
     ) -> None:
         self._cpu, self._hands, self._pacer = cpu, hands, pacer
-        self.inbox, self._tell, self._stops = inbox, tell, stops
+        self.inbox, self._tell, self.stops = inbox, tell, stops
         self._live, self._reload, self._prepare = live, reload, prepare
         self.state = SessionState(speed=pacer.speed)
         self.over = False
@@ -237,9 +238,9 @@ class Session:
         self.obey_all(at_ns, scan)
 
     def _look(self) -> None:
-        if self._stops is None:
+        if self.stops is None:
             return
-        stops, self.state.ran = self._stops.stops, self._stops.ran
+        stops, self.state.ran = self.stops.stops, self.stops.ran
         if stops and not self._repeats:
             self.state.met = [str(each) for each in stops]
             self._pause()
@@ -281,7 +282,7 @@ class Session:
             raise ValueError("this program can't be edited while it runs")
         if isinstance(order, actions.Online) and order.step not in _WITHOUT_SCANS:
             self._refuse_after_fault()
-        self.edit(order, lambda told: self._tell({"answer": {"id": number, **told}}))
+        self.edit(order, lambda result: self._tell({"answer": {"id": number, **result}}))
 
     def _take_over(self, takeover: Callable[[], Action | None], at_ns: int, scan: int) -> None:
         """Continue with an edited program, or report its mistakes to the page."""
@@ -295,8 +296,8 @@ class Session:
             self._tell({"mistake": {"text": str(error), "file": "", "line": None}})
             return
         self.state.breakpoints, self.state.met = [], []
-        if self._stops is not None:
-            self._stops.clear_breakpoints()
+        if self.stops is not None:
+            self.stops.clear_breakpoints()
         self._show()
         self.give()
 
@@ -395,9 +396,9 @@ class Session:
             program.break_on(at)
 
     def _with_breakpoints(self) -> Stops:
-        if self._stops is None:
+        if self.stops is None:
             raise ValueError("the program has no breakpoints")
-        return self._stops
+        return self.stops
 
     def _begin_branch(self, order: actions.Branch) -> None:
         self._refuse_if_live("branch")

@@ -93,24 +93,27 @@ class TagServer:
         One packet of each client is answered, then all are heard again: many packets of one client
         keep no other one waiting.
         """
-        told = False
+        has_message = False
         waits = any(each.waiting for each in self.clients.values())
         for key, events in self._selector.select(0 if waits else seconds):
-            if key.fileobj is self._listening:
-                self._accept()
-            elif key.fileobj is self._udp:
-                self._answer_datagram(self._udp)
-            elif isinstance(key.fileobj, socket.socket):
-                if key.fileobj in self.clients:  # it may just have given way
-                    self._move(self.clients[key.fileobj], events)
+            if isinstance(key.fileobj, socket.socket):
+                self._handle(key.fileobj, events)
             else:
-                told = True
+                has_message = True
         if any(each.waiting for each in self.clients.values()) and not self._serve():
             return True
         now_ns = wall_ns()
         for client in [each for each in self.clients.values() if each.is_late(now_ns)]:
             self._drop(client, "it is silent, or its frame is not whole")
-        return told
+        return has_message
+
+    def _handle(self, ready: socket.socket, events: int) -> None:
+        if ready is self._listening:
+            self._accept()
+        elif ready is self._udp:
+            self._answer_datagram(self._udp)
+        elif ready in self.clients:  # it may just have given way
+            self._move(self.clients[ready], events)
 
     def close(self) -> None:
         """End all clients by a reset: st-ethernet-ip, and Node-RED with it, break at an orderly end."""
@@ -176,8 +179,8 @@ class TagServer:
 
     # --- packets
 
-    def _serve(self) -> bool:
-        """Answer a packet of each client that waits; return False if the program has been edited."""
+    def _turn(self) -> list[tuple[Client, Plan]]:
+        """Return the packets to answer now: one of each client that waits, up to BATCH_BYTES."""
         turn: list[tuple[Client, Plan]] = []
         left = BATCH_BYTES
         for client in [each for each in self.clients.values() if each.waiting]:
@@ -188,6 +191,11 @@ class TagServer:
             if left < 0 and turn:
                 break
             turn.append((client, plan))
+        return turn
+
+    def _serve(self) -> bool:
+        """Answer a packet of each client that waits; return False if the program has been edited."""
+        turn = self._turn()
         packets: list[Packet] = [(client.address, plan.operations) for client, plan in turn]
         found: Answers | None = 0, self.setup.version, [[] for _ in packets]
         if any(plan.operations or plan.is_timed for _, plan in turn):

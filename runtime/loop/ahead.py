@@ -116,9 +116,9 @@ class RackPrediction:
             latest_ns: the instant of the modules' last `update`.
             first_ns: the first instant.
         """
-        told = [module.foretell(first_ns, every_ns, count) for module in self._modules]
+        foretold = [module.foretell(first_ns, every_ns, count) for module in self._modules]
         present = self._present(latest_ns)
-        if not any(told):
+        if not any(foretold):
             return present
         import numpy as np
 
@@ -127,7 +127,7 @@ class RackPrediction:
             self._block = np.empty((count, len(words)), "<i2")  # reused: new memory must be cleared
         block = self._block[:count]
         block[:] = words
-        for inputs, changing in zip(self._inputs, told, strict=True):
+        for inputs, changing in zip(self._inputs, foretold, strict=True):
             for index, values in changing.items():
                 block[:, inputs.start // 2 + index] = values
         rows: list[bytes] = block.view(f"V{len(present)}").ravel().tolist()

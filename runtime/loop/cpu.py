@@ -92,7 +92,7 @@ class Cpu:
         self._scanning = False
         self._closed = False
         self._tag_forces_changed = False
-        self._mode = self._wanted_mode = mode
+        self._mode = self._next_mode = mode
         self._phases.take_news("/cpu", {"mode": mode_name(mode)})
         if mode is not CpuMode.RUN:
             self._phases.stop_modules()
@@ -132,7 +132,7 @@ class Cpu:
 
     @mode.setter
     def mode(self, mode: CpuMode) -> None:
-        self._wanted_mode = mode
+        self._next_mode = mode
         self._ask_for_attention()
 
     def add_listener(self, listener: ScanListener) -> None:
@@ -141,7 +141,7 @@ class Cpu:
         self._listeners.add(listener)
 
     def dismiss(self, listener: ScanListener) -> None:
-        """Close a listener, which is told nothing more; nothing if it is closed."""
+        """Close a listener and pass nothing more to it; no effect if it is closed."""
         self._ahead.before_new_listeners()
         self._listeners.dismiss(listener)
 
@@ -273,8 +273,8 @@ class Cpu:
         """Reset the special conditions of this scan, and apply requests."""
         if "logic" not in IDLE_PHASES[self._mode]:
             self._view.first = False
-        if self._mode is self._wanted_mode is CpuMode.SINGLE_SCAN:
-            self._wanted_mode = CpuMode.PROGRAM
+        if self._mode is self._next_mode is CpuMode.SINGLE_SCAN:
+            self._next_mode = CpuMode.PROGRAM
         self._serve_requests()
 
     def _serve_requests(self) -> None:
@@ -285,8 +285,8 @@ class Cpu:
             if self._tag_forces:
                 forces["tags"] = self._tag_forces
             self._phases.take_news("/forces", forces)
-        if self._wanted_mode is not self._mode:
-            self._change_mode(self._wanted_mode)
+        if self._next_mode is not self._mode:
+            self._change_mode(self._next_mode)
         self._prepare()
 
     def _change_mode(self, mode: CpuMode) -> None:

@@ -161,7 +161,7 @@ class ExposedModule(Module):
 
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
         """Return the module's prediction."""
-        assert self._foreseeing is not None, "it is asked only in a time that it has foreseen"
+        assert self._foreseeing is not None, "it is called only in a time that it has foreseen"
         return self._foreseeing.foretell(first_ns, every_ns, count)
 
     @override

@@ -42,7 +42,7 @@ class Forces:
         self._rack = rack
         self._on_change = on_change
         self._words = {number: slot.words for number, slot in rack.slots.items()}
-        self._wanted: dict[Address, int] = {}
+        self._values: dict[Address, int] = {}
         self._dirty = False
         self._inputs: tuple[_MaskedWord, ...] = ()
         self._outputs: tuple[_MaskedWord, ...] = ()
@@ -50,7 +50,7 @@ class Forces:
     @property
     def active(self) -> Mapping[str, int]:
         """The forces by address, the latest last: it wins for a common bit."""
-        return {str(address): value for address, value in self._wanted.items()}
+        return {str(address): value for address, value in self._values.items()}
 
     def set(self, address: str, value: int) -> None:
         """Hold a word or bit at a value, from the next scan on.
@@ -64,8 +64,8 @@ class Forces:
         """
         place = parse_address(address, self._words)
         check_value(address, place, value)
-        self._wanted.pop(place, None)
-        self._wanted[place] = int(value)
+        self._values.pop(place, None)
+        self._values[place] = int(value)
         self._changed()
 
     def remove(self, address: str) -> None:
@@ -75,14 +75,14 @@ class Forces:
             ValueError: no such address, or it is not forced.
         """
         place = parse_address(address, self._words)
-        if place not in self._wanted:
+        if place not in self._values:
             raise ValueError(f"{address!r} is not forced: forced are {', '.join(self.active) or 'none'}")
-        del self._wanted[place]
+        del self._values[place]
         self._changed()
 
     def clear(self) -> None:
         """Release everything from the next scan on."""
-        self._wanted.clear()
+        self._values.clear()
         self._changed()
 
     def commit(self) -> bool:
@@ -128,7 +128,7 @@ class Forces:
 
     def _masks(self, image: str) -> tuple[_MaskedWord, ...]:
         masks: dict[tuple[int, int], _MaskedWord] = {}
-        for place, value in self._wanted.items():
+        for place, value in self._values.items():
             if place.image == image:
                 key = place.slot, place.word
                 slot = self._rack.slots[place.slot]

@@ -127,7 +127,7 @@ def ask_for_locked_memory() -> Undo:
 
 
 def _locks_without_limit() -> bool:
-    """Return whether there is no limit to locked memory: behind one, later allocations fail [mlock(2)]."""
+    """Return whether locked memory is unlimited: at a limit later allocations fail [mlock(2)]."""
     if LIMITS.read_text("ascii").partition("Max locked memory")[2].split()[0] == "unlimited":
         return True
     status = Path("/proc/self/status").read_text("utf-8")

@@ -124,21 +124,12 @@ class ScansAhead:
     def _ahead(self, most: int) -> int:
         """Run foreseen scans by rows; return their number."""
         view, patience = self._phases.view, self.patience
-        worth = self._finder is not None or numpy_is_worth_it(view.number)
-        if not (self._phases.plain and self.enabled and worth):
-            patience.not_calm(0)
-            return 0
-        self._ends = False  # what ends a block from here on is not missed
-        if self.stop_requested or self._phases.attention or most < LEAST_ROWS:
-            return 0
-        if any(module.events for module in self._modules):
-            return 0  # the next scan's phases handle events of a module that a listener has acted on
-        calm = self._exchange.calm_scans(view.now_ns, self._period_ns)
+        calm = self._calm_scans(most)
         if calm < LEAST_ROWS:
-            patience.not_calm(calm)
+            if calm >= 0:
+                patience.not_calm(calm)
             return 0
-        count = min(calm, most)
-        block = self._exchange.foresee(view.now_ns, self._period_ns, count, patience.most_rows)
+        block = self._exchange.foresee(view.now_ns, self._period_ns, min(calm, most), patience.most_rows)
         first = view.number
         if self._finder is not None and isinstance(block.rows, bytes) and block.updated is None:
             self._scan_repeats(self._finder, block)
@@ -147,6 +138,19 @@ class ScansAhead:
         used = view.number - first
         patience.ended(used, block.length)
         return used
+
+    def _calm_scans(self, most: int) -> int:
+        """Return how many scans can go by rows now; 0 if that is unknown, -1 if the next scan can't."""
+        phases = self._phases
+        worth = self._finder is not None or numpy_is_worth_it(phases.view.number)
+        if not (phases.plain and self.enabled and worth):
+            return 0
+        self._ends = False  # what ends a block from here on is not missed
+        if self.stop_requested or phases.attention or most < LEAST_ROWS:
+            return -1
+        if any(module.events for module in self._modules):
+            return -1  # the next scan's phases handle events of a module that a listener has acted on
+        return self._exchange.calm_scans(phases.view.now_ns, self._period_ns)
 
     def _scan_repeats(self, finder: RepeatFinder, block: Block) -> None:
         """Run scans of one row, less those that repeat another one."""

@@ -247,13 +247,11 @@ class _Walk:
             return total, not self._dims
         if not self._dims or len(indices) not in (1, len(self._dims)):
             raise CipRefusedError(UNKNOWN_OBJECT)
-        flat = indices[0] if len(indices) == 1 else 0
-        for index, length in zip(indices, self._dims, strict=True) if len(indices) > 1 else ():
+        flat = 0
+        for index, length in zip(indices, self._dims if len(indices) > 1 else (total,), strict=True):
             if index >= length:
                 raise CipRefusedError(GENERAL, BEYOND)
             flat = flat * length + index
-        if flat >= total:
-            raise CipRefusedError(GENERAL, BEYOND)
         self._offset += flat * self._kind.size
         self._dims = ()
         return total - flat, True

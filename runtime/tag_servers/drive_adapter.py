@@ -1,6 +1,6 @@
 """A networked drive at EtherNet/IP: objects, and the class 1 connection that owns it [EDS; R-22, R-35].
 
-    assembly 150   ten output words, behind a 32-bit run/idle header in the packets to the drive
+    assembly 150   ten output words, after a 32-bit run/idle header in the packets to the drive
     assembly 100   ten input words
     assembly 110   configuration of 16 bytes: word 0, word 1, starting speed in 32 bits, steps, counts, idle
                    current, current
@@ -226,22 +226,26 @@ class DriveAdapter:
         self.opened = self.used = True
         return struct.pack("<IIHHIIIBB", self.io.ours, theirs, *triad, there_us, back_us, 0, 0)
 
-    def _check_place(self, key: tuple[int, ...], numbers: dict[str, int], points: Sequence[int]) -> None:
+    def _check_key(self, key: tuple[int, ...]) -> None:
+        """Refuse a connection to another product; 0 fits any one."""
         kind = self.drive.model.identity
         assert kind is not None
         vendor, device, product, major, minor = kind
+        compatible = key[3] >> 7
+        for given, own, status in (
+            (key[0], vendor, OTHER_PRODUCT),
+            (key[2], product, OTHER_PRODUCT),
+            (key[1], device, OTHER_DEVICE),
+            (key[3] & 0x7F, major, OTHER_REVISION),
+        ):
+            if given not in (0, own):
+                raise CipRefusedError(NO_CONNECTION, status)
+        if key[4] > minor or (not compatible and key[4] not in (0, minor)):
+            raise CipRefusedError(NO_CONNECTION, OTHER_REVISION)
+
+    def _check_place(self, key: tuple[int, ...], numbers: dict[str, int], points: Sequence[int]) -> None:
         if key:
-            compatible = key[3] >> 7
-            for given, own, status in (
-                (key[0], vendor, OTHER_PRODUCT),
-                (key[2], product, OTHER_PRODUCT),
-                (key[1], device, OTHER_DEVICE),
-                (key[3] & 0x7F, major, OTHER_REVISION),
-            ):
-                if given not in (0, own):
-                    raise CipRefusedError(NO_CONNECTION, status)
-            if key[4] > minor or (not compatible and key[4] not in (0, minor)):
-                raise CipRefusedError(NO_CONNECTION, OTHER_REVISION)
+            self._check_key(key)
         if numbers.get("instance") != CONFIGURATION:
             raise CipRefusedError(NO_CONNECTION, CONFIGURATION_PATH)
         if points[:1] != (CONSUMED,):

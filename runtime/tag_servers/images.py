@@ -172,7 +172,13 @@ def image_place(steps: Sequence[PathStep]) -> ImagePlace | None:
         rest = rest[1:]
     if not rest:
         return ImagePlace(slot, output, at, part.bit)
-    bit = str(rest[0])
-    if len(rest) > 1 or not bit.isdecimal() or int(bit) >= WORD_BITS or part.bit is not None:
+    bit = _bit_number(rest)
+    if bit is None or part.bit is not None:
         return None
-    return ImagePlace(slot, output, at + int(bit) // 8, int(bit) % 8)
+    return ImagePlace(slot, output, at + bit // 8, bit % 8)
+
+
+def _bit_number(steps: Sequence[PathStep]) -> int | None:
+    text = str(steps[0])
+    is_bit = len(steps) == 1 and text.isdecimal() and int(text) < WORD_BITS
+    return int(text) if is_bit else None

@@ -21,9 +21,9 @@ from typing_extensions import override
 
 from .breakpoints import Breakpoint
 from .cursor import Cursor, Spot, earlier, later
-from .executed_scan import ExecutedScan
+from .executed_scan import View
 from .protocol import DebugError, Json
-from .subject import Past, Subject
+from .subject import BrokenOffError, Subject
 from .variables import Tree
 from .wire import NonsenseError, Wire
 
@@ -49,7 +49,8 @@ class Adapter:
         breakpoints: those that are set, by kind.
         start: what runs after launch or attach; None before.
         over: whether the client has ended the session.
-        on_move: the functions that the subject gives for continuing and pausing.
+        waits: whether a test of pytest waits for launch or attach.
+        searching, breaks_off: whether the past is searched for a breakpoint, and the client pauses that.
     """
 
     def __init__(self, wire: Wire, requests: Mapping[str, Any]) -> None:
@@ -63,11 +64,12 @@ class Adapter:
         self.breakpoints: dict[str, list[Breakpoint]] = {}
         self.numbers = 0
         self.start: Start | None = None
-        self.over = False
+        self.over = self.waits = False
         self.tree: Tree | None = None
         self.reason: Json = {}
         self.asked_past = False
-        self._views: deque[ExecutedScan] = deque(maxlen=VIEWS)
+        self.searching = self.breaks_off = False
+        self._views: deque[View] = deque(maxlen=VIEWS)
         self._later: list[Callable[[], object]] = []
 
     def run(self) -> None:
@@ -80,6 +82,8 @@ class Adapter:
                         start(self)
                     except (ValueError, OSError) as error:
                         self.output(f"{error}\n", "stderr")
+                    except Exception:  # a mistake of this code: a client that waits hears of it
+                        self.output(traceback.format_exc(), "stderr")
                 self.subject = self.driver = self.cursor = None
                 self.event("terminated")
                 continue
@@ -93,7 +97,7 @@ class Adapter:
         Args:
             seconds: longest wait for the first one; None = without limit.
         """
-        served = False
+        served, was = False, self.waits
         while not self.over:
             try:
                 message = self.wire.next(seconds)
@@ -106,7 +110,7 @@ class Adapter:
                 break
             self.answer(message)
             served, seconds = True, 0
-            if self.start is not None:
+            if self.start is not None or (was and not self.waits):
                 break
         return served
 
@@ -137,13 +141,16 @@ class Adapter:
         before = self.cursor
         try:
             act()
-        except (ValueError, OSError) as error:
-            self.output(f"{error}\n", "stderr")
+        except Exception as error:  # also a mistake of this code: a client that waits for a stop gets one
+            own = isinstance(error, ValueError | OSError)
+            self.output(f"{error}\n" if own else traceback.format_exc(), "stderr")
             if before is not None:
                 self.leave()
                 self.cursor = before
                 before.go(before.spot)
                 self.stopped("step", str(error))
+            elif self.driver is not None:
+                self.driver.end()
 
     def _carry_out(self, command: str, arguments: object) -> Json | None:
         request = self._requests.get(command)
@@ -216,7 +223,7 @@ class Adapter:
         """Return the opened values of the place where the client stands."""
         if self.tree is None:
             cursor = self.place()
-            self.tree = Tree(cursor.view.engine, tuple(self.the_subject().forced(cursor.scan)))
+            self.tree = Tree(cursor.view, tuple(self.the_subject().forced(cursor.scan)))
         return self.tree
 
     def in_past(self) -> bool:
@@ -233,16 +240,17 @@ class Adapter:
     def look_at(self, scan: int, spot: str = "start") -> Cursor:
         """Stand in a scan: at its `start`, its `last` rung, or its `end`."""
         self.leave()
-        replayer = self.the_subject().replayer(scan)
-        view = next(
-            (each for each in self._views if each.scan == scan and each.engine is replayer.engine), None
-        )
+        view = next((each for each in self._views if each.scan == scan), None)
         if view is None:
-            view = ExecutedScan(replayer, scan)
+            view = self.the_subject().view(scan)
             self._views.append(view)
         self.cursor = Cursor(view)
         self.cursor.go(getattr(self.cursor, spot))
         return self.cursor
+
+    def forget_views(self) -> None:
+        """Forget the scans that were looked at: those of another program follow."""
+        self._views.clear()
 
     def go_to(self, spot: Spot) -> None:
         """Stand elsewhere in the scan."""
@@ -261,13 +269,21 @@ class Adapter:
 
     # --- breakpoints that scans have met
 
+    def poll(self, scan: int) -> None:
+        """Answer requests during a search of the past; a BrokenOffError once the client pauses."""
+        if self.wire.waiting:
+            self.serve(0)
+        if self.breaks_off or self.over:
+            self.breaks_off = False
+            raise BrokenOffError(scan)
+
     def hits_in(self, scan: int) -> list[tuple[Breakpoint, str]]:
         """Return the breakpoints that a scan meets; log points do not stop."""
         wanted = [each for each in self.all_breakpoints() if not each.log]
         if not wanted:
             return []
         self.leave()
-        return Past(self.the_subject(), wanted).hits(scan, scan).get(scan, [])
+        return self.the_subject().hits(wanted, scan)
 
     def stop_at_hit(self, scan: int, hits: list[tuple[Breakpoint, str]], *, backwards: bool = False) -> None:
         """Stand where a scan meets its first breakpoint, or its last one."""

@@ -15,7 +15,8 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from types import CodeType, FrameType
+from typing import Any, NamedTuple, Protocol
 
 from scanrack.io_images.visible_text import visible
 from scanrack.ladder.compiler.observed import LineKey
@@ -23,8 +24,9 @@ from scanrack.ladder.debug.watched import shown
 from scanrack.ladder.debug.watching import WatchedEngine
 from scanrack.ladder.state.memory import same
 from scanrack.watch.monitors.troubles import ErrorBit, error_bits
+from scanrack.watch.python_stops import LineTrace, Observer
 
-from .conditions import ExpressionError, Read, Surroundings, compiled
+from .conditions import EngineValues, ExpressionError, NamedValues, Read, Surroundings, Values, compiled
 from .protocol import DebugError, Json
 
 BECOMES_TRUE, CHANGES = "becomes true", "changes"
@@ -89,6 +91,109 @@ Event = tuple[str, Mapping[str, Any]]
 """Topic and fields, see `traces.format.topics`."""
 
 
+class ScanValues(Values, Protocol):
+    """The values of a program after a scan, and what ran in it."""
+
+    in_frames: bool
+    """Whether conditions and log points of lines are evaluated before the line."""
+
+    def ran(self, key: LineKey) -> bool:
+        """Whether a rung ran."""
+
+    def true(self, key: LineKey) -> bool:
+        """Whether there was power behind the last instruction of a rung."""
+
+    def at_line(self, wanted: Breakpoint) -> Callable[[int], str | None] | None:
+        """Return what says whether a line ran; None for rungs, see `ran`."""
+
+
+class RungValues(EngineValues):
+    """Those of a ladder program."""
+
+    in_frames = False
+
+    def __init__(self, engine: WatchedEngine) -> None:
+        super().__init__(engine)
+        self.ran = engine.ran
+
+    def true(self, key: LineKey) -> bool:
+        """See `ScanValues`."""
+        engine = self.engine
+        if engine.watching or engine.broken_off:
+            truth = engine.truths.get(key, ())
+            return bool(truth) and truth[-1]
+        return engine.true_at_end(key)
+
+    def at_line(self, wanted: Breakpoint) -> None:
+        """See `ScanValues`."""
+
+
+class LinePoints(NamedValues, Observer):
+    """Breakpoints on lines of Python and of a list of steps.
+
+    Args:
+        in_frames: conditions and log points are expressions of Python, which read the values before the line.
+    """
+
+    def __init__(self, tags: Mapping[str, Any], *, in_frames: bool) -> None:
+        super().__init__(tags)
+        self.in_frames = in_frames
+        self.lines: set[int] = set()
+        self._points: dict[LineKey, list[Callable[[FrameType | None], None]]] = {}
+        self._met: dict[int, str] = {}
+
+    def ran(self, key: LineKey) -> bool:
+        """See `ScanValues`; lines are seen as they run."""
+        raise NotImplementedError(key)
+
+    true = ran
+
+    def at_line(self, wanted: Breakpoint) -> Callable[[int], str | None]:
+        """See `ScanValues`."""
+        allowed, log = None, list[str | CodeType]()
+        if self.in_frames:
+            allowed = _code(wanted.condition) if wanted.condition.strip() else None
+            parts = enumerate(_FIELD.split(wanted.log))
+            log = [_code(part) if number % 2 else part for number, part in parts]
+        number, text = wanted.number, f"line {wanted.line} runs"
+
+        def look(frame: FrameType | None) -> None:
+            if number not in self._met and (allowed is None or _value(allowed, frame, False)):
+                texts = (each if isinstance(each, str) else str(_value(each, frame, "?")) for each in log)
+                self._met[number] = "".join(texts) or text
+
+        for key in wanted.keys:
+            self.lines.add(key[1])
+            self._points.setdefault(key, []).append(look)
+        return lambda _scan: self._met.pop(number, None)
+
+    def begins(self, frame: FrameType) -> None:
+        """Look at the breakpoints of a line."""
+        for look in self._points.get((LineTrace.name(frame.f_code.co_filename), frame.f_lineno), ()):
+            look(frame)
+
+    def began(self, file: str, line: int) -> None:
+        """Look at the breakpoints of a step."""
+        for look in self._points.get((LineTrace.name(file), line), ()):
+            look(None)
+
+
+def _code(text: str) -> CodeType:
+    try:
+        return compile(text.strip(), "<breakpoint>", "eval")
+    except (SyntaxError, ValueError) as error:
+        raise ExpressionError(f"{text!r}: not an expression of Python: {error}") from error
+
+
+def _value(code: CodeType, frame: FrameType | None, otherwise: object) -> Any:
+    """Return the value of an expression in a frame, another one if it has none there."""
+    assert frame is not None, "a step has no expressions of Python"
+    try:
+        return eval(code, frame.f_globals, frame.f_locals)
+    except Exception:  # whatever the user's expression raises: a name that is not set yet
+        return otherwise
+
+
 @dataclass(slots=True)
 class _Check:
     """A breakpoint on an engine: returns a text where it is met, else None."""
@@ -115,11 +220,11 @@ class Looker:
     def __init__(
         self,
         wanted: Sequence[Breakpoint],
-        engine: WatchedEngine,
+        values: ScanValues,
         around: Surroundings,
         events: Callable[[int], Sequence[Event]],
     ) -> None:
-        self._engine, self._around, self._events = engine, around, events
+        self._values, self._around, self._events = values, around, events
         self._checks = [self._check(each) for each in wanted]
         self.lines = tuple(dict.fromkeys(key for each in wanted for key in each.keys))
 
@@ -144,9 +249,9 @@ class Looker:
         for check, text in self.look(scan):
             if not check.breakpoint.counts():
                 continue
-            if check.log:
-                said = "".join(each if isinstance(each, str) else shown(each()) for each in check.log)
-                say(check.breakpoint, visible(said))
+            if check.breakpoint.log:
+                parts = (each if isinstance(each, str) else shown(each()) for each in check.log)
+                say(check.breakpoint, visible("".join(parts) or text))
             else:
                 found.append(Hit(check.breakpoint, text))
         return found
@@ -156,8 +261,13 @@ class Looker:
     def _check(self, wanted: Breakpoint) -> _Check:
         power = wanted.condition.strip().lower()
         on_power = wanted.kind != "exception" and wanted.keys and power in (BECOMES_TRUE, CHANGES)
+        met = self._values.at_line(wanted) if wanted.keys else None
+        if met is not None and self._values.in_frames:
+            return _Check(wanted, met, None)
         allowed = None if not wanted.condition or on_power else self._compiled(wanted.condition)
-        if on_power:
+        if met is not None:
+            pass
+        elif on_power:
             met = self._power(wanted.keys, changes=power == CHANGES)
         elif wanted.keys:
             met = self._ran(wanted.keys)
@@ -166,7 +276,7 @@ class Looker:
         return _Check(wanted, met, allowed, self._log(wanted.log))
 
     def _compiled(self, text: str) -> Read:
-        return compiled(text, self._engine, self._around)
+        return compiled(text, self._values, self._around)
 
     def _log(self, text: str) -> list[str | Read]:
         parts: list[str | Read] = []
@@ -175,17 +285,17 @@ class Looker:
         return parts if text else []
 
     def _ran(self, keys: Sequence[LineKey]) -> Callable[[int], str | None]:
-        ran = self._engine.ran
+        ran = self._values.ran
         return lambda _scan: "the rung runs" if any(map(ran, keys)) else None
 
     def _power(self, keys: Sequence[LineKey], *, changes: bool) -> Callable[[int], str | None]:
-        engine, before = self._engine, dict.fromkeys(keys, None)
+        true, before = self._values.true, dict.fromkeys(keys, None)
         known: dict[LineKey, bool | None] = {**before}
 
         def met(_scan: int) -> str | None:
             text = None
             for key in keys:
-                was, now = known[key], _true(engine, key)
+                was, now = known[key], true(key)
                 known[key] = now
                 if was is not None and now != was and (now or changes):
                     text = f"the rung becomes {'true' if now else 'false'}"
@@ -194,7 +304,7 @@ class Looker:
         return met
 
     def _tag(self, name: str) -> Callable[[int], str | None]:
-        tags = self._engine.tags
+        tags = self._values.tags
         if name not in tags:
             raise ExpressionError(f"no tag {name}")
         try:
@@ -264,13 +374,6 @@ class Looker:
         word = image(slot, "I", number)
         configured = names.modes is not None and image(slot, "I", names.modes.input) < 0
         return word & names.live("I", number) if configured else word
-
-
-def _true(engine: WatchedEngine, key: LineKey) -> bool:
-    if engine.watching or engine.broken_off:
-        truth = engine.truths.get(key, ())
-        return bool(truth) and truth[-1]
-    return engine.true_at_end(key)
 
 
 def _same(one: Any, other: Any) -> bool:

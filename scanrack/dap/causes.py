@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from scanrack.ladder.debug.causes import Causes
-from scanrack.ladder.debug.cells import cells_of
-from scanrack.ladder.debug.chains import Chains
-from scanrack.ladder.debug.crossref import CrossReference
-from scanrack.ladder.debug.inquiry import Inquiry
-from scanrack.ladder.debug.links import said
-from scanrack.ladder.model.tree import Origin
+from collections.abc import Callable
+from typing import TYPE_CHECKING, TypeVar
 
 from .protocol import DebugError
 
 if TYPE_CHECKING:
     from .adapter import Adapter
+
+T = TypeVar("T")
 
 
 def why(adapter: Adapter, tag: str) -> str:
@@ -24,34 +19,27 @@ def why(adapter: Adapter, tag: str) -> str:
     Raises:
         DebugError: no such tag, or not a single value.
     """
-    cursor, subject = adapter.place(), adapter.the_subject()
-    scan, spot, places = cursor.scan, cursor.spot, subject.places(cursor.scan)
-    engine = cursor.view.engine
-    if tag not in engine.tags:
+    subject, scan = adapter.the_subject(), adapter.place().scan
+    if tag not in adapter.place().view.tags:
         raise DebugError(f"no tag {tag!r}: write why TAG")
-    adapter.leave()
-    replayer = subject.replayer(scan)
-    try:
-        found = Chains(engine.lowered, Causes(replayer), False).of_tag(tag, scan)
-        if found is None:
-            return Inquiry(engine, replayer, scan, subject.forced(scan), CrossReference(engine.lowered)).why(
-                tag
-            )
-        links = [(said(each), each.site) for each in found.path]
-    finally:
-        adapter.look_at(scan).go(spot)
-    for text, site in links[1:]:
-        origin = Origin(site.file, site.line or 0) if site is not None and site.line else Origin()
-        adapter.output(f"  <- {text}\n", more=places.source(origin))
+    links = _away(adapter, lambda: subject.why(tag, scan))
+    for text, origin in links[1:]:
+        adapter.output(f"  <- {text}\n", more=subject.places(scan).source(origin))
     return links[0][0]
 
 
 def last_change(adapter: Adapter, tag: str) -> int | None:
     """Return the last scan up to the present one that changed a tag; None without one."""
+    scan = adapter.place().scan
+    return _away(adapter, lambda: adapter.the_subject().last_change(tag, scan))
+
+
+def _away(adapter: Adapter, ask: Callable[[], T]) -> T:
+    """Return an answer of what runs scans again; then stand where the client stood."""
     cursor = adapter.place()
     scan, spot = cursor.scan, cursor.spot
-    cells = cells_of(cursor.view.engine.tags.where(tag), counts=True)
     adapter.leave()
-    found = adapter.the_subject().replayer(scan).last_change_of(cells, scan)
-    adapter.look_at(scan).go(spot)
-    return found
+    try:
+        return ask()
+    finally:
+        adapter.look_at(scan).go(spot)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from types import CellType, CodeType, FunctionType
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedInput, VisitError
@@ -34,6 +34,53 @@ class Surroundings(NamedTuple):
     image: Callable[[int, str, int], int]  # a word of an image: slot, "I" or "O", word
     now_ns: Read  # the time of the scan, ns
     scan: Read  # its number
+
+
+class Values(Protocol):
+    """The present values of a program."""
+
+    tags: Any
+    """By name; a mapping as far as `in` and `[]`."""
+
+    def source(self, name: str) -> str:
+        """Return the expression of Python that reads a tag; an ExpressionError if it is no single value."""
+
+    @property
+    def cells(self) -> Mapping[str, CellType]:
+        """What the expressions name."""
+
+
+class EngineValues:
+    """Those of a ladder program, read from the variables of its compiled scan."""
+
+    def __init__(self, engine: WatchedEngine) -> None:
+        self.engine, self.tags = engine, engine.tags
+
+    @property
+    def cells(self) -> Mapping[str, CellType]:
+        """See `Values`."""
+        return self.engine.memory.cells
+
+    def source(self, name: str) -> str:
+        """See `Values`."""
+        where = self.tags.where(name)
+        if isinstance(where, Place) and not where.can_fault:
+            return source_of(self.engine.lowered.layout, where)
+        if isinstance(self.tags[name], str):
+            return f"__tags[{name!r}]"
+        raise ExpressionError(f"{name} is not a single value: compare one of its members or elements")
+
+
+class NamedValues:
+    """Those of a program without rungs, by name."""
+
+    def __init__(self, tags: Mapping[str, Any]) -> None:
+        self.tags = tags
+        self.cells: Mapping[str, CellType] = {}
+
+    def source(self, name: str) -> str:
+        """See `Values`."""
+        return f"__tags[{name!r}]"
 
 
 class ExpressionError(ValueError):
@@ -59,13 +106,13 @@ class _Edge:
         return before is not None and bool(value != before)
 
 
-def compiled(text: str, engine: WatchedEngine, around: Surroundings) -> Read:
-    """Return the function that evaluates an expression after a scan of an engine.
+def compiled(text: str, values: Values, around: Surroundings) -> Read:
+    """Return the function that evaluates an expression after a scan.
 
     Raises:
         ExpressionError: it can't be parsed, names an unknown tag, or needs more than one scan.
     """
-    writer = _Writer(engine, around)
+    writer = _Writer(values, around)
     try:
         source = writer.transform(_parser().parse(text))
     except UnexpectedInput as error:
@@ -75,7 +122,7 @@ def compiled(text: str, engine: WatchedEngine, around: Surroundings) -> Read:
         raise ExpressionError("the expression is nested too deeply") from error
     except VisitError as error:
         raise ExpressionError(f"{text!r}: {error.orig_exc}") from error
-    cells = {**engine.memory.cells, **{name: CellType(value) for name, value in writer.own.items()}}
+    cells = {**values.cells, **{name: CellType(value) for name, value in writer.own.items()}}
     return _function([*writer.first, f"return {source}"], cells)
 
 
@@ -103,11 +150,16 @@ class _Writer(Transformer[Token, str]):
         first: statements before the expression.
     """
 
-    def __init__(self, engine: WatchedEngine, around: Surroundings) -> None:
+    def __init__(self, values: Values, around: Surroundings) -> None:
         super().__init__()
-        self._engine, self._around = engine, around
+        self._values, self._around = values, around
         self.first: list[str] = []
-        self.own: dict[str, Any] = {"__image": around.image, "__now": around.now_ns, "__scan": around.scan}
+        self.own: dict[str, Any] = {
+            "__image": around.image,
+            "__now": around.now_ns,
+            "__scan": around.scan,
+            "__tags": values.tags,
+        }
 
     def any_of(self, *parts: str) -> str:
         return f"({' or '.join(parts)})"
@@ -154,16 +206,7 @@ class _Writer(Transformer[Token, str]):
             return "__now()" if name == "time" else "__scan()"
         if name.lower() in ("true", "false"):
             return name.capitalize()
-        tags = self._engine.tags
-        if name not in tags:
-            return self._image(name)
-        where = tags.where(name)
-        if not isinstance(where, Place) or where.can_fault:
-            if isinstance(tags[name], str):
-                self.own["__tags"] = tags
-                return f"__tags[{name!r}]"
-            raise ExpressionError(f"{name} is not a single value: compare one of its members or elements")
-        return source_of(self._engine.lowered.layout, where)
+        return self._values.source(name) if name in self._values.tags else self._image(name)
 
     def _image(self, name: str) -> str:
         try:

@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from scanrack.ladder.debug.cells import cells_of
-from scanrack.ladder.debug.executed import Write
-
 from .breakpoints import CHANGES, Breakpoint
-from .executed_scan import ExecutedScan, Stop
+from .executed_scan import Stop, View
 
 END = 1 << 30
 """Index of the end of a scan, which is known before its instructions are."""
@@ -28,7 +25,7 @@ class Cursor:
 
     end = Spot(END, None)
 
-    def __init__(self, view: ExecutedScan) -> None:
+    def __init__(self, view: View) -> None:
         self.view, self.spot = view, self.end
 
     @property
@@ -108,20 +105,10 @@ class Cursor:
             return self.end if one.name == "fault" else self.start
         head, _, tail = one.name.rpartition(" ")
         tag = one.name if one.kind == "data" else head.strip() if tail.lower() == CHANGES else ""
-        return self._after_write(tag) if tag else self.end
-
-    def _after_write(self, tag: str) -> Spot:
-        """Return the place after the last change of a tag; the begin of the scan for one from outside."""
-        tags = self.view.engine.tags
-        cells = cells_of(tags.where(tag), counts=True) if tag in tags else []
-        written = [each for each in self.view.execution.writes if any(map(each.changes, cells))]
-        return self._of_write(written[-1]) if written and written[-1].by is not None else self.start
-
-    def _of_write(self, write: Write) -> Spot:
-        assert write.by is not None
-        own = [index for index, stop in enumerate(self.view.stops) if stop.run is write.by.run]
-        before = [index for index in own if self.view.stops[index].order < write.order]
-        return Spot(before[-1], write.order) if before else self.start
+        if not tag:
+            return self.end
+        place = self.view.last_write(tag)
+        return self.start if place is None else Spot(*place)
 
     def position(self, spot: Spot) -> tuple[int, int]:
         """Return what orders places of the scan."""

@@ -13,26 +13,94 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from scanrack.ladder.debug.cells import cells_of
 from scanrack.ladder.debug.executed import Execution, LineRun, StepRun, TracedEngine
 from scanrack.ladder.debug.replay import Replayer
+from scanrack.ladder.model.operands import Calculation, Group, Place
+from scanrack.ladder.model.tags import program_of
+from scanrack.ladder.model.tree import Origin
+from scanrack.ladder.model.types import HIDDEN
+from scanrack.ladder.state.lowered import AddOnCall
 from scanrack.ladder.state.snapshots import restore, snapshot
 
-from .protocol import DebugError
+from .conditions import EngineValues, Values
+from .protocol import DebugError, Json
+from .variables import Names, Parts, tags_of, type_text
+
+if TYPE_CHECKING:
+    from .variables import Node, Tree
 
 
 class Stop(NamedTuple):
     """A place before an instruction of a scan."""
 
     order: int  # what is written after it has not happened yet
-    run: LineRun
+    run: Any  # a LineRun; a TextRun of a language without rungs
     step: StepRun | None  # None before the first instruction of a rung
     depth: int  # calls around it
 
 
-class ExecutedScan:
-    """One scan, run again: compiled for the values at its end, in the interpreter for its instructions.
+class View(Protocol):
+    """A scan that is looked at, of any language.
+
+    Attributes:
+        scan: its number.
+        tags: the values at the present place, by name.
+        values: what expressions read.
+    """
+
+    scan: int
+    tags: Any
+    values: Values
+
+    @property
+    def stops(self) -> Sequence[Stop]:
+        """The places before rungs, instructions or lines, in the order of execution."""
+
+    def show(self, order: int | None) -> None:
+        """Show the values after an instruction; None = at the end of the scan."""
+
+    def set(self, tag: str, value: object) -> None:
+        """Show a value that was set after the scan, until another place is shown."""
+
+    def leave(self) -> None:
+        """Give back what runs scans again."""
+
+    def last_write(self, tag: str) -> tuple[int, int | None] | None:
+        """Return index and order of the place behind the last change of a tag; None for one from outside."""
+
+    def frame(self, run: Any) -> str:
+        """Return the name of the frame of a rung or line."""
+
+    def task(self, run: Any) -> str:
+        """Return the task of a rung; "" without one."""
+
+    def last_origin(self) -> Origin | None:
+        """Return the place that is shown at the end of the scan; None without one."""
+
+    def full_name(self, name: str, run: Any) -> str | None:
+        """Return the full name of a tag as a rung or line names it; None for anything else."""
+
+    def names(self, run: Any) -> Sequence[tuple[str, str]]:
+        """Return short and full names of all tags that a rung or line can name."""
+
+    def scopes(self, tree: Tree, run: Any) -> Iterator[tuple[str, Node]]:
+        """Yield the scopes of a frame; `run` is None outside of rungs."""
+
+    def value(self, tree: Tree, name: str, address: str) -> Json:
+        """Return a value as the protocol has it, `name` as its short name."""
+
+    def described(self, tag: str) -> Iterator[str]:
+        """Yield what a hover says of a tag beside its value."""
+
+    def own_word(self, slot: int, image: str, number: int) -> int | None:
+        """Return a word of an image as the program sees it at the place; None if it has no own one."""
+
+
+class ExecutedScan(View):
+    """One scan of rungs, run again: compiled for its end, in the interpreter for its instructions.
 
     Args:
         replayer: runs the scans; used for nothing else until `leave`.
@@ -45,6 +113,7 @@ class ExecutedScan:
         assert isinstance(replayer.engine, TracedEngine)
         self.scan, self.engine = scan, replayer.engine
         self._replayer = replayer
+        self.tags, self.values = self.engine.tags, EngineValues(self.engine)
         if not replayer.show(scan):
             raise DebugError(f"scan {scan:,} can no longer be repeated")
         self._end = snapshot(self.engine.memory)
@@ -93,6 +162,128 @@ class ExecutedScan:
         """Give the replayer back."""
         restore(self.engine.memory, self._end)
         self._replayer.at = self.scan
+
+    def last_write(self, tag: str) -> tuple[int, int | None] | None:
+        """See `View`."""
+        cells = cells_of(self.tags.where(tag), counts=True) if tag in self.tags else []
+        written = [each for each in self.execution.writes if any(map(each.changes, cells))]
+        write = written[-1] if written else None
+        if write is None or write.by is None:
+            return None
+        by = write.by.run
+        own = [index for index, stop in enumerate(self.stops) if stop.run is by]
+        before = [index for index in own if self.stops[index].order < write.order]
+        return (before[-1], write.order) if before else None
+
+    # --- frames and scopes
+
+    def frame(self, run: LineRun) -> str:
+        """See `View`."""
+        name = f"{self._spelled(run)}, {self.engine.lowered.routines[run.routine].unit} {run.line.number}"
+        return f"{name} of {run.instance}" if run.instance else name
+
+    def _spelled(self, run: LineRun) -> str:
+        """Return the name of a routine as the program writes it."""
+        found: str = self.engine.lowered.routines[run.routine].name
+        return found
+
+    def program(self, run: LineRun | None) -> str:
+        """Return the program of a rung; "" in a program without tasks, and outside of rungs."""
+        return "" if run is None else program_of(self._spelled(run))
+
+    def task(self, run: LineRun) -> str:
+        """See `View`."""
+        schedule = self.engine.lowered.schedule
+        program = program_of(run.routine).upper()
+        for each in () if schedule is None else schedule.tasks:
+            if any(one.name.upper() == program for one in each.programs):
+                return str(each.task.name)
+        return ""
+
+    def last_origin(self) -> Origin | None:
+        """See `View`: the last rung of the main routine."""
+        lowered = self.engine.lowered
+        tasks = () if lowered.schedule is None else lowered.schedule.tasks
+        mains = [lowered.main, *(each.main or "" for task in tasks for each in task.programs)]
+        routine = next((lowered.routines[each] for each in mains if each in lowered.routines), None)
+        return None if routine is None or not routine.lines else routine.lines[-1].origin
+
+    def full_name(self, name: str, run: LineRun | None) -> str | None:
+        """See `View`."""
+        program = self.program(run)
+        scoped = [f"\\{program}.{name}"] if program else []
+        own = [f"{run.instance}.{name}"] if run is not None and run.instance else []
+        return next((each for each in (*own, *scoped, name) if each in self.tags), None)
+
+    def names(self, run: LineRun | None) -> Sequence[tuple[str, str]]:
+        """See `View`."""
+        program = self.program(run)
+        return [*(tags_of(self.engine, program) if program else []), *tags_of(self.engine, "")]
+
+    def scopes(self, tree: Tree, run: LineRun | None) -> Iterator[tuple[str, Node]]:
+        """See `View`."""
+        engine, program = self.engine, self.program(run)
+        if run is not None:
+            yield "Rung", Names(tree, lambda: self._named_in(run))
+            if run.instance and run.instance in engine.tags:
+                where = engine.tags.where(run.instance)
+                assert isinstance(where, Group)
+                yield "Locals", Parts(tree, run.instance, where)
+        counted = tags_of(engine, program, counted=True)
+        counted += tags_of(engine, "", counted=True) if program else []
+        if counted:
+            yield "Timers", Names(tree, lambda: counted)
+        if program and tags_of(engine, program):
+            yield f"Tags of {program}", Names(tree, lambda: tags_of(engine, program))
+        yield "Tags", Names(tree, lambda: tags_of(engine, ""))
+
+    def _named_in(self, run: LineRun) -> list[tuple[str, str]]:
+        """Return the tags that a rung names, by the name in the rung and the full one."""
+        program = self.program(run)
+        found: dict[str, str] = {}
+        for step in run.line.all_steps:
+            for name in (name for operand in step.operands for name in _texts(operand)):
+                scoped = f"\\{program}.{name}" if program else name
+                full = scoped if scoped in self.tags else name
+                if full in self.tags and HIDDEN not in name:
+                    found[name] = full
+        return list(found.items())
+
+    def value(self, tree: Tree, name: str, address: str) -> Json:
+        """See `View`."""
+        where = self.tags.where(address)
+        common: Json = {"name": name, "evaluateName": address, "type": type_text(where)}
+        if isinstance(where, Place) or isinstance(self.tags[address], str):
+            return {**common, "value": tree.text(address, self.tags[address])}
+        node = Parts(tree, address, where)
+        return {**common, "value": type_text(where), "node": node, **node.size}
+
+    def described(self, tag: str) -> Iterator[str]:
+        """See `View`."""
+        declared = self.engine.lowered.layout.declarations.get(tag.upper())
+        if (target := getattr(declared, "target", None)) is not None:
+            yield f"alias of {target}"
+        yield getattr(declared, "comment", "")
+
+    def own_word(self, slot: int, image: str, number: int) -> int | None:
+        """See `View`."""
+        memory = self.engine.memory
+        leaf = next(
+            (each for each in memory.layout.images if (each.slot, each.output) == (slot, image == "O")), None
+        )
+        return int(memory.read(leaf, number)) if leaf is not None and memory.has(leaf) else None
+
+
+def _texts(operand: object) -> Iterator[str]:
+    if isinstance(operand, AddOnCall):
+        yield operand.instance.text
+        yield from (each.text for each in operand.handed.values())
+    elif isinstance(operand, Place | Group):
+        if not operand.frame:  # locals are their own scope
+            yield operand.text
+    elif isinstance(operand, Calculation):
+        for each in operand.operands:
+            yield from _texts(each)
 
 
 def callers(run: LineRun) -> Iterator[StepRun]:

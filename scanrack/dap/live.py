@@ -7,28 +7,45 @@ a request waits       carried out before the next scan
 
 from __future__ import annotations
 
-from collections import deque
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path
+from types import FrameType
+from typing import Protocol
 
+from scanrack.jobs.load.loading import LoadedRack
+from scanrack.jobs.record.logic_wrapper import unwrapped
 from scanrack.jobs.run.running import JobRun
+from scanrack.jobs.trust.attachments import files_of
+from scanrack.jobs.why.journal import Journal
+from scanrack.jobs.why.traced_run import Load
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.debug.journal import Journal
+from scanrack.ladder.debug.journal import Journal as LadderJournal
 from scanrack.ladder.debug.replay import Replayer
+from scanrack.ladder.files.steps import Steps
+from scanrack.ladder.python.online.fields import Fields
+from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live import actions
 from scanrack.runtime.live.session import Inbox, Session
+from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.loop.listeners import QuietListener
+from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
+from scanrack.traces.replay import PackedTrace
+from scanrack.watch.python_stops import LineTrace, Observer, PythonStops
 from typing_extensions import override
 
 from .adapter import Adapter, Driver
-from .breakpoints import Breakpoint, Event, Hit, Looker, described
+from .breakpoints import Breakpoint, Event, Hit, LinePoints, Looker, RungValues, described
 from .conditions import ExpressionError, Surroundings
-from .places import Places
+from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
-from .subject import Images, Subject
+from .subject import Images, RungSubject, SomeSubject
+from .text_subject import TextSubject, is_steps
 from .together import foreign, of_page
+from .twin import ProgramValues
 
 REMEMBERED = 8_000
 """Snapshots of the program, one per 64 scans: half a million scans can be stepped back to."""
@@ -37,143 +54,266 @@ WAIT_S = 0.02
 """Longest single wait for requests during a pause: pages have orders, too."""
 
 
-class LiveSubject(Subject):
+class Program(Protocol):
+    """The program of a session, or of a bench."""
+
+    debugger: Debugger | None
+
+    @property
+    def logic(self) -> ScanLogic:
+        """What the CPU calls."""
+
+    @property
+    def edits(self) -> int:
+        """Number of edits."""
+
+    @property
+    def operated(self) -> Debugger | Fields | None:
+        """Its values, as far as they can be set and forced."""
+
+
+class Scanned(Protocol):
+    """A rack that runs, of a session or of a bench."""
+
+    rack: Rack
+    cpu: Cpu
+
+    @property
+    def program(self) -> Program:
+        """Its program."""
+
+
+class LiveSubject(SomeSubject):
     """The scans of a session so far."""
 
     live = True
 
-    def __init__(self, run: JobRun) -> None:
-        debugger = run.program.debugger
-        if debugger is None:
-            raise DebugError("this program has no rungs")
-        self._run, self._debugger = run, debugger
+    def __init__(self, run: Scanned) -> None:
+        self.run = run
         self.words = {slot.number: slot.words for slot in run.rack.slots.values()}
-        self._period_ns = run.cpu.period_ns
-        self._memories: deque[bytes] = deque(maxlen=REMEMBERED * 64)
+        self.last = -1
+        self.first = 0
+        self.edits = 0
+        self.journal = Journal(run.rack)
         self._events: dict[int, list[Event]] = {}
-        self._places: tuple[LadderLogic, Places] | None = None
 
-    @property
-    def debugger(self) -> Debugger:
-        """The program."""
-        return self._debugger
-
-    def note_event(self, scan: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
+    def note_event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Note an event of a scan."""
+        self.journal.event(scan, now_ns, topic, fields)
         if topic in ("/events", "/faults"):
             self._events.setdefault(scan, []).append((topic, dict(fields)))
 
-    def note_scan(self, memory: bytes) -> None:
-        """Note the images after the latest scan."""
-        self._memories.append(memory)
+    def note_scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Note the latest scan."""
+        self.journal.scan(scan, now_ns, flags)
+        self.last = scan
+
+    def is_edited(self) -> bool:
+        """Return whether the program was edited since the last call, before the next scan."""
+        edited = self.edits != self.run.program.edits
+        if edited:
+            self.edits, self.first = self.run.program.edits, self.last + 1
+        return edited
+
+    def spelled(self, routine: str) -> str:
+        """Return what pages call a routine, "" for one that they do not name."""
+        raise NotImplementedError
 
     @property
     def extent(self) -> tuple[int, int]:
         """The scans that can be looked at."""
-        source = self._debugger.replayer.source
-        assert isinstance(source, Journal)
-        return source.first, self._last
+        return self.first, self.last
 
-    @property
-    def _last(self) -> int:
-        return self._debugger.scans - 1
+    def looker(self, wanted: list[Breakpoint]) -> Looker:
+        """Return what looks for breakpoints in the session; an ExpressionError for a condition."""
+        raise NotImplementedError
 
-    def program(self, scan: int) -> LadderLogic:
-        """Return the program that runs: an edit forgets the scans before."""
-        return self._debugger.program
+    def now(self) -> Surroundings:
+        """Return what expressions about the latest scan read."""
+        images, memory, cpu = Images(self.words), self.run.rack.memory, self.run.cpu
+        return Surroundings(
+            self.words,
+            lambda slot, image, number: images.word(memory, slot, image, number),
+            lambda: self.last * cpu.period_ns,
+            lambda: self.last,
+        )
 
-    def places(self, scan: int) -> Places:
-        """Return its lines."""
-        program = self._debugger.program
-        if self._places is None or self._places[0] is not program:
-            self._places = program, Places(program)
-        return self._places[1]
-
-    def replayer(self, scan: int) -> Replayer:
-        """Return what runs a scan again."""
-        return self._debugger.replayer
-
+    @override
     def memory(self, scan: int) -> bytes:
-        """Return the images after a scan."""
-        place = scan - (self._last + 1 - len(self._memories))
-        return self._memories[place] if 0 <= place < len(self._memories) else b""
+        recording = self.journal.recording()
+        return recording.memory[scan] if 0 <= scan < len(recording.scans) else b""
 
+    @override
     def events(self, scan: int) -> Sequence[Event]:
-        """Return the events of a scan."""
         return self._events.get(scan, ())
 
+    @override
     def now_ns(self, scan: int) -> int:
-        """Return the time of a scan."""
-        return scan * self._period_ns
+        return scan * self.run.cpu.period_ns
 
+    @override
     def forced(self, scan: int) -> Mapping[str, object]:
-        """Return the present forces."""
-        return {**self._debugger.forces, **self._run.cpu.forces.active}
+        operated = self.run.program.operated
+        return {**({} if operated is None else operated.forces), **self.run.cpu.forces.active}
 
 
-class Live(QuietListener, Driver):
-    """Drives a session for an adapter: a listener after its other listeners."""
+class LiveRungs(RungSubject, LiveSubject):
+    """A ladder program that runs."""
 
-    def __init__(self, adapter: Adapter, session: Session, run: JobRun) -> None:
-        self._adapter, self._session, self._run = adapter, session, run
-        self._subject = LiveSubject(run)
-        self._images = Images(self._subject.words)
+    def __init__(self, run: Scanned) -> None:
+        super().__init__(run)
+        assert run.program.debugger is not None
+        self._debugger = run.program.debugger
+        self._places: tuple[LadderLogic, Places] | None = None
+
+    @property
+    def extent(self) -> tuple[int, int]:
+        """The scans that can be looked at: an edit forgets those before."""
+        source = self._debugger.replayer.source
+        assert isinstance(source, LadderJournal)
+        return source.first, self.last
+
+    @override
+    def places(self, scan: int) -> Places:
+        program = self._debugger.program
+        if self._places is None or self._places[0] is not program:
+            self._places = program, RungPlaces(program)
+        return self._places[1]
+
+    @override
+    def replayer(self, scan: int) -> Replayer:
+        return self._debugger.replayer
+
+    @override
+    def looker(self, wanted: list[Breakpoint]) -> Looker:
+        looker = Looker(wanted, RungValues(self._debugger.engine), self.now(), self.events)
+        self._debugger.note_lines(looker.lines)
+        return looker
+
+    @override
+    def spelled(self, routine: str) -> str:
+        found = self._debugger.engine.lowered.routines[routine]
+        return "" if found.frame else found.name
+
+
+class LiveText(TextSubject, LiveSubject):
+    """A program without rungs that runs."""
+
+    def __init__(
+        self, run: Scanned, load: Load, spec: RackSpec, files: Sequence[Path], trace: LineTrace
+    ) -> None:
+        LiveSubject.__init__(self, run)
+        TextSubject.__init__(self, load, spec, steps=is_steps(run.program.logic))
+        self._program, self._files = load.program, files
+        self._trace, self._points = trace, LinePoints({}, in_frames=False)
+        self._line = 0  # of a list of steps
+        self._stepping: _AnyLine | None = None
+        self._texts: tuple[int, Places] | None = None
+
+    @override
+    def recording(self) -> PackedTrace:
+        return self.journal.recording()
+
+    @override
+    def places(self, scan: int) -> Places:
+        if self._texts is None or self._texts[0] != self.edits:
+            lines = [each.line for each in self._list.steps] if self._steps else []
+            self._texts = self.edits, TextPlaces(self._files, lines)
+        return self._texts[1]
+
+    @property
+    def _list(self) -> Steps:
+        logic: object = unwrapped(self.run.program.logic)
+        assert isinstance(logic, Steps)
+        return logic
+
+    @override
+    def looker(self, wanted: list[Breakpoint]) -> Looker:
+        program = self.run.program
+        points = LinePoints(ProgramValues(lambda: program.logic), in_frames=not self._steps)
+        looker = Looker(wanted, points, self.now(), self.events)
+        self._trace.remove(self._points)
+        self._points = points
+        if points.lines and not self._steps:
+            self._trace.add(points)
+        return looker
+
+    def step(self, *, on: bool) -> None:
+        """Look for a line that runs, or no longer."""
+        if self._stepping is not None:
+            self._trace.remove(self._stepping)
+        self._stepping = _AnyLine() if on else None
+        if self._stepping is not None and not self._steps:
+            self._trace.add(self._stepping)
+
+    @override
+    def spelled(self, routine: str) -> str:
+        return routine
+
+    @override
+    def note_scan(self, scan: int, now_ns: int, flags: int) -> None:
+        if self._steps and (self._list.line != self._line or flags & ScanFlag.FIRST_SCAN):
+            self._line = self._list.line
+            for each in (self._points, self._stepping):
+                if each is not None:
+                    each.began(str(self._program), self._line)
+        super().note_scan(scan, now_ns, flags)
+
+    @property
+    def arrived(self) -> bool:
+        """Whether a line has run since `step`."""
+        return self._stepping is not None and self._stepping.ran
+
+
+class _AnyLine(Observer):
+    """Sees whether any line runs."""
+
+    ran = False
+
+    @override
+    def begins(self, frame: FrameType) -> None:
+        self.ran = True
+
+    @override
+    def began(self, file: str, line: int) -> None:
+        self.ran = True
+
+
+class ScanDriver(QuietListener, Driver):
+    """Looks for breakpoints after each scan of a rack that runs; a listener after the other ones.
+
+    Attributes:
+        subject: the scans so far.
+    """
+
+    def __init__(self, adapter: Adapter, subject: LiveRungs | LiveText) -> None:
+        self._adapter, self.subject = adapter, subject
         self._looker: Looker | None = None
-        self._hits: list[Hit] = []
-        self._wanted: list[Breakpoint] = []
-        self._program = self._subject.debugger.program
-        self._stepping = False
-        self._seen: list[str] = []  # breakpoints of the session, as the editor knows them
-        self._attend, session.attend = session.attend, self._rest
-        session.inbox = _PatientInbox(session.inbox)
-        run.cpu.add_listener(self)
-        adapter.begin(self._subject, self)
-        adapter.running = session.live  # a real controller does not wait
-
-    # --- after a scan
 
     @override
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        self._subject.note_event(scan, topic, fields)
+        self.subject.note_event(scan, now_ns, topic, fields)
 
-    @override
-    def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        self._subject.note_scan(bytes(self._run.rack.memory))
-        if self._subject.debugger.program is not self._program:
-            self._follow_edit()
-        if self._looker is not None:
-            self._look(self._looker, scan)
-        adapter = self._adapter
-        if self._session.state.breakpoints != self._seen:
-            self._take_breakpoints()
-        if adapter.wire.waiting:
-            adapter.serve(0)
-        if not adapter.running and not self._session.state.paused:
-            adapter.leave()
-            adapter.running = True  # a page has let it go on
-            adapter.event("continued", threadId=1, allThreadsContinued=True)
-
-    def _look(self, looker: Looker, scan: int) -> None:
-        hits = looker.stops(scan, self._say)
-        if hits and not self._session.repeats:
-            self._hits = hits
-            if not self._session.state.paused:
-                self._order(actions.Pause())
+    def look(self, scan: int, now_ns: int, flags: int) -> list[Hit]:
+        """Note a scan; return the breakpoints at which it stops."""
+        self.subject.note_scan(scan, now_ns, flags)
+        self.follow_edit()
+        return [] if self._looker is None else self._looker.stops(scan, self._say)
 
     def _say(self, one: Breakpoint, text: str) -> None:
         where = {"source": {"path": one.path}, "line": one.line} if one.line else {}
         self._adapter.output(f"{text}\n", more=where)
 
-    def _order(self, order: actions.Action) -> None:
-        cpu, subject = self._run.cpu, self._subject
-        scan = subject.extent[1] + 1
-        self._session.obey(order, scan * cpu.period_ns, scan)
+    def follow_edit(self) -> None:
+        """Continue with an edited program, if there is one."""
+        if self.subject.is_edited():
+            self._adapter.output("the program was edited; the scans before can't be stepped back to\n")
+            self.place_again()
 
-    def _follow_edit(self) -> None:
-        """Set the breakpoints in the edited program; one whose line has gone is taken from the editor."""
-        adapter, self._program = self._adapter, self._subject.debugger.program
-        places, self._wanted = self._subject.places(0), []
-        adapter.output("the program was edited; the scans before can't be stepped back to\n")
+    def place_again(self) -> None:
+        """Set the breakpoints of lines in another program; one without its line is taken from the editor."""
+        adapter, places = self._adapter, self.subject.places(0)
+        adapter.forget_views()
         for kind in adapter.breakpoints.values():
             for each in [each for each in kind if each.path]:
                 try:
@@ -185,14 +325,67 @@ class Live(QuietListener, Driver):
                     adapter.event("breakpoint", reason="changed", breakpoint=gone)
         self.set_breakpoints(adapter.all_breakpoints())
 
+    @override
+    def set_breakpoints(self, wanted: list[Breakpoint]) -> None:
+        try:
+            looker = self.subject.looker(wanted)
+        except ExpressionError as error:
+            raise DebugError(str(error)) from error
+        if self.subject.last >= 0:
+            looker.prime(self.subject.last)
+        self._looker = looker if wanted else None
+
+
+class Live(ScanDriver):
+    """Drives a session for an adapter: a listener after its other listeners."""
+
+    def __init__(
+        self, adapter: Adapter, session: Session, run: JobRun, job: LoadedRack, *, page: bool
+    ) -> None:
+        super().__init__(adapter, _subject_of(session, run, job))
+        self._session, self._run, self._page = session, run, page
+        self._hits: list[Hit] = []
+        self._wanted: list[Breakpoint] = []
+        self._stepping = False
+        self._seen: list[str] = []  # breakpoints of the session, as the editor knows them
+        self._attend, session.attend = session.attend, self._rest
+        session.inbox = _PatientInbox(session.inbox)
+        run.cpu.add_listener(self)
+        adapter.begin(self.subject, self)
+        adapter.running = session.live  # a real controller does not wait
+
+    # --- after a scan
+
+    @override
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        hits, adapter = self.look(scan, now_ns, flags), self._adapter
+        arrived = isinstance(self.subject, LiveText) and self.subject.arrived
+        if (hits or arrived) and not self._session.repeats:
+            self._hits = hits
+            if not self._session.state.paused:
+                self._order(actions.Pause())
+        if self._session.state.breakpoints != self._seen:
+            self._take_breakpoints()
+        if adapter.wire.waiting:
+            adapter.serve(0)
+        if not adapter.running and not self._session.state.paused:
+            adapter.leave()
+            adapter.running = True  # a page has let it go on
+            adapter.event("continued", threadId=1, allThreadsContinued=True)
+
+    def _order(self, order: actions.Action) -> None:
+        cpu, subject = self._run.cpu, self.subject
+        scan = subject.extent[1] + 1
+        self._session.obey(order, scan * cpu.period_ns, scan)
+
     # --- breakpoints of pages
 
     def _share_breakpoints(self, wanted: list[Breakpoint]) -> None:
         """Set the editor's breakpoints on the pages, too, as far as pages have such."""
         there = self._session.state.breakpoints
-        lowered = self._subject.debugger.engine.lowered
-        _others, before = foreign(there, self._wanted, lowered)
-        _others, names = foreign(there, wanted, lowered)
+        spelled = self.subject.spelled
+        _others, before = foreign(there, self._wanted, spelled)
+        _others, names = foreign(there, wanted, spelled)
         for name in before.keys() - names.keys() & set(there):
             self._order(actions.RemoveBreakpoint(name))
         for name in names.keys() - set(there):
@@ -203,8 +396,8 @@ class Live(QuietListener, Driver):
     def _take_breakpoints(self) -> None:
         """Follow pages: tell the editor what they have set and removed."""
         adapter, there = self._adapter, self._session.state.breakpoints
-        lowered, places = self._subject.debugger.engine.lowered, self._subject.places(0)
-        others, names = foreign(there, self._wanted, lowered)
+        spelled, places = self.subject.spelled, self.subject.places(0)
+        others, names = foreign(there, self._wanted, spelled)
         for name in names.keys() - set(there):
             gone = names[name]
             for kind in adapter.breakpoints.values():
@@ -223,8 +416,7 @@ class Live(QuietListener, Driver):
     def _rest(self) -> None:
         self._attend()
         adapter = self._adapter
-        if self._subject.debugger.program is not self._program:
-            self._follow_edit()
+        self.follow_edit()
         if self._session.state.breakpoints != self._seen and adapter.configured:
             self._take_breakpoints()
         if adapter.running:
@@ -232,9 +424,11 @@ class Live(QuietListener, Driver):
         adapter.serve(WAIT_S if not self._session.inbox.pending() else 0)
 
     def _tell_stop(self) -> None:
-        adapter, scan = self._adapter, self._subject.extent[1]
+        adapter, scan = self._adapter, self.subject.extent[1]
         hits, self._hits = [(each.breakpoint, each.text) for each in self._hits], []
         stepping, self._stepping = self._stepping, False
+        if isinstance(self.subject, LiveText):
+            self.subject.step(on=False)
         fault = self._session.state.fault
         if scan < 0:
             adapter.stopped("entry")
@@ -276,7 +470,11 @@ class Live(QuietListener, Driver):
 
     @override
     def step(self) -> None:
-        self._order(actions.Step(1))
+        if isinstance(self.subject, LiveText):
+            self.subject.step(on=True)
+            self._order(actions.Continue())
+        else:
+            self._order(actions.Step(1))
         self._adapter.leave()
         self._adapter.running = self._stepping = True
 
@@ -284,24 +482,10 @@ class Live(QuietListener, Driver):
     def set_breakpoints(self, wanted: list[Breakpoint]) -> None:
         if self._session.live and not all(each.log for each in wanted):
             raise DebugError("a real controller does not wait: on a real port only log points are possible")
-        debugger, subject, images = self._subject.debugger, self._subject, self._images
-        memory = self._run.rack.memory
-        around = Surroundings(
-            subject.words,
-            lambda slot, image, number: images.word(memory, slot, image, number),
-            lambda: debugger.now_ns,
-            lambda: debugger.scans - 1,
-        )
-        try:
-            looker = Looker(wanted, debugger.engine, around, subject.events) if wanted else None
-        except ExpressionError as error:
-            raise DebugError(str(error)) from error
-        if looker is not None and debugger.scans:
-            looker.prime(debugger.scans - 1)
-        if not self._session.live:
+        super().set_breakpoints(wanted)
+        if self._page and not self._session.live:
             self._share_breakpoints(wanted)
-        self._looker, self._wanted, self._program = looker, wanted, debugger.program
-        debugger.note_lines(() if looker is None else looker.lines)
+        self._wanted = wanted
 
     @override
     def give(self, order: actions.Action) -> None:
@@ -315,6 +499,16 @@ class Live(QuietListener, Driver):
     @override
     def end(self) -> None:
         self._session.end()
+
+
+def _subject_of(session: Session, run: JobRun, job: LoadedRack) -> LiveRungs | LiveText:
+    stops, editions = session.stops, run.program.editions
+    if not isinstance(stops, PythonStops):
+        return LiveRungs(run)
+    assert editions is not None
+    load = Load(job.program, lambda: editions.again(0).logic, lambda number: editions.again(number).logic)
+    files = [each for each in files_of(job).values() if each.suffix == job.program.suffix]
+    return LiveText(run, load, job.spec, files, stops.trace)
 
 
 class _PatientInbox(Inbox):

@@ -4,16 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from scanrack.io_images.times import seconds
-from scanrack.ladder.debug.executed import LineRun
 from scanrack.ladder.debug.watched import shown
-from scanrack.ladder.model.operands import Calculation, Group, Place
-from scanrack.ladder.model.tags import program_of
-from scanrack.ladder.model.types import HIDDEN
-from scanrack.ladder.run.view import Tags
-from scanrack.ladder.state.lowered import AddOnCall, LoweredLine
 from scanrack.runtime.live import actions
 
 from .causes import last_change, why
@@ -21,7 +15,7 @@ from .conditions import ExpressionError, Surroundings, compiled
 from .executed_scan import callers
 from .protocol import DebugError, Json, text, whole
 from .subject import Images
-from .variables import Modules, Names, Parts, tags_of, value_in
+from .variables import Modules, Node, value_in
 
 if TYPE_CHECKING:
     from .adapter import Adapter
@@ -52,69 +46,29 @@ def stack(adapter: Adapter, said: Json) -> Json:
 
 def _frames(adapter: Adapter) -> Iterator[Json]:
     cursor, subject = adapter.place(), adapter.the_subject()
-    places, scan = subject.places(cursor.scan), cursor.scan
+    places, scan, view = subject.places(cursor.scan), cursor.scan, cursor.view
     runs = _runs(adapter)
     for number, run in enumerate(runs, 1):
-        unit = cursor.view.engine.lowered.routines[run.routine].unit
-        name = f"{_spelled(adapter, run.routine)}, {unit} {run.line.number}"
-        name = f"{name} of {run.instance}" if run.instance else name
-        yield {"id": number, "name": name, **NOWHERE, **places.source(run.line.origin)}
-    task = _task(adapter, runs[-1]) if runs else ""
+        yield {"id": number, "name": view.frame(run), **NOWHERE, **places.source(run.line.origin)}
+    task = view.task(runs[-1]) if runs else ""
     if task:
-        yield {
-            "id": SCAN_FRAME - 1,
-            "name": f"task {task}",
-            "line": 0,
-            "column": 0,
-            "presentationHint": "label",
-        }
+        yield {"id": SCAN_FRAME - 1, "name": f"task {task}", **NOWHERE, "presentationHint": "label"}
     at = "scan" if cursor.stop is not None else "end of scan"
     where = f"{at} {scan:,}, {seconds(subject.now_ns(scan))} s"
     past = " (past)" if adapter.in_past() else ""
-    last = _last_line(adapter) if not runs else None
-    more = {} if last is None else places.source(last.origin)
+    last = None if runs else view.last_origin()
+    more = {} if last is None else places.source(last)
     yield {"id": SCAN_FRAME, "name": where + past, **NOWHERE, **more}
 
 
-def _runs(adapter: Adapter) -> list[LineRun]:
-    """Return the rung and those that call its routine, innermost first."""
+def _runs(adapter: Adapter) -> list[Any]:
+    """Return the rung or line and those that call its routine, innermost first."""
     stop = adapter.place().stop
     return [] if stop is None else [stop.run, *(each.run for each in callers(stop.run))]
 
 
-def _last_line(adapter: Adapter) -> LoweredLine | None:
-    """Return the last rung of the main routine, which is shown at the end of a scan."""
-    lowered = adapter.place().view.engine.lowered
-    tasks = () if lowered.schedule is None else lowered.schedule.tasks
-    mains = [lowered.main, *(each.main or "" for task in tasks for each in task.programs)]
-    routine = next((lowered.routines[each] for each in mains if each in lowered.routines), None)
-    return None if routine is None or not routine.lines else routine.lines[-1]
-
-
-def _spelled(adapter: Adapter, routine: str) -> str:
-    """Return the name of a routine as the program writes it."""
-    lowered = adapter.place().view.engine.lowered
-    found: str = lowered.routines[routine].name
-    return found
-
-
-def _program(adapter: Adapter, run: LineRun | None) -> str:
-    """Return the program of a rung; "" in a program without tasks, and outside of rungs."""
-    return "" if run is None else program_of(_spelled(adapter, run.routine))
-
-
-def _task(adapter: Adapter, run: LineRun) -> str:
-    """Return the task of a routine; "" without one."""
-    schedule = adapter.place().view.engine.lowered.schedule
-    program = program_of(run.routine).upper()
-    for each in () if schedule is None else schedule.tasks:
-        if any(one.name.upper() == program for one in each.programs):
-            return str(each.task.name)
-    return ""
-
-
-def _run_of(adapter: Adapter, frame: int) -> LineRun | None:
-    """Return the rung of a frame; None for a frame outside of rungs; a DebugError for one that is gone."""
+def _run_of(adapter: Adapter, frame: int) -> Any:
+    """Return the rung or line of a frame, None outside of them; a DebugError for a frame that is gone."""
     runs = _runs(adapter)
     if 1 <= frame <= len(runs):
         return runs[frame - 1]
@@ -129,71 +83,28 @@ def _run_of(adapter: Adapter, frame: int) -> LineRun | None:
 def scopes(adapter: Adapter, said: Json) -> Json:
     """List the scopes of a frame."""
     run = _run_of(adapter, whole(said, "frameId"))
-    tree = adapter.the_tree()
-    engine = tree.engine
-    found: list[Json] = []
+    tree, found = adapter.the_tree(), list[Json]()
 
-    def add(name: str, node: object, *, expensive: bool = False, hint: str = "") -> None:
-        more = {"presentationHint": hint} if hint else {}
-        reference = tree.add(node)  # type: ignore[arg-type]  # a node
-        found.append({"name": name, "variablesReference": reference, "expensive": expensive, **more})
+    def add(name: str, node: Node) -> None:
+        hint = {"presentationHint": "locals"} if name == "Locals" else {}
+        found.append({"name": name, "variablesReference": tree.add(node), "expensive": False, **hint})
 
-    program = _program(adapter, run)
-    if run is not None:
-        add("Rung", Names(tree, lambda: _named_in(adapter, run)))
-        if run.instance and run.instance in engine.tags:
-            where = engine.tags.where(run.instance)
-            assert isinstance(where, Group)
-            add("Locals", Parts(tree, run.instance, where), hint="locals")
-    counted = tags_of(engine, program, counted=True) + (tags_of(engine, "", counted=True) if program else [])
-    if counted:
-        add("Timers", Names(tree, lambda: counted))
-    if program and tags_of(engine, program):
-        add(f"Tags of {program}", Names(tree, lambda: tags_of(engine, program)))
-    add("Tags", Names(tree, lambda: tags_of(engine, "")))
+    for name, node in adapter.place().view.scopes(tree, run):
+        add(name, node)
     words = dict(adapter.the_subject().words)
     for name, image in (("Inputs", "I"), ("Outputs", "O")):
         add(name, Modules(words, image, word_reader(adapter)))
     return {"scopes": found}
 
 
-def _named_in(adapter: Adapter, run: LineRun) -> list[tuple[str, str]]:
-    """Return the tags that a rung names, by the name in the rung and the full one."""
-    tags, program = adapter.place().view.engine.tags, _program(adapter, run)
-    found: dict[str, str] = {}
-    for step in run.line.all_steps:
-        for operand in step.operands:
-            for name in _texts(operand):
-                scoped = f"\\{program}.{name}" if program else name
-                full = scoped if scoped in tags else name
-                if full in tags and HIDDEN not in name:
-                    found[name] = full
-    return list(found.items())
-
-
-def _texts(operand: object) -> Iterator[str]:
-    if isinstance(operand, AddOnCall):
-        yield operand.instance.text
-        yield from (each.text for each in operand.handed.values())
-    elif isinstance(operand, Place | Group):
-        if not operand.frame:  # locals are their own scope
-            yield operand.text
-    elif isinstance(operand, Calculation):
-        for each in operand.operands:
-            yield from _texts(each)
-
-
 def word_reader(adapter: Adapter) -> Callable[[int, str, int], int]:
     """Return what reads words of images: of a program's own images at the place, of others after the scan."""
     cursor, subject = adapter.place(), adapter.the_subject()
-    images, memory = Images(subject.words), cursor.view.engine.memory
-    leaves = {(leaf.slot, "O" if leaf.output else "I"): leaf for leaf in memory.layout.images}
+    images = Images(subject.words)
 
     def read(slot: int, image: str, number: int) -> int:
-        leaf = leaves.get((slot, image))
-        if leaf is not None and memory.has(leaf):
-            return int(memory.read(leaf, number))
-        return images.word(subject.memory(cursor.scan), slot, image, number)
+        own = cursor.view.own_word(slot, image, number)
+        return images.word(subject.memory(cursor.scan), slot, image, number) if own is None else own
 
     return read
 
@@ -223,7 +134,7 @@ def set_expression(adapter: Adapter, said: Json) -> Json:
 def _set(adapter: Adapter, tag: str, said: str) -> str:
     """Set a tag before the next scan; a word or bit of an image is forced, since scans write it."""
     _refuse_past(adapter)
-    tags = adapter.place().view.engine.tags
+    tags = adapter.place().view.tags
     if tag not in tags and ":" not in tag:
         raise DebugError(f"no tag {tag}")
     value = value_in(said, _present(tags, tag))
@@ -245,7 +156,7 @@ def _refuse_past(adapter: Adapter) -> None:
         raise DebugError(f"scan {scan:,} is past: evaluate `branch` to continue from it with other values")
 
 
-def _present(tags: Tags, tag: str) -> object:
+def _present(tags: Any, tag: str) -> object:
     return tags[tag] if tag in tags else 0  # noqa: SIM401 - tags have no get
 
 
@@ -273,12 +184,8 @@ def evaluate(adapter: Adapter, said: Json) -> Json:
 
 def _tag_named(adapter: Adapter, name: str, frame: object) -> str | None:
     """Return the full name of a tag as a rung of the frame names it; None for anything else."""
-    tags = adapter.place().view.engine.tags
     run = _run_of(adapter, frame) if type(frame) is int else None
-    program = _program(adapter, run)
-    scoped = [f"\\{program}.{name}"] if program else []
-    own = [f"{run.instance}.{name}"] if run is not None and run.instance else []
-    return next((each for each in (*own, *scoped, name) if each in tags), None)
+    return adapter.place().view.full_name(name, run)
 
 
 def _expression(adapter: Adapter, asked: str) -> Callable[[], object]:
@@ -287,25 +194,16 @@ def _expression(adapter: Adapter, asked: str) -> Callable[[], object]:
         subject.words, word_reader(adapter), lambda: subject.now_ns(cursor.scan), lambda: cursor.scan
     )
     try:
-        return compiled(asked, cursor.view.engine, around)
+        return compiled(asked, cursor.view.values, around)
     except ExpressionError as error:
         raise DebugError(str(error)) from error
 
 
 def _hover(adapter: Adapter, tag: str, value: str) -> str:
     """Return what a hover says of a tag: its value, address and last change."""
-    layout = adapter.place().view.engine.lowered.layout
-    declared = layout.declarations.get(tag.upper())
-    target = getattr(declared, "target", None)
-    comment = getattr(declared, "comment", "")
     changed = last_change(adapter, tag)
-    parts = [
-        f"{tag} = {value}",
-        "" if target is None else f"alias of {target}",
-        comment,
-        "not changed yet" if changed is None else f"since scan {changed:,}",
-    ]
-    return "; ".join(filter(None, parts))
+    since = "not changed yet" if changed is None else f"since scan {changed:,}"
+    return "; ".join(filter(None, [f"{tag} = {value}", *adapter.place().view.described(tag), since]))
 
 
 # --- commands of the console
@@ -326,7 +224,7 @@ def _set_command(adapter: Adapter, rest: str) -> str:
 def _force_command(adapter: Adapter, rest: str) -> str:
     _refuse_past(adapter)
     tag, said = _assigned(rest)
-    tags = adapter.place().view.engine.tags
+    tags = adapter.place().view.tags
     value = value_in(said, _present(tags, tag))
     adapter.the_driver().give(actions.Force(tag, value))
     if tag in tags and ":" not in tag:
@@ -391,16 +289,12 @@ def completions(adapter: Adapter, said: Json) -> Json:
     before = line[: max(0, column - 1)]
     word = before[len(before.rstrip("".join(_LETTERS))) :]
     head, dot, _ = word.rpartition(".")
-    engine = adapter.place().view.engine
-    names: list[str] = []
-    if dot and head in engine.tags and isinstance(where := engine.tags.where(head), Group):
-        tree = adapter.the_tree()
-        names = [f"{head}.{each['name']}" for each in Parts(tree, head, where).children()]
+    view, stop, tree = adapter.place().view, adapter.place().stop, adapter.the_tree()
+    opened = view.value(tree, head, head).get("node") if dot and head in view.tags else None
+    if opened is not None:
+        names = [f"{head}.{each['name']}" for each in opened.children()]
     else:
-        stop = adapter.place().stop
-        program = _program(adapter, None if stop is None else stop.run)
-        own = tags_of(engine, program) if program else []
-        names = [short for short, _full in own + tags_of(engine, "")] + list(COMMANDS)
+        names = [short for short, _full in view.names(None if stop is None else stop.run)] + list(COMMANDS)
     fitting = [each for each in names if each.lower().startswith(word.lower())]
     start = column - 1 - len(word)
     return {

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .protocol import DebugError, Json
-from .subject import Past
+from .subject import BrokenOffError
 
 if TYPE_CHECKING:
     from .adapter import Adapter
@@ -39,8 +39,10 @@ def _ask(adapter: Adapter) -> None:
 
 
 def pause(adapter: Adapter, _said: Json) -> None:
-    """Stop after the present scan."""
-    if adapter.running:
+    """Stop after the present scan, or break off a search of the past."""
+    if adapter.searching:
+        adapter.breaks_off = True
+    elif adapter.running:
         adapter.the_driver().pause()
 
 
@@ -102,7 +104,15 @@ def reverse(adapter: Adapter, _said: Json) -> None:
         scan, subject = adapter.place().scan, adapter.the_subject()
         wanted = [each for each in adapter.all_breakpoints() if not each.log]
         adapter.leave()
-        found = Past(subject, wanted).last_before(scan) if wanted else None
+        adapter.searching = True
+        try:
+            found = subject.last_before(wanted, scan, adapter.poll) if wanted else None
+        except BrokenOffError as broken:
+            adapter.look_at(max(subject.extent[0], broken.scan), "end")
+            adapter.stopped("pause")
+            return
+        finally:
+            adapter.searching = False
         if found is None:
             adapter.look_at(subject.extent[0])
             adapter.stopped("entry", "no breakpoint was met before; this is the first scan")

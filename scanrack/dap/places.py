@@ -6,7 +6,7 @@ feeder.rung:38   <->   Main, rung 6
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
@@ -14,34 +14,46 @@ from pathlib import Path
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.compiler.observed import LineKey
 from scanrack.ladder.model.tree import Origin
+from scanrack.watch.python_stops import lines_with_code
+from typing_extensions import override
 
 from .protocol import DebugError, Json
 
 
 class Places:
-    """The lines of a ladder program.
+    """The lines of a program.
 
     Args:
         folders: where the files of a recording may be found on this machine.
+
+    Attributes:
+        power: whether its lines have power, as rungs do.
     """
 
-    def __init__(self, program: LadderLogic, folders: Iterable[Path] = ()) -> None:
-        self._lowered = program.build()
+    power = True
+
+    def __init__(self, folders: Iterable[Path] = ()) -> None:
         self._folders = tuple(folders)
         self._paths: dict[str, Path | None] = {}
+
+    def keys(self) -> Iterator[tuple[Origin, LineKey]]:
+        """Yield the rungs, statements or lines that can have a breakpoint."""
+        raise NotImplementedError
+
+    def named(self, text: str) -> list[LineKey] | None:
+        """Return the rung that `Main.3` names, or the first one of `Main`; None for neither."""
+        raise NotImplementedError
 
     @cached_property
     def lines(self) -> Mapping[Path, Mapping[int, list[LineKey]]]:
         """The rungs and statements of each line with some, by file."""
         found: dict[Path, dict[int, list[LineKey]]] = {}
-        for name, routine in self._lowered.routines.items():
-            for line in routine.lines:
-                path = self.path(line.origin)
-                if path is None or line.number < 0:
-                    continue
-                keys = found.setdefault(path, {}).setdefault(line.origin.line, [])
-                if (name, line.number) not in keys:
-                    keys.append((name, line.number))
+        for origin, key in self.keys():
+            path = self.path(origin)
+            if path is not None:
+                keys = found.setdefault(path, {}).setdefault(origin.line, [])
+                if key not in keys:
+                    keys.append(key)
         return found
 
     def path(self, origin: Origin) -> Path | None:
@@ -85,17 +97,6 @@ class Places:
                 return self.lines.get(path)
         return None
 
-    def named(self, text: str) -> list[LineKey] | None:
-        """Return the rung that `Main.3` names, or the first one of `Main`; None for neither."""
-        head, dot, number = text.rpartition(".")
-        name = (head if dot and number.isdigit() else text).upper()
-        found = [each for each in self._lowered.routines if name in (each, each.rpartition(".")[2])]
-        if len(found) != 1:
-            return None
-        numbers = [line.number for line in self._lowered.routines[found[0]].lines if line.number >= 0]
-        wanted = int(number) if dot and number.isdigit() else min(numbers, default=-1)
-        return [(found[0], wanted)] if wanted in numbers else None
-
     def of(self, key: LineKey) -> tuple[str, int]:
         """Return file and line of a rung; an empty name and 0 if the file is not on this machine."""
         for path, lines in self.lines.items():
@@ -110,6 +111,62 @@ class Places:
         if path is None:
             return {}
         return {"source": {"name": path.name, "path": str(path)}, "line": origin.line, "column": 1}
+
+
+class RungPlaces(Places):
+    """The lines of a ladder program."""
+
+    def __init__(self, program: LadderLogic, folders: Iterable[Path] = ()) -> None:
+        super().__init__(folders)
+        self._lowered = program.build()
+
+    @override
+    def keys(self) -> Iterator[tuple[Origin, LineKey]]:
+        for name, routine in self._lowered.routines.items():
+            yield from ((each.origin, (name, each.number)) for each in routine.lines if each.number >= 0)
+
+    @override
+    def named(self, text: str) -> list[LineKey] | None:
+        head, dot, number = text.rpartition(".")
+        name = (head if dot and number.isdigit() else text).upper()
+        found = [each for each in self._lowered.routines if name in (each, each.rpartition(".")[2])]
+        if len(found) != 1:
+            return None
+        numbers = [line.number for line in self._lowered.routines[found[0]].lines if line.number >= 0]
+        wanted = int(number) if dot and number.isdigit() else min(numbers, default=-1)
+        return [(found[0], wanted)] if wanted in numbers else None
+
+
+class TextPlaces(Places):
+    """The lines of a program in Python, or of a list of steps.
+
+    Args:
+        files: the program, and the modules beside it.
+        steps: the lines of a list of steps; none of Python.
+    """
+
+    power = False
+
+    def __init__(self, files: Sequence[Path], steps: Sequence[int], folders: Iterable[Path] = ()) -> None:
+        super().__init__(folders)
+        self._files, self._steps = files, steps
+
+    @override
+    def keys(self) -> Iterator[tuple[Origin, LineKey]]:
+        for file in self._files:
+            for line in self._steps or sorted(lines_with_code(file.read_bytes())):
+                yield Origin(str(file), line), (file.name, line)
+
+    @override
+    def path(self, origin: Origin) -> Path | None:
+        own = next((each for each in self._files if each.name == Path(origin.file).name), None)
+        return None if own is None else super().path(Origin(str(own), origin.line))
+
+    @override
+    def named(self, text: str) -> list[LineKey] | None:
+        name, _, line = text.rpartition(".")
+        known = {key for _origin, key in self.keys()}
+        return [(name, int(line))] if line.isdigit() and (name, int(line)) in known else None
 
 
 def _is_copy(path: Path, original: Path) -> bool:

@@ -10,18 +10,22 @@ from typing import Any
 from scanrack.jobs.trust.trust import address_name
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug.replay import Replayer
+from scanrack.ladder.files.steps import Steps
 from scanrack.traces.read.reader import Trace
+from scanrack.traces.replay import PackedTrace
+from scanrack.watch.history.stretch import Stretch
 from scanrack.watch.monitors.trace_monitor import TraceMonitor
 from scanrack.watch.recorded_session import open_to_read
 from typing_extensions import override
 
 from .adapter import Adapter, Driver
 from .breakpoints import Breakpoint, Event
-from .places import Places
+from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
-from .subject import Past, Subject
+from .subject import RungSubject, SomeSubject
+from .text_subject import TextSubject, is_steps
 
-WINDOW = 512
+READ = 512
 """Scans whose images are read at once."""
 
 IDLE_S = 0.2
@@ -39,7 +43,12 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
     with ExitStack() as stack:
         monitor = open_to_read(stack, path, trust=trust)
         stack.callback(monitor.elsewhere.close)
-        subject = TraceSubject(monitor, path)
+        subject: RecordedScans
+        programs = monitor.subject.programs
+        if isinstance(programs.at(0).logic, LadderLogic) or programs.at(0).logic is None:
+            subject = RecordedRungs(monitor, path)
+        else:
+            subject = RecordedText(monitor, path)
         first, last = subject.extent
         if scan is not None and not first <= scan <= last:
             raise ValueError(f"{path} has no scan {scan}: it has {first} to {last}")
@@ -53,16 +62,18 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
             driver.look_on()
 
 
-class TraceSubject(Subject):
+class RecordedScans(SomeSubject):
     """The scans of a recording."""
 
     live = False
 
     def __init__(self, monitor: TraceMonitor, path: Path) -> None:
-        self._monitor = monitor
+        self.monitor, self.path = monitor, path
         trace = monitor.subject.timeline.opened()
-        rack = "" if trace is None else address_name(trace.head.metadata.get("rack_file", ""))
-        self._folders = path.resolve().parent, Path(rack).parent  # where its files may be on this machine
+        assert trace is not None
+        rack = address_name(trace.head.metadata.get("rack_file", ""))
+        self.folders = path.resolve().parent, Path(rack).parent  # where its files may be on this machine
+        self.trace: Trace = trace
         self.words = monitor.subject.words
         self._places: dict[int, Places] = {}
         self._events: dict[int, list[Event]] | None = None
@@ -71,35 +82,24 @@ class TraceSubject(Subject):
     @property
     def extent(self) -> tuple[int, int]:
         """Its first and its last scan."""
-        found = self._monitor.subject.timeline.extent
+        found = self.monitor.subject.timeline.extent
         return (0, -1) if found is None else found
 
-    def program(self, scan: int) -> LadderLogic:
-        """Return the program of a scan."""
-        stretch = self._monitor.subject.programs.at(scan)
-        if not isinstance(stretch.logic, LadderLogic):
-            raise DebugError(stretch.lacks or "the program of this recording has no rungs to step through")
-        return stretch.logic
+    def lines(self, stretch: Stretch) -> Places:
+        """Return the lines of a program."""
+        raise NotImplementedError
 
+    @override
     def places(self, scan: int) -> Places:
-        """Return its lines, in files of this machine if they are the same."""
-        number = self._monitor.subject.programs.at(max(0, scan)).number
-        if number not in self._places:
-            self._places[number] = Places(self.program(scan), self._folders)
-        return self._places[number]
-
-    def replayer(self, scan: int) -> Replayer:
-        """Return what runs a scan again."""
-        self.program(scan)
-        self._monitor.index_to(scan)
-        found = self._monitor.subject.programs.at(scan).past
-        assert found is not None
-        return found
+        stretch = self.monitor.subject.programs.at(max(0, scan))
+        if stretch.number not in self._places:
+            self._places[stretch.number] = self.lines(stretch)
+        return self._places[stretch.number]
 
     def memory(self, scan: int) -> bytes:
         """Return the images after a scan."""
         if scan not in self._memories:  # those of the scans after it are next
-            rows = self._monitor.subject.timeline.between(scan, scan + WINDOW)
+            rows = self.monitor.subject.timeline.between(scan, scan + READ)
             self._memories = {int(each["scan"]): each["words"].tobytes() for each in rows}
         return self._memories.get(scan, b"")
 
@@ -107,27 +107,69 @@ class TraceSubject(Subject):
         """Return the events of a scan."""
         if self._events is None:
             self._events = {}
-            trace: Trace | None = self._monitor.subject.timeline.opened()
-            for each in () if trace is None else trace.events(topics=TOPICS):
+            for each in self.trace.events(topics=TOPICS):
                 self._events.setdefault(each.scan, []).append((each.topic, each.fields))
         return self._events.get(scan, ())
 
     def now_ns(self, scan: int) -> int:
         """Return the time of a scan."""
-        row: Any = self._monitor.subject.timeline.row(scan)
+        row: Any = self.monitor.subject.timeline.row(scan)
         return 0 if row is None else int(row["now_ns"])
 
     def forced(self, scan: int) -> Mapping[str, object]:
         """Return the forces in a scan."""
-        forced = self._monitor.states.forces_at(scan)
+        forced = self.monitor.states.forces_at(scan)
         tags = forced.get("tags", {})
         return {**{name: each for name, each in forced.items() if name != "tags"}, **tags}
+
+
+class RecordedRungs(RungSubject, RecordedScans):
+    """The scans of a ladder program."""
+
+    @override
+    def lines(self, stretch: Stretch) -> Places:
+        if not isinstance(stretch.logic, LadderLogic):
+            raise DebugError(stretch.lacks or "the recording has no program")
+        return RungPlaces(stretch.logic, self.folders)
+
+    @override
+    def replayer(self, scan: int) -> Replayer:
+        self.places(scan)  # refuses a stretch without a program
+        self.monitor.index_to(scan)
+        found = self.monitor.subject.programs.at(scan).past
+        assert found is not None
+        return found
+
+
+class RecordedText(TextSubject, RecordedScans):
+    """The scans of a program without rungs."""
+
+    def __init__(self, monitor: TraceMonitor, path: Path) -> None:
+        RecordedScans.__init__(self, monitor, path)
+        logic, load = monitor.subject.programs.at(0).logic, monitor.again
+        assert logic is not None
+        assert load is not None
+        TextSubject.__init__(self, load, monitor.subject.spec, steps=is_steps(logic))
+        self._recording: PackedTrace | None = None
+
+    @override
+    def lines(self, stretch: Stretch) -> Places:
+        assert stretch.file is not None
+        logic: Any = stretch.logic
+        steps = [each.line for each in logic.steps] if isinstance(logic, Steps) else []
+        return TextPlaces([stretch.file], steps, self.folders)
+
+    @override
+    def recording(self) -> PackedTrace:
+        if self._recording is None:
+            self._recording = PackedTrace.of(self.trace)
+        return self._recording
 
 
 class RecordingDriver(Driver):
     """Moves through a recording."""
 
-    def __init__(self, adapter: Adapter, subject: TraceSubject, first: int) -> None:
+    def __init__(self, adapter: Adapter, subject: RecordedScans, first: int) -> None:
         self._adapter, self._subject, self._first = adapter, subject, first
         self._looked = -1  # the scan up to which a search has come; -1 without one
         self.over = False
@@ -150,7 +192,7 @@ class RecordingDriver(Driver):
             return
         wanted = [each for each in adapter.all_breakpoints() if not each.log]
         last = self._subject.extent[1]
-        found, looked = Past(self._subject, wanted).first_after(self._looked) if wanted else (None, last)
+        found, looked = self._subject.first_after(wanted, self._looked) if wanted else (None, last)
         self._looked = looked
         if found is not None:
             adapter.stop_at_hit(found, adapter.hits_in(found))
@@ -178,7 +220,7 @@ class RecordingDriver(Driver):
         adapter = self._adapter
         place = None if adapter.cursor is None else (adapter.cursor.scan, adapter.cursor.spot)
         scan = place[0] if place else self._first
-        Past(self._subject, wanted).looker(self._subject.replayer(scan).engine)  # refuses a condition
+        self._subject.check(wanted, scan)
         if place is not None:
             adapter.look_at(place[0]).go(place[1])
 

@@ -78,9 +78,7 @@ def data_info(adapter: Adapter, said: Json) -> Json:
         tag = adapter.the_tree().node(whole(said, "variablesReference")).tag(name)
     else:
         tag = name
-    cursor = adapter.place()
-    tags = cursor.view.engine.tags
-    if tag not in tags:
+    if tag not in adapter.place().view.tags:
         return {"dataId": None, "description": f"{name} is no tag of the program"}
     changed = last_change(adapter, tag)
     says = "has not changed yet" if changed is None else f"changed last in scan {changed:,}"

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 LAUNCH = {
     "program": (str, "rack file, export or trace"),
+    "pytest": (str, "in place of a program: arguments of pytest, such as test_line.py::test_round"),
     "stopOnEntry": (bool, "stop before the first scan; false = run to the first breakpoint"),
     "speed": (str, "times real time, 0.01 to 1000, or max"),
     "record": (str, "trace file; without it a temporary one"),
@@ -30,24 +31,30 @@ _OF_CLIENTS = ("name", "type", "request", "noDebug", "restart", "presentation", 
 def launch(adapter: Adapter, said: Json) -> None:
     """Run a rack, or open a trace."""
     from scanrack.jobs.load.loading import load_job, runs
-    from scanrack.ladder import LadderLogic
 
     wanted = _checked(adapter, said)
+    adapter.stop_on_entry = wanted.get("stopOnEntry", True) is True
+    if adapter.waits:
+        adapter.waits = False
+        return
+    if "pytest" in wanted:
+        from .in_test import run_tests
+
+        adapter.start = lambda adapter: run_tests(adapter, wanted["pytest"])
+        return
     program = text(said, "program")
     if not runs(program):
         attach(adapter, said)
         return
     job = load_job(program)
-    if not isinstance(job.logic, LadderLogic):
-        raise DebugError(
-            f"{job.program.name} is Python without rungs: stepping needs rungs, structured text or a chart"
-        )
-    adapter.stop_on_entry = wanted.get("stopOnEntry", True) is True
     adapter.start = lambda adapter: _play(adapter, job, wanted)
 
 
 def attach(adapter: Adapter, said: Json) -> None:
-    """Open a trace."""
+    """Open a trace, or a test that waits."""
+    if adapter.waits:
+        launch(adapter, said)
+        return
     from .recorded import debug_trace
 
     wanted = _checked(adapter, said)
@@ -90,6 +97,7 @@ def _play(adapter: Adapter, job: LoadedRack, wanted: Json) -> None:
     live = wanted.get("live") is True
     check_ports(job.spec, realtime=True, live=live)
     record = wanted.get("record")
+    page = wanted.get("page") is True
     asked = WatchArguments(
         rack=str(wanted["program"]),
         speed=str(wanted.get("speed", "1")),
@@ -103,8 +111,8 @@ def _play(adapter: Adapter, job: LoadedRack, wanted: Json) -> None:
         WatchOptions(
             asked,
             speed_of(asked.speed),
-            page=wanted.get("page") is True,
-            door=lambda session, run: Live(adapter, session, run),
+            page=page,
+            door=lambda session, run: Live(adapter, session, run, job, page=page),
             remembered=REMEMBERED,
         ),
     )

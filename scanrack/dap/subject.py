@@ -3,18 +3,43 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
 
 from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
 from scanrack.io_images.module_words import ModuleWords
-from scanrack.ladder import LadderLogic
+from scanrack.ladder.debug.causes import Causes
+from scanrack.ladder.debug.cells import cells_of
+from scanrack.ladder.debug.chains import Chains
+from scanrack.ladder.debug.crossref import CrossReference
+from scanrack.ladder.debug.inquiry import Inquiry
+from scanrack.ladder.debug.links import link_text
 from scanrack.ladder.debug.replay import Replayer
-from scanrack.ladder.debug.watching import WatchedEngine
+from scanrack.ladder.model.tree import Origin
+from typing_extensions import override
 
-from .breakpoints import Breakpoint, Event, Looker
+from .breakpoints import Breakpoint, Event, Looker, RungValues
 from .conditions import Surroundings
+from .executed_scan import ExecutedScan, View
 from .places import Places
+
+SLICE = 512
+"""Scans that are searched at once."""
+
+Poll = Callable[[int], None]
+"""Is called with the scan that a search has come to."""
+
+
+class BrokenOffError(Exception):
+    """The client pauses a search.
+
+    Args:
+        scan: what it has come to.
+    """
+
+    def __init__(self, scan: int) -> None:
+        super().__init__(scan)
+        self.scan = scan
 
 
 class Subject(Protocol):
@@ -32,14 +57,35 @@ class Subject(Protocol):
     def extent(self) -> tuple[int, int]:
         """The first and the last scan; the last is -1 before the first one."""
 
-    def program(self, scan: int) -> LadderLogic:
-        """Return the program of a scan; a DebugError without one that can be stepped."""
-
     def places(self, scan: int) -> Places:
-        """Return the lines of that program."""
+        """Return the lines of the program of a scan."""
 
-    def replayer(self, scan: int) -> Replayer:
-        """Return what runs a scan again; a DebugError if that is impossible."""
+    def view(self, scan: int) -> View:
+        """Return a scan as it was executed; a DebugError if it can't be repeated."""
+
+    def check(self, wanted: Sequence[Breakpoint], scan: int) -> None:
+        """Raise an ExpressionError if a breakpoint has a condition that can't be evaluated."""
+
+    def hits(self, wanted: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
+        """Return the breakpoints that a scan meets; hit counts and log points have no effect."""
+
+    def last_before(self, wanted: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
+        """Return the last scan before one that meets a breakpoint; None without one.
+
+        Raises:
+            BrokenOffError: the client pauses.
+        """
+
+    def first_after(
+        self, wanted: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
+    ) -> tuple[int | None, int]:
+        """Return the first scan after one that meets a breakpoint, of a slice; and the last one looked at."""
+
+    def last_change(self, tag: str, scan: int) -> int | None:
+        """Return the last scan up to one that changed a tag; None without one."""
+
+    def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
+        """Return why a tag has its value after a scan, then the causes in turn, each with its line."""
 
     def memory(self, scan: int) -> bytes:
         """Return the images of all modules after a scan; empty if they are not known."""
@@ -52,6 +98,100 @@ class Subject(Protocol):
 
     def forced(self, scan: int) -> Mapping[str, object]:
         """Return the forced tags and images in a scan."""
+
+
+class SomeSubject(Subject):
+    """What rungs and lines have in common."""
+
+    def around(self, at: Callable[[], int]) -> Surroundings:
+        """Return what expressions about a scan read."""
+        images = Images(self.words)
+        return Surroundings(
+            self.words,
+            lambda slot, image, number: images.word(self.memory(at()), slot, image, number),
+            lambda: self.now_ns(at()),
+            at,
+        )
+
+
+class RungSubject(SomeSubject):
+    """A ladder program: its scans are run again from snapshots."""
+
+    def replayer(self, scan: int) -> Replayer:
+        """Return what runs a scan again; a DebugError if that is impossible."""
+        raise NotImplementedError
+
+    @override
+    def view(self, scan: int) -> View:
+        return ExecutedScan(self.replayer(scan), scan)
+
+    def _looker(self, wanted: Sequence[Breakpoint], replayer: Replayer) -> Looker:
+        def at() -> int:
+            return -1 if replayer.at is None else replayer.at
+
+        return Looker(wanted, RungValues(replayer.engine), self.around(at), self.events)
+
+    @override
+    def check(self, wanted: Sequence[Breakpoint], scan: int) -> None:
+        self._looker(wanted, self.replayer(scan))
+
+    @override
+    def hits(self, wanted: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
+        return self._hits(wanted, scan, scan).get(scan, [])
+
+    def _hits(
+        self, wanted: Sequence[Breakpoint], first: int, last: int
+    ) -> dict[int, list[tuple[Breakpoint, str]]]:
+        replayer = self.replayer(last)
+        looker = self._looker(wanted, replayer)
+        found: dict[int, list[tuple[Breakpoint, str]]] = {}
+        begin = max(self.extent[0], first - 1)  # changes are known from the second scan on
+        for _now in replayer.walk(begin, last, noted=bool(looker.lines)):
+            assert replayer.at is not None
+            met = looker.look(replayer.at)
+            if met and replayer.at >= first:
+                found[replayer.at] = [(check.breakpoint, text) for check, text in met]
+        return found
+
+    @override
+    def last_before(self, wanted: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
+        first = self.extent[0]
+        while scan > first:
+            replayer = self.replayer(scan - 1)
+            begin = max(first, next(replayer.source.snapshots(scan - 1), first))
+            found = self._hits(wanted, begin, scan - 1)
+            if found:
+                return max(found)
+            scan = begin
+            poll(scan)
+        return None
+
+    @override
+    def first_after(
+        self, wanted: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
+    ) -> tuple[int | None, int]:
+        last = min(self.extent[1], scan + slice_scans)
+        found = self._hits(wanted, scan + 1, last) if last > scan else {}
+        return (min(found), min(found)) if found else (None, last)
+
+    @override
+    def last_change(self, tag: str, scan: int) -> int | None:
+        replayer = self.replayer(scan)
+        return replayer.last_change_of(cells_of(replayer.engine.tags.where(tag), counts=True), scan)
+
+    @override
+    def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
+        replayer = self.replayer(scan)
+        engine = replayer.engine
+        found = Chains(engine.lowered, Causes(replayer), False).of_tag(tag, scan)
+        if found is None:
+            inquiry = Inquiry(engine, replayer, scan, self.forced(scan), CrossReference(engine.lowered))
+            return [(inquiry.why(tag), Origin())]
+        return [(link_text(each), _origin(each.site)) for each in found.path]
+
+
+def _origin(site: Any) -> Origin:
+    return Origin(site.file, site.line) if site is not None and site.line else Origin()
 
 
 class Images:
@@ -67,59 +207,3 @@ class Images:
         at = self.layout.places[slot].image(image).start + 2 * number
         found: int = struct.unpack_from("<h", memory, at)[0]
         return found
-
-
-class Past:
-    """Breakpoints in scans that are run again.
-
-    Args:
-        wanted: the breakpoints; hit counts and log points have no effect backwards.
-    """
-
-    def __init__(self, subject: Subject, wanted: Sequence[Breakpoint]) -> None:
-        self._subject, self._wanted = subject, wanted
-        self._images = Images(subject.words)
-        self._at = -1
-
-    def looker(self, engine: WatchedEngine) -> Looker:
-        """Return what looks for the breakpoints on an engine that repeats scans."""
-        subject, images = self._subject, self._images
-        around = Surroundings(
-            subject.words,
-            lambda slot, image, number: images.word(subject.memory(self._at), slot, image, number),
-            lambda: subject.now_ns(self._at),
-            lambda: self._at,
-        )
-        return Looker(self._wanted, engine, around, subject.events)
-
-    def hits(self, first: int, last: int) -> dict[int, list[tuple[Breakpoint, str]]]:
-        """Return the breakpoints that scans from one to another meet, by scan."""
-        replayer = self._subject.replayer(last)
-        looker = self.looker(replayer.engine)
-        found: dict[int, list[tuple[Breakpoint, str]]] = {}
-        begin = max(self._subject.extent[0], first - 1)  # changes are known from the second scan on
-        for _now in replayer.walk(begin, last, noted=bool(looker.lines)):
-            assert replayer.at is not None
-            self._at = number = replayer.at
-            met = looker.look(number)
-            if met and number >= first:
-                found[number] = [(check.breakpoint, text) for check, text in met]
-        return found
-
-    def last_before(self, scan: int) -> int | None:
-        """Return the last scan before one that meets a breakpoint; None without one."""
-        first = self._subject.extent[0]
-        while scan > first:
-            replayer = self._subject.replayer(scan - 1)
-            begin = next(replayer.source.snapshots(scan - 1), first)
-            found = self.hits(max(begin, first), scan - 1)
-            if found:
-                return max(found)
-            scan = max(begin, first)
-        return None
-
-    def first_after(self, scan: int, *, slice_scans: int = 512) -> tuple[int | None, int]:
-        """Return the first scan after one that meets a breakpoint, of a slice; and the last one looked at."""
-        last = min(self._subject.extent[1], scan + slice_scans)
-        found = self.hits(scan + 1, last) if last > scan else {}
-        return (min(found), min(found)) if found else (None, last)

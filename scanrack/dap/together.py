@@ -10,25 +10,26 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
-
-from scanrack.ladder.state.lowered import LoweredProgram
+from collections.abc import Callable, Mapping, Sequence
 
 from .breakpoints import BECOMES_TRUE, CHANGES, Breakpoint
 from .places import Places
+
+Spelled = Callable[[str], str]
+"""Returns what pages call a routine, "" for one that they do not name."""
 
 _RUNG = re.compile(r"(?P<rung>.+\.\d+)(?: (?P<when>changes|executes))?")
 _WHEN = {"": " executes", BECOMES_TRUE: "", CHANGES: " changes"}
 
 
-def page_names(one: Breakpoint, lowered: LoweredProgram) -> list[str]:
+def page_names(one: Breakpoint, spelled: Spelled) -> list[str]:
     """Return what the page calls a breakpoint; nothing for one that it does not know."""
     when = _WHEN.get(one.condition.strip().lower())
     if when is None or one.hits or one.log or one.kind == "exception":
         return []
     if one.keys:
-        places = [(lowered.routines[routine], number) for routine, number in one.keys]
-        return [f"{each.name}.{number}{when}" for each, number in places if not each.frame]
+        places = [(spelled(routine), number) for routine, number in one.keys]
+        return [f"{name}.{number}{when}" for name, number in places if name]
     head, _, tail = one.name.rpartition(" ")
     tag = one.name if one.kind == "data" else head.strip() if tail.lower() == CHANGES else ""
     return [tag] if tag and not one.condition else []
@@ -40,14 +41,14 @@ def of_page(name: str, number: int, places: Places) -> Breakpoint:
     keys = None if rung is None else places.named(rung["rung"])
     if rung is None or keys is None:
         return Breakpoint(number, "data", name)
-    condition = {None: BECOMES_TRUE, "changes": CHANGES, "executes": ""}[rung["when"]]
+    condition = {None: BECOMES_TRUE, "changes": CHANGES, "executes": ""}[rung["when"]] if places.power else ""
     path, line = places.of(keys[0])
     return Breakpoint(number, "line", name, tuple(keys), condition, line=line, path=path)
 
 
 def foreign(
-    there: Sequence[str], own: Sequence[Breakpoint], lowered: LoweredProgram
+    there: Sequence[str], own: Sequence[Breakpoint], spelled: Spelled
 ) -> tuple[list[str], Mapping[str, Breakpoint]]:
     """Return the breakpoints of pages that an editor lacks, and those of the editor by their name there."""
-    names = {name: each for each in own for name in page_names(each, lowered)}
+    names = {name: each for each in own for name in page_names(each, spelled)}
     return [each for each in there if each not in names], names

@@ -13,9 +13,9 @@ A value is what the memory has at the place of the frame.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import islice
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.ladder.debug.watched import shown
@@ -25,6 +25,9 @@ from scanrack.ladder.model.tags import Tag, program_of
 from scanrack.ladder.model.types import COUNTER, HIDDEN, TIMER, Structure
 
 from .protocol import DebugError, Json
+
+if TYPE_CHECKING:
+    from .executed_scan import View
 
 ReadWord = Callable[[int, str, int], int]
 """Returns a word of an image, signed: slot, "I" or "O", word."""
@@ -47,12 +50,12 @@ class Tree:
     """The opened nodes by number, until the program moves on.
 
     Args:
-        engine: its memory is at the place of the frame.
-        forced: the forced names, in capitals.
+        view: it shows the place of the frame.
+        forced: the forced names.
     """
 
-    def __init__(self, engine: WatchedEngine, forced: Sequence[str]) -> None:
-        self.engine = engine
+    def __init__(self, view: View, forced: Sequence[str]) -> None:
+        self.view = view
         self._forced = {each.upper() for each in forced}
         self._nodes: dict[int, Node] = {}
 
@@ -78,16 +81,10 @@ class Tree:
 
     def value(self, name: str, address: str) -> Json:
         """Return a tag as the protocol has it, `name` as its short name."""
-        tags = self.engine.tags
-        where = tags.where(address)
-        common: Json = {"name": name, "evaluateName": address, "type": type_text(where)}
-        if isinstance(where, Place) or isinstance(tags[address], str):
-            return {**common, "value": self._text(address, tags[address])}
-        length = where.dims[0] if where.dims else 0
-        size = {"indexedVariables": length} if length else {"namedVariables": len(_members(where))}
-        return {**common, "value": type_text(where), "node": Parts(self, address, where), **size}
+        return self.view.value(self, name, address)
 
-    def _text(self, address: str, value: object) -> str:
+    def text(self, address: str, value: object) -> str:
+        """Return a plain value as text."""
         text = repr(value) if isinstance(value, str) else shown(value)
         return f"{text} (forced)" if address.upper() in self._forced else text
 
@@ -105,6 +102,12 @@ class Parts:
     def __init__(self, tree: Tree, address: str, where: Group) -> None:
         self._tree, self._address, self._where = tree, address, where
 
+    @property
+    def size(self) -> Json:
+        """The number of its values, as the protocol has it."""
+        length = self._where.dims[0] if self._where.dims else 0
+        return {"indexedVariables": length} if length else {"namedVariables": len(_members(self._where))}
+
     def _names(self) -> Iterator[tuple[str, str]]:
         where = self._where
         if not where.dims:
@@ -121,7 +124,7 @@ class Parts:
 
     @property
     def _files(self) -> bool:
-        return self._tree.engine.lowered.layout.files
+        return self._tree.view.engine.lowered.layout.files  # type: ignore[attr-defined, no-any-return]  # of rungs
 
     def children(self) -> Iterator[Json]:
         """Yield them."""
@@ -140,12 +143,55 @@ class Names:
 
     def children(self) -> Iterator[Json]:
         """Yield those that the memory has."""
-        tags = self._tree.engine.tags
+        tags = self._tree.view.tags
         return (self._tree.value(name, address) for name, address in self._names() if address in tags)
 
     def tag(self, name: str) -> str:
         """Return the full name of one."""
         return _named(dict(self._names()), name)
+
+
+class Values:
+    """The members of a value of Python, a copy of which was kept; those of the program's own can be set."""
+
+    def __init__(self, tree: Tree, values: Mapping[str, Any], *, owned: bool = False) -> None:
+        self._tree, self._values, self._owned = tree, values, owned
+
+    def children(self) -> Iterator[Json]:
+        """Yield them."""
+        return (
+            python_value(self._tree, name, each, owned=self._owned) for name, each in self._values.items()
+        )
+
+    def tag(self, name: str) -> str:
+        """Return the name of one that can be set."""
+        if not self._owned:
+            raise DebugError(f"{name} is a value of a scan that has run: set a value of the program")
+        return _named({each: each for each in self._values}, name)
+
+
+class Unquoted(str):
+    """A text that is shown without quotes."""
+
+    __slots__ = ()
+
+
+def python_value(tree: Tree, name: str, value: object, *, owned: bool = False) -> Json:
+    """Return a value of Python as the protocol has it; lists and dicts open."""
+    more: Json = {"evaluateName": name} if owned else {}
+    if isinstance(value, list | dict):
+        inner = value if isinstance(value, dict) else {f"[{at}]": each for at, each in enumerate(value)}
+        size = {"namedVariables" if isinstance(value, dict) else "indexedVariables": len(value)}
+        kind = type(value).__name__
+        return {
+            "name": name,
+            "value": f"{kind} of {len(value)}",
+            "type": kind,
+            "node": Values(tree, inner),
+            **size,
+        }
+    text = str(value) if value is None or isinstance(value, bool | Unquoted) else tree.text(name, value)
+    return {"name": name, "value": text, "type": type(value).__name__, **more}
 
 
 class Modules:

@@ -18,6 +18,7 @@ from scanrack.jobs.record.order_repeater import is_session, lost_edits, orders_o
 from scanrack.jobs.record.program_versions import ProgramVersions, edits_of, version_of, versions_of
 from scanrack.jobs.trust.attachments import job_of, spec_of
 from scanrack.jobs.trust.trust import UntrustedError
+from scanrack.jobs.why.traced_run import Load
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.actions import Edit
 from scanrack.runtime.loop.pace import interrupted_by
@@ -163,6 +164,16 @@ class OpenedRecording:
         except UntrustedError as error:
             complain(f"note: the program is not shown: {error}", BAD_INPUT)
             self.job, self._spec = None, spec_of(trace, folder / "rack", trust=trust)
+        job, editions = self.job, self._editions
+        self._again = (
+            None
+            if job is None or editions is None
+            else Load(
+                job.program,
+                lambda: job_of(trace, folder / "files", trust=trust).logic,
+                lambda number: editions.again(number).logic,
+            )
+        )
 
     def monitor(self, prepare: Prepare | None = None) -> TraceMonitor:
         """Return the monitor of the recording; without `prepare` it has no branches."""
@@ -178,7 +189,7 @@ class OpenedRecording:
             path,
             branches=self.job is not None,
         )
-        return TraceMonitor(
+        found = TraceMonitor(
             about,
             trace,
             self._place.path,
@@ -187,6 +198,8 @@ class OpenedRecording:
             self._place.scan,
             lambda scan, paused: self._branch(prepare, scan, paused=paused),
         )
+        found.again = self._again
+        return found
 
     def _sources(self) -> list[Source]:
         """Return its programs, in the order of their scans; unknown ones without their logic."""

@@ -28,9 +28,9 @@ from scanrack.runtime.modules.adapters.pcl601 import pcl601_axis as axis601
 from scanrack.runtime.modules.adapters.pcl601.driver import Pcl601Driver
 from scanrack.runtime.modules.adapters.pcl601.pcl601_axis import Pcl601Axis
 from scanrack.runtime.modules.adapters.pmc006 import units as units006
-from scanrack.runtime.modules.adapters.pmc006.capabilities import SHARED
 from scanrack.runtime.modules.adapters.pmc006.driver import EXT1_STOP, EXT2_STOP, Pmc006Driver
 from scanrack.runtime.modules.adapters.pmc006.pmc006_axis import Pmc006Axis
+from scanrack.runtime.modules.adapters.pmc006.pmc006_capabilities import SHARED
 
 MISTAKES: list[tuple[Mistake, str]] = []
 """Each with the controller in whose adapter it is made."""

@@ -136,11 +136,11 @@ def compare_parts(
     both = numbers[0] & numbers[1]
     common = [slot for slot in one[0] if slot.number in both]
     by_number = tolerance.exact and clock == SAME_CLOCK
-    fields = all_fields(common, formats)
-    if only is not None:
-        fields = [field for field in fields if (field.slot, field.direction) in only]
-    if not by_number:
-        fields = [field for field in fields if field is not TIME]
+    fields = [
+        field
+        for field in all_fields(common, formats)
+        if (only is None or (field.slot, field.direction) in only) and (by_number or field is not TIME)
+    ]
     row = None
     if tags is not None:
         fields, row = [*fields, *tags.fields()], tags.dtype

@@ -56,6 +56,18 @@ class Leaf(NamedTuple):
         return self.offset + self.length * SIZES[self.letter]
 
 
+def _no_size(text: str) -> ValueError:
+    return ValueError(f"field {text!r} has no fixed size that is known")
+
+
+def _field(text: str) -> tuple[str, str, int]:
+    """Return type, name and length of a field."""
+    match = _FIELD.fullmatch(text)
+    if match is None:
+        raise _no_size(text)
+    return match["type"].rpartition("/")[2], match["name"], int(match["length"] or 1)
+
+
 def leaves(
     lines: Sequence[str], messages: Mapping[str, Sequence[str]], offset: int, path: tuple[str, ...] = ()
 ) -> Iterator[Leaf]:
@@ -77,19 +89,18 @@ def leaves(
         text = line.partition("#")[0].strip()
         if not text or _CONSTANT.match(text):
             continue
-        match = _FIELD.fullmatch(text)
-        kind = "" if match is None else match["type"].rpartition("/")[2]
-        if match is None or (kind not in PRIMITIVES and kind not in messages):
-            raise ValueError(f"field {text!r} has no fixed size that is known")
-        name, length = (*path, match["name"]), int(match["length"] or 1)
+        kind, name, length = _field(text)
         if kind in PRIMITIVES:
             letter = PRIMITIVES[kind]
-            leaf = Leaf(name, letter, length, -(-offset // SIZES[letter]) * SIZES[letter])
+            leaf = Leaf((*path, name), letter, length, -(-offset // SIZES[letter]) * SIZES[letter])
             yield leaf
             offset = leaf.end
-        for _ in range(0 if kind in PRIMITIVES else length):
+            continue
+        if kind not in messages:
+            raise _no_size(text)
+        for _ in range(length):
             begin = offset
-            for leaf in leaves(messages[kind], messages, offset, name):
+            for leaf in leaves(messages[kind], messages, offset, (*path, name)):
                 yield leaf
                 offset = leaf.end
             if offset == begin:

@@ -132,10 +132,10 @@ class Catalog(Mapping[str, Signal]):
             UnknownSignalError: several programs have a tag of that name.
         """
         try:
-            wanted = self._names.scoped(pattern)
+            member = self._names.scoped(pattern)
         except AmbiguousNameError as error:
             raise UnknownSignalError(str(error)) from None
-        return [signal for signal in self.tags if is_named(signal, wanted)]
+        return [signal for signal in self.tags if is_named(signal, member)]
 
     def _is_plain(self, signal: Signal) -> bool:
         if signal.kind is not SignalKind.WORD or signal is FLAGS:
@@ -156,8 +156,8 @@ class Catalog(Mapping[str, Signal]):
         return None if signal is None else self._found(f"{signal}.{rest}")
 
     def _constant(self, name: str) -> Signal | None:
-        code, _, wanted = name.rpartition(".")
-        return constant(self._signals[code], wanted) if code in self._signals else None
+        code, _, member = name.rpartition(".")
+        return constant(self._signals[code], member) if code in self._signals else None
 
     def _numbered_bit(self, name: str) -> Signal | None:
         word, _, number = name.rpartition(".")
@@ -169,18 +169,23 @@ class Catalog(Mapping[str, Signal]):
             return None
         return Signal(name, SignalKind.BIT, partial(_bit_of, source, int(number)))
 
+    def _close_to(self, name: str) -> list[str]:
+        """Return the signals of similar names, else those whose last part is similar."""
+        folded = {known.lower(): known for known in self._signals}
+        close = [folded[match] for match in get_close_matches(name.lower(), list(folded), 3, 0.7)]
+        if close:
+            return close
+        tails = {known: known.rpartition(".")[2].lower() for known in self._signals}
+        last = name.rpartition(".")[2].lower()
+        near = get_close_matches(last, sorted({*tails.values()}), 2, 0.7)
+        return [known for known, tail in tails.items() if tail in near][:4]
+
     def _unknown(self, name: str) -> str:
         parts = [signal.title for signal in self.tags_named(name)]
         if parts:
             some = [*parts[:3], *["..."] * (len(parts) > 3)]
             return f"{name} has {len(parts)} values: write {' or '.join(some)}"
-        folded = {known.lower(): known for known in self._signals}
-        close = [folded[match] for match in get_close_matches(name.lower(), list(folded), 3, 0.7)]
-        if not close:  # perhaps a name without its slot and direction
-            wanted = name.rpartition(".")[2].lower()
-            tails = {known.rpartition(".")[2].lower() for known in self._signals}
-            near = get_close_matches(wanted, sorted(tails), 2, 0.7)
-            close = [known for known in self._signals if known.rpartition(".")[2].lower() in near][:4]
+        close = self._close_to(name)
         places = ", ".join(f"slot{slot.number}" for slot in self.slots)
         hint = (
             f"did you mean {' or '.join(close)}?" if close else f"there are cpu.flags and those of {places}"

@@ -1,4 +1,4 @@
-"""The file behind a recorder: whole records, and room reserved for the end.
+"""The file of a recorder: whole records, and room reserved for the end.
 
 A trace without its summary opens in few tools, and a full disk has no room for
 one. A reserve therefore holds space from the start: an anonymous file in
@@ -10,7 +10,7 @@ full: the open chunk, its index and the summary.
     disk  | trace ...........chunk|                 the chunk is finished,
     disk  | trace ...........chunk|summary|         the recorder is notified, the summary written
 
-The messages of an unfinished chunk can be written as a draft, far enough behind the trace that the
+The messages of an unfinished chunk can be written as a draft, far enough after the trace that the
 chunk fits before it. The chunk is written into that gap, its first bytes last; then the draft is cut off.
 A killed process therefore leaves the draft or the chunk, complete.
 
@@ -261,7 +261,7 @@ class TraceFile:
             self._cut_draft(len(data))
 
     def _cut_draft(self, more: int = 0) -> None:
-        """Cut the file `more` bytes behind its whole records; continue there."""
+        """Cut the file `more` bytes after its whole records; continue there."""
         self._draft_end = 0
         self._raw.truncate(self._whole + more)
         self._raw.seek(self._whole + more)

@@ -109,9 +109,9 @@ class ScanRecorder:
         self._sequences = sequences
         self._snapshots = snapshots
         self._slots = check_slots(slots)
-        wanted = block_layout(self._slots).size
-        if len(memory) != wanted:
-            raise ValueError(f"{len(slots)} slots need a memory block of {wanted} bytes, got {len(memory)}")
+        size = block_layout(self._slots).size
+        if len(memory) != size:
+            raise ValueError(f"{len(slots)} slots need a memory block of {size} bytes, got {len(memory)}")
         self._memory = memory
         self._tags = tags
         self._orders = orders
@@ -161,7 +161,7 @@ class ScanRecorder:
         batch = self._channel, self._memory, self._batch_scans
         self._batch = ScanBatch(*batch) if self._tags is None else TagBatch(*batch, self._tags)
         self._refusal: str | None = None
-        self._draft_wanted = self._drafts = False
+        self._draft_due = self._drafts = False
         if self._file.full:
             self.close()
             self._refuse("before the first scan")
@@ -208,7 +208,7 @@ class ScanRecorder:
 
     def _batch_ends(self, scan: int, now_ns: int) -> None:
         self._hand_over(scan)
-        if self._draft_wanted:
+        if self._draft_due:
             self._draft(scan)
         if self._tags is not None and self._tags.pending:
             self._write_pending(scan, now_ns)
@@ -219,11 +219,11 @@ class ScanRecorder:
         The bytes of the finished trace do not depend on it.
         """
         if self._refusal is None:
-            self._draft_wanted = self._drafts = True
+            self._draft_due = self._drafts = True
             self._batch.room = 1
 
     def _draft(self, scan: int) -> None:
-        self._draft_wanted = False
+        self._draft_due = False
         self._writer.draft(self._file)
         self._after_writing(scan)
 
@@ -279,7 +279,7 @@ class ScanRecorder:
         """Check the disk, and set the batch's room to the rest of the chunk."""
         if self._file.full:
             self._refuse(f"at scan {scan}")
-        if self._draft_wanted:
+        if self._draft_due:
             self._batch.room = 1
             return
         self._batch.room = max(1, -(-(self._chunk_bytes - self._writer.open_bytes) // self._batch.stride))

@@ -83,7 +83,7 @@ class Timer(Block):
 
     @override
     def continue_as(self, edited: Part) -> None:
-        assert isinstance(edited, Timer), "`continues_as` has said so"
+        assert isinstance(edited, Timer), "see `continues_as`"
         if self._part_made != edited._part_made:
             self.preset_ns = edited.preset_ns
         super().continue_as(edited)
@@ -189,7 +189,7 @@ class AnyCounter(EdgeBlock):
 
     @override
     def continue_as(self, edited: Part) -> None:
-        assert isinstance(edited, AnyCounter), "`continues_as` has said so"
+        assert isinstance(edited, AnyCounter), "see `continues_as`"
         if self._part_made != edited._part_made:
             self.preset = edited.preset
         super().continue_as(edited)

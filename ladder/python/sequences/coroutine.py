@@ -131,7 +131,7 @@ class Sequence:
         else:
             self._go_on(now_ns, None)
         if self._aborted:
-            self._begin_if_wanted(now_ns)
+            self._begin_again_if_ordered(now_ns)
 
     def step_after_change(self, now_ns: int) -> None:
         """Take this scan's turn, since something has changed that it depends on."""
@@ -166,7 +166,7 @@ class Sequence:
             self._ordered, self._giving_up = False, not gone
             if gone:
                 self._abort(now_ns)
-        self._begin_if_wanted(now_ns)
+        self._begin_again_if_ordered(now_ns)
 
     def _abort(self, now_ns: int) -> None:
         second, self._aborted = self._aborted, True
@@ -179,7 +179,7 @@ class Sequence:
                 ),
             )
 
-    def _begin_if_wanted(self, now_ns: int) -> None:
+    def _begin_again_if_ordered(self, now_ns: int) -> None:
         if self._wait is None and self._again:
             self.begin(now_ns)
 
@@ -211,14 +211,14 @@ class Sequence:
 
     def _advance(self, error: BaseException | None) -> object:
         work = self._work
-        assert work is not None, "a sequence that goes on has begun"
+        assert work is not None, "a sequence that continues has begun"
         before, stepping.now = stepping.now, True
         try:
             return work.send(None) if error is None else work.throw(error)
         except StopIteration as over:
             self.value = over.value
         except Abort:
-            pass  # the end that was asked for
+            pass  # the requested end
         except RuntimeError as error:
             if str(error) == "no running event loop":  # asyncio's words
                 text = f"{error}: {self.name} awaits what asyncio runs; {NO_LOOP}"

@@ -9,9 +9,9 @@ parts are reset, and sequences begin again. Its own fields keep their values.
 Observers can read, in any scan:
 
     for each in sequences_of(logic):    # `Sequence`, in order; always the same objects
-        each.resumed                    # differs when it, or a branch of it, went on in this scan
+        each.resumed                    # differs when it, or a branch of it, continued in this scan
         each.name, each.line, each.file # where it waits; line is None once it is over
-        each.waits_for, each.since_ns   # "axis.move_to(4000)", and since when; the text is made when asked
+        each.waits_for, each.since_ns   # "axis.move_to(4000)", and since when; the text is made on demand
         str(each)                       # "cycle, line 14: axis.move_to(4000)"
     fields_of(logic)                    # its fields that are numbers, flags or texts, by name
 
@@ -148,7 +148,7 @@ class Logic:
         turns = [each.turns() for each in self._logic_parts if isinstance(each, Device)]
         self._logic_before = tuple(before for before, _ in turns)
         self._logic_after = tuple(after for _, after in turns)
-        self._logic_scan = self._logic_by_turns  # an edit goes on to change parts and sequences
+        self._logic_scan = self._logic_by_turns  # an edit changes parts and sequences after this
 
     def __close_logic__(self) -> None:
         """Close all sequences, at the CPU's end. An exception of a `finally` is raised afterwards."""

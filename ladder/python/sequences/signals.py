@@ -117,8 +117,8 @@ def _reader(image: Image, word: int, bit: int, *, guarded: bool) -> tuple[Callab
     if not guarded or (word == 0 and mask & LIVE_BITS):
         return lambda: words[word] & mask != 0, (words, word, mask)
     if word == 0:
-        wanted = mask | _MODE
-        return lambda: words[0] & wanted == mask, (words, 0, wanted)
+        both_bits = mask | _MODE
+        return lambda: words[0] & both_bits == mask, (words, 0, both_bits)
     both = (image.raw.cast("i"), 0, 1 << _WORD_BITS + bit | _MODE)  # little-endian, see io_images.image
     return lambda: words[word] & mask != 0 and words[0] >= 0, both if word == 1 else None
 

@@ -14,7 +14,7 @@ it does, since they name one tag, they run sheet by sheet, from left to right, t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
@@ -29,6 +29,9 @@ RUN = ("Block", "Function", "AddOnInstruction", "JSR", "SBR", "RET")
 _NODES = (*RUN, "IRef", "ORef", "ICon", "OCon")
 _WIRES = ("Wire", "FeedbackWire")
 _REMARKS = ("TextBox", "Attachment", "Description")
+_RANKS = {"SBR": 0, "RET": 2}
+"""Order of elements that could run at once; 1 of all others."""
+
 MOST_ELEMENTS = 20_000
 """Maximum elements and wires of a routine."""
 
@@ -116,6 +119,17 @@ class Diagram:
         self._wires: dict[Key, dict[str, _Wire]] = {}  # by target and pin in capitals
         self._connectors: dict[str, Node] = {}
         self._sources: dict[Key, tuple[Key, str, bool]] = {}  # of each input connector, past connectors
+        self._read_sheets(content)
+        self.inputs: Mapping[Key, tuple[Input, ...]] = {
+            key: tuple(self._input(key, wire) for wire in wires.values())
+            for key, wires in self._wires.items()
+        }
+        self._readers: dict[Key, list[tuple[Node, Input]]] = {}  # by source
+        for reference in sorted(self._of("ORef"), key=lambda each: each.position):
+            for one in self.inputs_of(reference):
+                self._readers.setdefault(one.source.node.key, []).append((reference, one))
+
+    def _read_sheets(self, content: ElementRecord) -> None:
         sheets = [each for each in content.children if each.tag == "Sheet"]
         if sum(1 + len(each.children) for each in sheets) > MOST_ELEMENTS:
             raise DiagramError(f"it has more than {MOST_ELEMENTS:,} elements", Site(line=content.line))
@@ -128,14 +142,6 @@ class Diagram:
             for each in sheet.children:
                 if each.tag in _WIRES:
                     self._wire(number, each)
-        self.inputs: Mapping[Key, tuple[Input, ...]] = {
-            key: tuple(self._input(key, wire) for wire in wires.values())
-            for key, wires in self._wires.items()
-        }
-        self._readers: dict[Key, list[tuple[Node, Input]]] = {}  # by source
-        for reference in sorted(self._of("ORef"), key=lambda each: each.position):
-            for one in self.inputs_of(reference):
-                self._readers.setdefault(one.source.node.key, []).append((reference, one))
 
     def _node(self, sheet: int, record: ElementRecord) -> None:
         if record.tag in (*_WIRES, *_REMARKS):
@@ -213,14 +219,9 @@ class Diagram:
             key: {each.source.node.key for each in self.inputs_of(node) if not each.feedback} & blocks.keys()
             for key, node in blocks.items()
         }
-        after: dict[Key, list[Key]] = {}
-        for key, sources in waits.items():
-            for each in sources:
-                after.setdefault(each, []).append(key)
-        rank = {"SBR": 0, "RET": 2}
-        ready = [
-            (rank.get(blocks[key].tag, 1), blocks[key].position, key) for key in blocks if not waits[key]
-        ]
+        after = _readers(waits)
+        ranks = {key: (_RANKS.get(node.tag, 1), node.position, key) for key, node in blocks.items()}
+        ready = [ranks[key] for key in blocks if not waits[key]]
         heapify(ready)
         found: list[Node] = []
         while ready:
@@ -229,7 +230,7 @@ class Diagram:
             for each in after.get(key, ()):
                 waits[each].discard(key)
                 if not waits[each]:
-                    heappush(ready, (rank.get(blocks[each].tag, 1), blocks[each].position, each))
+                    heappush(ready, ranks[each])
         if len(found) < len(blocks):
             raise self._loop({key: sources for key, sources in waits.items() if sources}, blocks)
         return found
@@ -245,3 +246,12 @@ class Diagram:
         names = ", ".join(each.place for each in loop)
         text = f"{names}: they are a loop without the Assume Data Available indicator"
         return DiagramError(text, Site(line=loop[0].record.line))
+
+
+def _readers(waits: Mapping[Key, Iterable[Key]]) -> dict[Key, list[Key]]:
+    """Return the elements that read each one."""
+    readers: dict[Key, list[Key]] = {}
+    for key, sources in waits.items():
+        for each in sources:
+            readers.setdefault(each, []).append(key)
+    return readers

@@ -284,8 +284,7 @@ def _array(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: V
         if isinstance(kind, Elementary):
             value = None if text in _ZEROS and not how.keep else scalar(text, kind, how)
         else:
-            structure = next((each for each in inner if each.tag == "Structure"), None)
-            value = None if structure is None else _structure(structure, kind, how)
+            value = next((_structure(each, kind, how) for each in inner if each.tag == "Structure"), None)
         flat[at] = value
         something = something or value is not None
     return nested(flat, kind, dims) if something else None

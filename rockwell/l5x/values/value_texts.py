@@ -44,11 +44,13 @@ def unsaid(_text: str) -> None:
 
 def value_of(text: str, kind: Elementary, say: Callable[[str], None] = unsaid) -> bool | int | float:
     """Return a value from text in any radix, truncated to the type's bits, or raise a ValueTextError."""
-    if kind.is_real or kind.is_double:
+    if kind.is_double:
+        return _real_of(text)
+    if kind.is_real:
         value = _real_of(text)
-        if kind.is_real and math.isfinite(value) and math.isinf(real(value)):
+        if math.isfinite(value) and math.isinf(real(value)):
             say(f"{text} does not fit {kind.name}: it starts as infinite")
-        return real(value) if kind.is_real else value
+        return real(value)
     bits = False
     try:
         number = int(text)

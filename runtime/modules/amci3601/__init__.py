@@ -5,9 +5,9 @@
 """
 
 from ...loop.module_fault import ModuleFault
+from .amci3601_capabilities import AxisHoming, AxisRequest, Capabilities, Feature, Refusal
 from .amci3601_options import Amci3601Options
 from .axis_protocol import Axis
-from .capabilities import AxisHoming, AxisRequest, Capabilities, Feature, Refusal
 from .command_layer import CommandLayer
 from .indicators import Indicators, Light
 from .module import Amci3601

@@ -13,7 +13,7 @@ from scanrack.io_images.amci3601 import Configuration
 from scanrack.io_images.dataclass import dataclass
 
 from ...kinematics import AnyShape, BlendLeg, Profile, Rate
-from .capabilities import Capabilities
+from .amci3601_capabilities import Capabilities
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,9 +22,9 @@ from typing_extensions import override
 
 from ...loop.events import Event, JsonValue
 from . import configuring
+from .amci3601_capabilities import AxisRequest, Feature, Refusal
 from .amci3601_options import Amci3601Options
 from .axis_protocol import Axis
-from .capabilities import AxisRequest, Feature, Refusal
 from .command_words import COMMAND_BITS, CommandWords
 from .commands import COMMANDS, obey_store_minimum
 from .inputs import InputWatch

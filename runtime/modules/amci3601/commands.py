@@ -11,7 +11,7 @@ from collections.abc import Callable
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw
 
 from . import refusals
-from .capabilities import Feature
+from .amci3601_capabilities import Feature
 from .command_words import COMMAND_BITS, CommandWords
 from .latches import HOME_INVALID, POSITION_INVALID, RESETTABLE
 from .operation import Host

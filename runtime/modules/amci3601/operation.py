@@ -17,9 +17,9 @@ from typing import ClassVar, Protocol
 from scanrack.io_images.amci3601 import Firmware, InputBit
 from scanrack.io_images.amci3601.words import Profile
 
+from .amci3601_capabilities import Feature, Refusal
 from .amci3601_options import Amci3601Options
 from .axis_protocol import Axis
-from .capabilities import Feature, Refusal
 from .command_words import CommandWords
 from .latches import BrokenRule
 from .state import ModuleState

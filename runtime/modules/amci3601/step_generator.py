@@ -22,8 +22,8 @@ from ...kinematics import run as plan_run
 from ...kinematics import single_step as plan_single_step
 from ...kinematics import stop as plan_stop
 from ...machine import Machine
+from .amci3601_capabilities import Capabilities
 from .axis_protocol import BlendProgram
-from .capabilities import Capabilities
 
 if TYPE_CHECKING:
     import numpy as np

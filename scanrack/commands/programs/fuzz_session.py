@@ -246,7 +246,7 @@ class Session:
     def _look_again(self, bench: TrialBench, state: State) -> None:
         """Repeat known failures, and report those that are gone."""
         for broken in state.recheck(bench):
-            self._tell(f"mended: {broken.sentence.rstrip('.')} [{broken.invariant}]")
+            self._tell(f"fixed: {broken.sentence.rstrip('.')} [{broken.invariant}]")
             note_fixed(self._folder_of(state, broken) / "report.txt")
 
     def _can_be_searched(self, state: State) -> bool:

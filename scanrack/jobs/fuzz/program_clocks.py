@@ -1,4 +1,4 @@
-"""The values of a ladder program that follow the time, and what may depend on them.
+"""Finds the values of a ladder program that follow the time.
 
 Inputs, memory and the time determine a scan. `clocks_of` returns the clocks of a program in which only
 timers read the time. A timer is *even* if it can count while nothing else changes: other instructions only

@@ -1,4 +1,4 @@
-"""What a campaign has reached of its program: instructions that had power, branches that were taken."""
+"""The coverage of a campaign: instructions that passed power, branches that were taken."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ LARGE = 1 << 30
 
 @dataclass(frozen=True, slots=True)
 class Gap:
-    """What no run has reached.
+    """An instruction or branch that no run has reached.
 
     Attributes:
         text: the instruction or line, with its place.
@@ -39,9 +39,9 @@ class ProgramReach:
     """Instructions that passed power in some run, or branches that were taken.
 
     Attributes:
-        what: what is counted, in words.
-        total: number of all.
-        gaps: those that were not reached, in the program's order.
+        what: the counted things, in words.
+        total: their number.
+        gaps: those that were not reached, in the order of the program.
     """
 
     what: str
@@ -50,10 +50,10 @@ class ProgramReach:
 
 
 def reached(job: LoadedRack, seen: Collection[Feature]) -> ProgramReach:
-    """Return what runs have reached of a program's own text.
+    """Return the coverage of the program's own text.
 
     Args:
-        seen: the changes of those runs, see `aim.corpus.Corpus`.
+        seen: the changes of all runs, see `aim.corpus.Corpus`.
     """
     if isinstance(job.logic, LadderLogic):
         return _of_rungs(job.logic, seen)

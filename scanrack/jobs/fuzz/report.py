@@ -1,4 +1,4 @@
-"""The report of a failure: the file `report.txt` beside its trace."""
+"""Writes the report of a failure: the file `report.txt` beside its trace."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def report(
         ("What it takes:", described(found.scenario)),
         (f"At the end of scan {broken.scan}, {seconds(broken.now_ns)} s:", broken.shows),
         ("Rules that fired in that scan:", broken.rules or ["none"]),
-        ("Since when it was inevitable, whatever people do:", NOT_LOOKED_FOR if late is None else late.lines),
+        ("When it became inevitable:", NOT_LOOKED_FOR if late is None else late.lines),
         *([("Why the last output came on before it:", cause)] if cause else []),
         ("Its picture, and the part around the failure:", chart),
         ("Run it again:", again),

@@ -40,7 +40,7 @@ from .invariants.scan_view import ProgramState, Snapshot
 from .program_clocks import clocks_of
 from .repeated_scans import NS_PER_MS, RepeatedScans, stops_of
 from .scenarios.panel import PanelTag
-from .scenarios.parts import timed_parts
+from .scenarios.parts import end_ns, timed_parts
 from .scenarios.scenario import Scenario
 from .scenarios.tearing import Rung, TornScans
 
@@ -488,7 +488,7 @@ class _Run:
         """Yield the instants at which something begins or ends in this run."""
         for part in (*timed_parts(self._scenario), *self._spec.incidents):
             yield part.at_ns
-            yield part.at_ns + getattr(part, "for_ns", 0)
+            yield end_ns(part)
 
     def _run_scans(self, cpu: Cpu) -> None:
         if self.explored_stop is None or self._probe is None:
@@ -522,12 +522,17 @@ class _Run:
         """
         if self._output_line is None or not self._output_line.is_complete:
             return UNPLACED
-        if self._output_line.last:
-            return self._output_line.last
+        return self._output_line.last or self._waits() or self._commands()
+
+    def _waits(self) -> str:
+        """Return where the sequences of the program wait; empty without any."""
         waiting = [each for each in self._watcher.sequences if not each.over]
-        places = [f"{each.name} at {Path(each.file or '').name}:{each.line}" for each in waiting]
-        commands = [name for slot in self._watcher.snapshot.slot.values() for name in slot.commands]
-        return " ".join(places or commands)
+        return " ".join(f"{each.name} at {Path(each.file or '').name}:{each.line}" for each in waiting)
+
+    def _commands(self) -> str:
+        """Return the commands in force."""
+        slots = self._watcher.snapshot.slot.values()
+        return " ".join(name for slot in slots for name in slot.commands)
 
     @contextmanager
     def _kept_quiet(self, *, aloud: bool) -> Iterator[None]:

@@ -168,13 +168,7 @@ def search(
             continue
         report.unshrunk_found.append(found)
         failed(found)
-        without = all_but(bench, found.broken, runner.known)
-        runner.known.add(found.broken.key)
-        found = shrunk(bench, found, without, report, has_time)
-        found_ns = wall_ns()
-        if confirm(found, without):
-            report.found.append(found)
-        report.spent[CONFIRMING] += wall_ns() - found_ns
+        runner.settle(found, confirm, has_time)
     report.spent[DRAWING] = wall_ns() - start_ns - report.spent.total()
     return report
 
@@ -287,6 +281,17 @@ class _Runner:
         broken = self._run(scenario, Probe(edges))
         edges.close()
         return None if broken else edges
+
+    def settle(self, found: Counterexample, confirm: Confirm, has_time: Callable[[], bool]) -> None:
+        """Shrink and confirm a failure; the runs after it ignore it."""
+        report = self.report
+        without = all_but(self.bench, found.broken, self.known)
+        self.known.add(found.broken.key)
+        found = shrunk(self.bench, found, without, report, has_time)
+        found_ns = wall_ns()
+        if confirm(found, without):
+            report.found.append(found)
+        report.spent[CONFIRMING] += wall_ns() - found_ns
 
     def _run(self, scenario: Scenario, probe: Probe | None) -> BrokenInvariant | None:
         verdict = self.bench.run(

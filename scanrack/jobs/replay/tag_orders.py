@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
 
 from scanrack.ladder import LadderLogic
@@ -21,11 +21,10 @@ from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
 from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.read.reader import TraceEvent
 
+from ..record.edits_and_forces import Forced, forced_in, is_edit
 from ..record.logic_wrapper import unwrapped
-from ..record.order_repeater import OrderRepeater, is_edit, orders_of
+from ..record.order_repeater import OrderRepeater, orders_of
 from ..run.playback import ReplayPlan
-
-Forced = Mapping[str, str | int | float | bool]
 
 _TOLD = 3
 
@@ -38,6 +37,7 @@ class TagOrders:
             the recording begins with runs on.
 
     Attributes:
+        given: the orders, by scan.
         lost: scans from which the recording has another program than the one that runs here.
 
     Raises:
@@ -53,20 +53,20 @@ class TagOrders:
         session = any(event.topic == ORDERS.name for event in events)
         read = orders_of(events)
         given = read if session else _of_forces(events)
-        self._given = [each for each in given if isinstance(each.order, Write | Force | Unforce)]
+        self.given = [each for each in given if isinstance(each.order, Write | Force | Unforce)]
         self.notes = [] if session else list(_unknown(score, events))  # orders that can't be repeated
         self._edited = edited
         self._scans: dict[int, int] = {}  # of edits, by their numbers
         for each in read if edited is not None else ():
             if isinstance(each.order, Edit):
-                self._given.append(each)
+                self.given.append(each)
                 self._scans[each.order.number] = each.scan
         brought = set(self._scans.values())
         self.lost = [event.scan for event in events if is_edit(event) and event.scan not in brought]
 
     def program(self, logic: ScanLogic) -> ScanLogic:
         """Return the program to run: a ladder program under a debugger if there are orders."""
-        if not self._given or not isinstance(logic, LadderLogic):
+        if not self.given or not isinstance(logic, LadderLogic):
             return logic
         from scanrack.ladder.debug import Debugger  # most recordings need none
 
@@ -88,7 +88,7 @@ class TagOrders:
         repeated = OrderRepeater(
             cpu,
             OperatorActions(cpu, rack, desk, lambda order, _at_ns: self._edit(program, order)),
-            self._given,
+            self.given,
         )
         cpu.add_listener(repeated)
         repeated.begin()
@@ -117,12 +117,6 @@ def _of_forces(events: Sequence[TraceEvent]) -> Iterator[AppliedAction]:
             for order in gone + come:
                 yield AppliedAction(event.scan, order)
             before = after
-
-
-def forced_in(event: TraceEvent) -> Forced:
-    """Return the forced tags in a message on /forces, with their values."""
-    tags = event.fields.get("tags")
-    return tags if isinstance(tags, Mapping) else {}
 
 
 def _unknown(score: ReplayPlan, events: Sequence[TraceEvent]) -> Iterator[str]:

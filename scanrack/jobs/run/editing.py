@@ -76,6 +76,9 @@ class RunProgram:
         handled: whether the rack can be operated.
         editions: loads the programs of edits; None without edits.
         remembered: snapshots of a ladder program, see `Debugger`.
+
+    Attributes:
+        editions: loads the programs of edits; None without edits.
     """
 
     def __init__(
@@ -84,7 +87,7 @@ class RunProgram:
         self.debugger = _debugger_of(logic, remembered) if handled else None  # None without one
         self.logic: ScanLogic = self.debugger or logic  # the program, under a debugger on an operable rack
         self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None  # called with every edit
-        self._editions, self._edits = editions, 0
+        self.editions, self._edits = editions, 0
         self._fields = Fields(self._own_logic)
         self._followers: list[WatchesSequences] = []
         self.may_bring_sequences = editions is not None and self.debugger is None
@@ -104,13 +107,13 @@ class RunProgram:
 
     def recorded(self, recorder: ScanRecorder) -> ScanListener:
         """Return a recorder that also receives the sequences of the program, and the files of its edits."""
-        return self.following(recorder if self._editions is None else RecordsEdits(recorder, self._editions))
+        return self.following(recorder if self.editions is None else RecordsEdits(recorder, self.editions))
 
     def hands(self, cpu: Cpu, rack: Rack) -> OperatorActions:
         """Return the executor of orders on a rack; orders on tags need a ladder program."""
         from scanrack.runtime.live.operator_actions import OperatorActions
 
-        edit = None if self._editions is None else partial(self._edit, cpu, self._editions)
+        edit = None if self.editions is None else partial(self._edit, cpu, self.editions)
         return OperatorActions(cpu, rack, self.desk, edit)
 
     @property

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 from scanrack.jobs.load.panels import panel_name
 from scanrack.jobs.trust.trust import address_name
+from scanrack.jobs.why.traced_run import Load
 from scanrack.ladder import LadderLogic
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.actions import ACTIONS, NAMES, Branch, action_of
@@ -54,7 +55,12 @@ class TraceMonitor(Monitor):
         sources: its programs, in the order of their scans; at least one.
         first: the first scan of pages; None = the last one.
         branch: prepares a session that repeats the recording up to a scan, ValueError if that is impossible.
+
+    Attributes:
+        again: loads its programs again, for a debug adapter; None if they must not be run.
     """
+
+    again: Load | None = None
 
     def __init__(
         self,

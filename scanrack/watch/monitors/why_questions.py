@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scanrack.ladder.debug import told
+from scanrack.ladder.debug import answer_text
 from scanrack.ladder.debug.causes import Causes
 from scanrack.ladder.debug.inquiry import Inquiry
 
@@ -43,7 +43,7 @@ def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) 
     try:
         found = None if replica.is_impure else chain_of(monitor, causes or Causes(replica), tag, scan)
         if found is not None:
-            return {"text": told(found), "scan": scan, "chain": links_of(found)}
+            return {"text": answer_text(found), "scan": scan, "chain": links_of(found)}
         forced, uses = monitor.states.forces_at(past), program.catalog.cross_reference
         text = Inquiry(replica.engine, replica, scan, forced, uses).why(tag)
         return {"text": text, "scan": scan, "chain": []}

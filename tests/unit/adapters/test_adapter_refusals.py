@@ -22,10 +22,10 @@ from adapterbench import (
     move,
 )
 from overheard import Overheard
-from scanrack.runtime.modules.adapters.amci_drive import capabilities as amci_drive
+from scanrack.runtime.modules.adapters.amci_drive import amci_drive_capabilities as amci_drive
 from scanrack.runtime.modules.adapters.amci_drive.driver import IDLE
-from scanrack.runtime.modules.adapters.pcl601 import capabilities as pcl601
-from scanrack.runtime.modules.adapters.pmc006 import capabilities as pmc006
+from scanrack.runtime.modules.adapters.pcl601 import pcl601_capabilities as pcl601
+from scanrack.runtime.modules.adapters.pmc006 import pmc006_capabilities as pmc006
 
 pytestmark = pytest.mark.slow  # together they take seconds
 

@@ -71,7 +71,6 @@ def test_nonsense_is_answered_and_the_session_goes_on(client: DebugClient, data:
         ("launch", {"program": "missing.toml"}, "missing.toml"),
         ("launch", {"program": "rack.toml", "speeed": 1}, "no argument 'speeed'"),
         ("launch", {"program": "rack.toml", "page": 1}, "page 1: must be true or false"),
-        ("launch", {"program": "examples/sequences/labeller.toml"}, "labeller.py is Python without rungs"),
         ("attach", {"program": "missing.mcap"}, "no such file"),
     ],
 )

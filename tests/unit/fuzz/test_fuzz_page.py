@@ -38,7 +38,7 @@ def told(output):
 
 
 @pytest.mark.slow
-def test_five_minutes_end_with_a_failure_that_can_be_looked_at_and_mended(folder):
+def test_five_minutes_end_with_a_failure_that_can_be_looked_at_and_fixed(folder):
     command = ("fuzz", "line.toml", "--invariants", "must_hold.py", "--jobs", 1)
     first = scanrack(*command, "--runs", 40)
     assert first.exit_code == 1, first.output
@@ -59,12 +59,12 @@ def test_five_minutes_end_with_a_failure_that_can_be_looked_at_and_mended(folder
 
     program = (folder / "line.py").read_text(encoding="utf-8")
     branch = program.index("elif status.INPUT_ERROR:")
-    mended = program[:branch] + program[branch:].replace('step = "out"', 'step = "home"', 1)
-    (folder / "line.py").write_text(mended, encoding="utf-8")
+    fixed = program[:branch] + program[branch:].replace('step = "out"', 'step = "home"', 1)
+    (folder / "line.py").write_text(fixed, encoding="utf-8")
     second = scanrack(*command, "--runs", 10)
     assert (second.exit_code, second.stdout.splitlines()[0]) == (
         0,
-        "mended: No COMMAND_ERROR ever [command_error]",
+        "fixed: No COMMAND_ERROR ever [command_error]",
     )
     assert scanrack(*command, "--scenario", found / "scenario.json").stdout == "everything held\n"
 

@@ -1,4 +1,4 @@
-"""One session of `scanrack fuzz` after the other: what is known, what is mended, what can't be searched."""
+"""One session of `scanrack fuzz` after the other: what is known, what is fixed, what can't be searched."""
 
 from __future__ import annotations
 
@@ -60,17 +60,17 @@ def test_what_is_fixed_is_reported_once_and_becomes_a_seed(line):
     second = fuzz(rack, "--runs", 5, "--only", "inputs")
     assert (second.exit_code, second.stdout.splitlines()[0]) == (
         0,
-        "mended: The program does not fault the CPU [no-fault]",
+        "fixed: The program does not fault the CPU [no-fault]",
     )
     assert state_of(rack).corpus[key] == broken.scenario
     assert "held          commands-end, no-command-error, no-fault," in second.stdout
     report = rack.parent / "out" / "no-fault" / "report.txt"
     assert report.read_text(encoding="utf-8").startswith("Fixed: ")
-    assert "mended:" not in fuzz(rack, "--runs", 5, "--only", "inputs").stdout
+    assert "fixed:" not in fuzz(rack, "--runs", 5, "--only", "inputs").stdout
 
 
 @pytest.mark.slow
-def test_what_is_not_mended_is_told_again_without_a_search_for_it(line):
+def test_what_is_not_fixed_is_reported_again_without_a_search_for_it(line):
     rack = line(WATCHES.format(bit="IN_ESTOP"))
     first = fuzz(rack, "--runs", 40, "--only", "inputs")
     second = fuzz(rack, "--runs", 5, "--only", "inputs")
@@ -93,7 +93,7 @@ def test_faults_are_told_apart_by_their_lines_which_may_move(line):
     line("# a line more\n" + two)
     moved = fuzz(rack, "--runs", 1, "--only", "inputs")
     assert moved.exit_code == 1
-    assert "mended" not in moved.stdout
+    assert "fixed" not in moved.stdout
     after = state_of(rack)
     assert sorted(after.found) == ["no-fault line.py:11", "no-fault line.py:13"]
     assert after.folders["no-fault line.py:11"] == before.folders["no-fault line.py:10"]

@@ -12,8 +12,8 @@ from ...amci3601.axis_protocol import BlendProgram
 from ..exchanges import ControllerState
 from ..linked_axis import LinkedAxis
 from ..task import Task, TaskKind
+from .amci_drive_capabilities import AmciDriveCapabilities
 from .amci_drive_options import AmciDriveOptions
-from .capabilities import AmciDriveCapabilities
 from .driver import RESETTABLE, AmciDriver
 from .units import DriveProfile, drive_profile
 

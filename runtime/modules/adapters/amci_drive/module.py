@@ -6,8 +6,8 @@ from ....line.clients.link import Link
 from ....line.hosts import split_address
 from ....line.liveport import TCP, check_address
 from ..module import AdapterKind
+from .amci_drive_capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
 from .amci_drive_options import AmciDriveOptions
-from .capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
 from .drive_axis import DriveAxis
 from .driver import LINE_FORMAT, AmciDriver
 from .simulated import SimulatedDrive

@@ -1,9 +1,9 @@
 """A PCL601 in the slot of a 3601."""
 
 from ..module import AdapterKind
-from .capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
 from .driver import LINE_FORMAT, Pcl601Driver
 from .pcl601_axis import Pcl601Axis
+from .pcl601_capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
 from .pcl601_options import Pcl601Options
 from .simulated import SimulatedPcl601
 

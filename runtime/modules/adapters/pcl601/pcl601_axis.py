@@ -10,8 +10,8 @@ from ....kinematics import stop as plan_stop
 from ..exchanges import ControllerState
 from ..linked_axis import LinkedAxis
 from ..task import TaskKind
-from .capabilities import Pcl601Capabilities, polls_mark
 from .driver import BOTH_SIDES, Pcl601Driver
+from .pcl601_capabilities import Pcl601Capabilities, polls_mark
 from .pcl601_options import Pcl601Options
 from .units import Drive, drive_for
 

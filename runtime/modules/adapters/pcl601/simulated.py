@@ -24,8 +24,8 @@ from ....controllers.pcl601.line import Pcl601
 from ....machine import Machine
 from ....machine.contacts import GROUND, OPEN, Contact, Parallel, contacts_of
 from ..plant import Plant, switches_of
-from .capabilities import hears_external
 from .driver import MARK_OUTPUT, PROXIMITY_OUTPUT
+from .pcl601_capabilities import hears_external
 from .pcl601_options import Pcl601Options
 
 WIRING: dict[InputBit, tuple[str, ...]] = {

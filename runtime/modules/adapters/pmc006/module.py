@@ -1,9 +1,9 @@
 """A PMC006x3s in the slot of a 3601."""
 
 from ..module import AdapterKind
-from .capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
 from .driver import LINE_FORMAT, Pmc006Driver
 from .pmc006_axis import Pmc006Axis
+from .pmc006_capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
 from .pmc006_options import Pmc006Options
 from .simulated import SimulatedPmc006
 

@@ -11,8 +11,8 @@ from ....kinematics import AnyShape, Profile, Rate
 from ..exchanges import ControllerState
 from ..linked_axis import LinkedAxis
 from ..task import Task, TaskKind
-from .capabilities import FSET_INPUTS, SHARED, Pmc006Capabilities
 from .driver import Pmc006Driver
+from .pmc006_capabilities import FSET_INPUTS, SHARED, Pmc006Capabilities
 from .pmc006_options import Pmc006Options
 from .units import fitted, speeds_for
 

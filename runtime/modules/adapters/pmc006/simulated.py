@@ -19,7 +19,7 @@ from ....controllers.pmc006.pins import Pin
 from ....machine import Machine
 from ....machine.contacts import Parallel, contacts_of
 from ..plant import Plant
-from .capabilities import FSET_INPUTS
+from .pmc006_capabilities import FSET_INPUTS
 
 UNIT = 1
 

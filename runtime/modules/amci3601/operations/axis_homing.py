@@ -10,7 +10,7 @@ from typing import Protocol, runtime_checkable
 from typing_extensions import override
 
 from ....kinematics import Profile
-from ..capabilities import AxisHoming, Refusal
+from ..amci3601_capabilities import AxisHoming, Refusal
 from ..command_words import CommandWords
 from ..latches import HOME_INVALID, INPUT_ERROR, POSITION_INVALID
 from ..operation import CW_LIMIT, Host, limit_of

@@ -15,9 +15,9 @@ from scanrack.io_images.thousands import is_legal_pair, join_thousands
 from typing_extensions import override
 
 from ....kinematics import Shape
+from ..amci3601_capabilities import Feature
 from ..axis_protocol import BlendProgram
 from ..blend_session import BlendSession
-from ..capabilities import Feature
 from ..command_words import CommandWords
 from ..latches import COMMAND_ERROR, STOPPED, BrokenRule
 from ..operation import Host, Operation

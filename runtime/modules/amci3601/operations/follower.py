@@ -21,7 +21,7 @@ from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
 from typing_extensions import override
 
 from ....kinematics import MILLI, PICO
-from ..capabilities import Feature
+from ..amci3601_capabilities import Feature
 from ..command_words import CommandWords
 from ..latches import STOPPED
 from ..operation import Host, Limits, Operation
@@ -61,18 +61,22 @@ class EncoderFollower(Operation):
 
     # -- the words ----------------------------------------------------------------------------
 
+    def _leave(self, now_ns: int, command: CommandWords) -> None:
+        """End the mode; a command other than a reset is a fault."""
+        if command.msw & MANUAL_BITS:
+            self.host.fire(now_ns, "CMD-35")
+        elif command.msw not in (0, RESET):
+            self.host.fire(now_ns, "CMD-34")  # such as Hold with a command LSW of 0
+        self.left = True
+
     @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
-        """Check the words; any fault ends the mode (reading A-65)."""
+        """Check the words; any fault ends the mode (interpretation A-65)."""
         self._at_rest = False
         if self.left:
             return
         if not command.lsw & FOLLOW:
-            if command.msw & MANUAL_BITS:
-                self.host.fire(now_ns, "CMD-35")
-            elif command.msw != RESET and command.msw:
-                self.host.fire(now_ns, "CMD-34")  # such as Hold with a command LSW of 0
-            self.left = True
+            self._leave(now_ns, command)
             return
         sense = 1 if command.msw & MANUAL_BIT[1] else -1 if command.msw & MANUAL_BIT[-1] else 0
         self.left = refused(self.host, now_ns, command, FOLLOWER_WORDS)
@@ -156,16 +160,16 @@ class EncoderFollower(Operation):
 
     def _ramp_speed(self, owed: int, elapsed_ns: int, acceleration: int, deceleration: int) -> None:
         """Ramp the speed toward that of the owed steps, within the rates."""
-        wanted = self._allowed_speed(owed, deceleration)
+        target = self._allowed_speed(owed, deceleration)
         before = self._speed_msps
-        growing = abs(wanted) > abs(before) and wanted * before >= 0
+        growing = abs(target) > abs(before) and target * before >= 0
         rate = acceleration if growing else deceleration
         if rate == 0:
-            self._speed_msps = wanted
+            self._speed_msps = target
             return
         change = rate * MILLI * MILLI * elapsed_ns // 1_000_000_000
-        self._speed_msps = max(before - change, min(before + change, wanted))
-        if 0 < change <= abs(wanted - before):  # else it only keeps up with the encoder
+        self._speed_msps = max(before - change, min(before + change, target))
+        if 0 < change <= abs(target - before):  # else it only keeps up with the encoder
             self.shown_ramp = 1 if growing else -1
 
     def _allowed_speed(self, owed: int, deceleration: int) -> int:

@@ -8,7 +8,7 @@ from scanrack.io_images.amci3601 import CommandMsw
 from typing_extensions import override
 
 from ....kinematics import Profile
-from ..capabilities import Feature
+from ..amci3601_capabilities import Feature
 from ..command_words import CommandWords
 from ..latches import STOPPED
 from ..operation import Host, Limits, Operation

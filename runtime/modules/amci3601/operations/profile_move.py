@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing_extensions import override
 
 from ....kinematics import Profile
-from ..capabilities import Feature
+from ..amci3601_capabilities import Feature
 from ..latches import HOLD_STATE
 from ..operation import Host, Operation
 from ..state import HeldMove

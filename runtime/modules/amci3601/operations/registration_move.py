@@ -14,7 +14,7 @@ from typing import ClassVar
 
 from typing_extensions import override
 
-from ..capabilities import Feature
+from ..amci3601_capabilities import Feature
 from ..command_words import CommandWords
 from ..operation import Host
 from ..refusals import speed_or_rates_out_of_range

@@ -72,22 +72,30 @@ class Chooser:
         """
         self.corpus.runs += 1
         self._runs += 1
-        random, draws = self._random, self._draws
         if self._first is None:
             return self._base or Scenario()
         if self._untried:
             return self._with_one_contact()
         blind = self.corpus.runs <= BLIND
         from_nothing, swept = (FRESH_FIRST, SWEPT_FIRST) if blind else (FRESH, SWEPT)
-        way = random.random()
-        if not (self.corpus.entries and draws.has_events) or way < from_nothing:
-            known = random.choice(self.corpus.entries).edges if self.corpus.entries else self._first
-            return draws.scenario(self._first if random.random() < 0.5 else known, self._base)
+        way = self._random.random()
+        if not (self.corpus.entries and self._draws.has_events) or way < from_nothing:
+            return self._from_nothing(self._first)
         if way < from_nothing + swept and (thin := self._sweep.next()) is not None:
             return thin
-        entry = self.corpus.choose(random)
+        return self._of_corpus(run)
+
+    def _from_nothing(self, first: Edges) -> Scenario:
+        """Return a drawn scenario, aimed at the edges of the first run or of an entry."""
+        random, entries = self._random, self.corpus.entries
+        known = random.choice(entries).edges if entries else first
+        return self._draws.scenario(first if random.random() < 0.5 else known, self._base)
+
+    def _of_corpus(self, run: Run) -> Scenario:
+        """Return a child of an entry, which is trimmed first."""
+        entry = self.corpus.choose(self._random)
         if self._trimming < TRIMMING * self._runs:
-            trim(entry, self._counted(run), draws.scan_ns)
+            trim(entry, self._counted(run), self._draws.scan_ns)
         self._sweep.take(entry)
         if entry.worth >= PATH_WORTH:
             self._prefer_contacts(entry.scenario)

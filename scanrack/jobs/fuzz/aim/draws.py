@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from random import Random
 from typing import Any
 
@@ -158,9 +158,17 @@ class Draws:
         self._rack, self._rungs, self._settings = _RackParts.of(spec), rungs, settings
         self.contacts = Contacts(spec, self._kinds)
         self.times: tuple[int, ...] = ()  # of the program, ns
-        self._all_events = [make for weight, make in self._makers() for _ in range(weight)]
         self._events = self._all_events  # of the present scenario
-        self._conditions = list(self._untimed())
+
+    @cached_property
+    def _all_events(self) -> list[Make]:
+        """The possible events, each as often as its weight says."""
+        return [make for weight, make in self._makers() for _ in range(weight)]
+
+    @cached_property
+    def _conditions(self) -> list[Callable[[Scenario], Scenario]]:
+        """The possible conditions of a whole run."""
+        return list(self._untimed())
 
     def scenario(self, edges: Edges = NO_EDGES, base: Scenario | None = None) -> Scenario:
         """Return a scenario of up to seven parts, or a variant of another one."""
@@ -201,16 +209,19 @@ class Draws:
         if not self._events:
             return scenario, first
         at = self._when(scenario, edges, first)
-        pressed: tuple[Contact, ...] = (*scenario.presses, *scenario.pushes)
         if self._press in self._events and random.random() < RHYTHM:
             return self._with_rhythm(scenario, at)
-        if pressed and random.random() < AGAIN:
-            part: Timed = self._pressed_again(random.choice(pressed), at)
-        else:
-            part = random.choice(self._events)(at, edges)
+        part = self._next_part(scenario, at, edges)
         end = at + getattr(part, "for_ns", 0) // self.scan_ns
         after_end = end < self.scans and random.random() < AFTER_END
         return with_part(scenario, part), end if after_end else at
+
+    def _next_part(self, scenario: Scenario, at: int, edges: Edges) -> Timed:
+        """Return a new event in a scan, or an earlier press again."""
+        pressed: tuple[Contact, ...] = (*scenario.presses, *scenario.pushes)
+        if pressed and self._random.random() < AGAIN:
+            return self._pressed_again(self._random.choice(pressed), at)
+        return self._random.choice(self._events)(at, edges)
 
     def _pressed_again(self, part: Contact, at: int) -> Contact:
         """Return the same press in another scan, of any axis that has this input."""

@@ -42,12 +42,10 @@ def _presets(engine: Engine) -> Iterator[int]:
     """Yield the presets of all timers as they are now, ns."""
     leaves = engine.lowered.layout.leaves
     for path, leaf in leaves.items():
-        if path.endswith(".PRE") and f"{path[:-4]}.TT" in leaves:
-            cell = engine.memory.cells.get(leaf.ident)
-            held: Any = None if cell is None else cell.cell_contents
-            for value in held if leaf.dims and held is not None else (held,):
-                if value.__class__ is int:
-                    yield value * MS
+        if path.endswith(".PRE") and f"{path[:-4]}.TT" in leaves and leaf.ident in engine.memory.cells:
+            held: Any = engine.memory.cells[leaf.ident].cell_contents
+            values = held if leaf.dims and held is not None else (held,)
+            yield from (value * MS for value in values if value.__class__ is int)
     for presets in engine.lowered.defaults.values():
         yield from (int(value) * MS for (path, _), value in presets.items() if path.upper().endswith(".PRE"))
 

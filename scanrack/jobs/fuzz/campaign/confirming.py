@@ -1,4 +1,4 @@
-"""A failure counts if it happens twice: here, and in a new process with another environment."""
+"""Confirms a failure: it counts if it also happens in a new process with another environment."""
 
 from __future__ import annotations
 

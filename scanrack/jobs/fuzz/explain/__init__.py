@@ -1,1 +1,1 @@
-"""What a search says: when a failure became inevitable, what its cause was, what was not reached."""
+"""Explains the results of a search: point of no return, cause of a failure, coverage, unfired rules."""

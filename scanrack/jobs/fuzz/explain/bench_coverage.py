@@ -1,4 +1,4 @@
-"""The coverage of programs by tests: what the racks went through that were opened on the bench."""
+"""Measures what tests cover: the rungs and branches of the programs that they open on a bench."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ Bits = list[bool]
 
 @dataclass(slots=True)
 class _Program:
-    """A program that was on the bench.
+    """A program of a bench.
 
     Attributes:
-        rack: the rack file that it was opened with first.
+        rack: the first rack file that it was opened with.
         noted: of a Python program, the bytes of its branches, one for each time it was loaded.
     """
 
@@ -46,7 +46,7 @@ class _Program:
 
 
 class BenchCoverage(BenchObserver):
-    """Gathers what the programs on all benches go through; processes add theirs by `row` and `merge`."""
+    """Gathers the coverage of the programs on all benches; `row` and `merge` carry it between processes."""
 
     def __init__(self) -> None:
         self._programs: dict[str, _Program] = {}
@@ -72,7 +72,7 @@ class BenchCoverage(BenchObserver):
         return self._programs.setdefault(program, _Program(rack))
 
     def row(self) -> dict[str, Any]:
-        """Return what was gathered, for another process."""
+        """Return the coverage as plain data, for another process."""
         return {
             name: {
                 "rack": each.rack,
@@ -84,7 +84,7 @@ class BenchCoverage(BenchObserver):
         }
 
     def merge(self, row: Mapping[str, Any]) -> None:
-        """Add what another process has gathered with the same programs."""
+        """Add the coverage of another process."""
         for name, given in row.items():
             program = self._program(name, given["rack"])
             program.noted.append(bytearray.fromhex(given["branches"]))
@@ -107,7 +107,7 @@ class BenchCoverage(BenchObserver):
 class _RungListener(QuietListener):
     """Adds the power in the rungs of each scan to a tally.
 
-    Rungs that an edit or a test routine brings are left out.
+    Rungs of edits and of test routines are left out.
     """
 
     def __init__(self, debugger: Debugger, tally: PowerTally) -> None:

@@ -1,4 +1,4 @@
-"""What a program went through in some runs: of each rung what was never on, never off, never reached."""
+"""Measures the coverage of a program by runs: what was never on, never off or never reached in each rung."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from ..scenarios.scenario import Scenario
 from .unfired import GivenWords
 
 DeadPlace = tuple[str, int | str | None, str, str]
-"""What is proved never to happen: routine, rung, instruction as text, state."""
+"""A state that is proved impossible: routine, rung, text of the instruction, state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,11 +47,11 @@ class CoveredLine:
 
 @dataclass(frozen=True, slots=True)
 class Coverage:
-    """What some runs went through.
+    """The coverage of some runs.
 
     Attributes:
         lines: of the program, with their gaps, in its order.
-        given: what the words of each 3601 were, by slot.
+        given: the words of each 3601 in all scans, by slot.
     """
 
     lines: list[CoveredLine]
@@ -61,11 +61,11 @@ class Coverage:
 def coverage_of(
     bench: TrialBench, scenarios: Iterable[Scenario], job: LoadedRack, dead: Collection[DeadPlace] = ()
 ) -> Coverage:
-    """Run scenarios and return what they went through.
+    """Run scenarios and return their coverage.
 
     Args:
-        job: whose program it is; blocks that came with the package are left out.
-        dead: what is proved dead, and is no gap.
+        job: the rack with the program; the motion blocks of the package are left out.
+        dead: states that are proved impossible and therefore no gaps.
     """
     tally = PowerTally()
     for scenario in scenarios:
@@ -81,7 +81,10 @@ def covered_lines(tally: PowerTally, job: LoadedRack, dead: Collection[DeadPlace
 
 
 def places_in(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> frozenset[str]:
-    """Run a scenario; return what passed power or was taken, with its routine or file, without numbers."""
+    """Run a scenario; return the instructions that passed power, or the branches that were taken.
+
+    Each has its routine or file, and no numbers.
+    """
     tally = PowerTally()
     bench.run(scenario, without=bench.names, probe=_TallyProbe(tally))
     if (lowered := tally.lowered) is not None:
@@ -108,7 +111,7 @@ class PowerTally:
     Attributes:
         on, off: of each line of a ladder program, by instruction, whether it ever passed power, or none.
         branches: of a Python program, whether each was taken.
-        given: what the words of each 3601 were.
+        given: the words of each 3601 in all scans.
     """
 
     lowered: LoweredProgram | None = None
@@ -213,19 +216,24 @@ def _python_lines(tally: PowerTally, program: Path) -> Iterator[CoveredLine]:
 def _branch_gaps(data: bytes, file: str, branches: bytearray) -> dict[int, str]:
     """Return what never happened in the lines in which branches begin.
 
-    The branch that an `if` without `else` takes else has the line of the `if`.
+    The missing `else` of an `if` has the line of the `if`.
     """
-    without_else = {
-        node.lineno
-        for node in ast.walk(ast.parse(data, file))
-        if isinstance(node, ast.If) and not node.orelse
-    }
     taken: dict[int, list[int]] = {}
     for line, each in zip(branch_lines(data, file), branches, strict=False):
         taken.setdefault(line, []).append(each)
-    gaps = {}
-    for line, ways in taken.items():
-        other_way = line in without_else and (len(ways) == 1 or any(ways))
-        if not any(ways) or (other_way and not all(ways)):
-            gaps[line] = "never false" if other_way else "never reached"
-    return gaps
+    without_else = _ifs_without_else(data, file)
+    gaps = {line: _branch_gap(ways, line in without_else) for line, ways in taken.items()}
+    return {line: gap for line, gap in gaps.items() if gap}
+
+
+def _branch_gap(ways: Sequence[int], is_without_else: bool) -> str:
+    """Return what never happened in the branches of a line; empty for nothing."""
+    if is_without_else and (len(ways) == 1 or any(ways)):
+        return "" if all(ways) else "never false"
+    return "" if any(ways) else "never reached"
+
+
+def _ifs_without_else(data: bytes, file: str) -> set[int]:
+    """Return the lines of the `if`s of a program that have no `else`."""
+    nodes = ast.walk(ast.parse(data, file))
+    return {node.lineno for node in nodes if isinstance(node, ast.If) and not node.orelse}

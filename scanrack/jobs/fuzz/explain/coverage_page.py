@@ -42,7 +42,7 @@ def save_coverage(
     """Write the page.
 
     Args:
-        runs: number of the runs that it is of.
+        runs: number of the runs.
         never: the error rules that never fired.
         rules: number of the error rules.
 
@@ -73,7 +73,7 @@ def save_programs(file: Path, programs: Iterable[tuple[str, Sequence[CoveredLine
 
 
 def coverage_line(lines: Sequence[CoveredLine]) -> str:
-    """Return how much of a program was covered, in a sentence."""
+    """Return a sentence about the lines with gaps."""
     gaps = sum(bool(each.never) for each in lines)
     return (
         f"{gaps:,} of {len(lines):,} lines have gaps" if gaps else f"none of {len(lines):,} lines has a gap"

@@ -1,6 +1,6 @@
-"""Why error rules of the manual never fired in a campaign: the first reason that holds.
+"""Explains why error rules of the manual never fired in a campaign, by the first reason that holds.
 
-Each rule needs commands of the program, a configuration, and inputs that are active; the table says which.
+A rule needs commands of the program, a configuration, and active inputs: see `NEEDS`.
 A condition on a number, such as a speed below the starting speed, is not in it: the conditions of such a rule
 were never met together.
 """
@@ -58,9 +58,10 @@ class Need(NamedTuple):
     """What a rule needs before it can fire.
 
     Attributes:
-        gives: of each mask over both command words the program gives a bit at some time.
-        uses: of each mask one configuration has a bit; inputs among them have to be active at some time, too.
-        lacks: some configuration lacks a bit of the mask; 0 for no need.
+        gives: masks over both command words; the program must set a bit of each at some time.
+        uses: masks over configuration words; some configuration must have a bit of each. Inputs among these
+            bits must also be active at some time.
+        lacks: mask; some configuration must lack one of its bits. 0 = no need.
     """
 
     gives: tuple[int, ...] = ()
@@ -105,12 +106,12 @@ NEEDS: Mapping[str, Need] = {
     "CMD-36": Need((FOLLOWER, S_CURVE), (ENCODER,)),
     "CER-01": Need(), "CER-02": Need((CONFIGURE,)),
 }
-"""Of each row of chapter 6's lists what it needs, after its sentence in `RULES`."""
+"""The needs of each row of chapter 6's lists, from its sentence in `RULES`."""
 # fmt: on
 
 
 def error_rules(profile: Profile = WORDS_3601) -> list[Rule]:
-    """Return the rows of chapter 6's lists and a module's own refusals, in the order of its rules."""
+    """Return the rows of chapter 6's lists and a module's own refusals, in the order of the rules."""
     own = {rule for rule, _ in profile.further_refusals}
     return [
         rule for rule in profile.rules.values() if (rule.list_of or 0) & profile.error_bits or rule.id in own
@@ -121,7 +122,7 @@ class ErrorRules(NamedTuple):
     """The error rules of a rack's modules.
 
     Attributes:
-        owners: whose they are, in words.
+        owners: the modules or the chapter, in words.
         ids: of the rules; modules of two families share some.
     """
 
@@ -177,7 +178,7 @@ class UnfiredRule(NamedTuple):
 
 @dataclass(slots=True)
 class GivenWords:
-    """What was ever in the words of a 3601.
+    """All that was in the words of a 3601 so far.
 
     Attributes:
         commands: bits of both command words in command mode.
@@ -212,12 +213,12 @@ def unfired(
 ) -> list[UnfiredRule]:
     """Return the error rules that never fired, each with the first reason that holds.
 
-    Of several modules the one that came furthest gives the reason.
+    With several modules the reason is that of the module that came closest.
 
     Args:
         fired: ids of the rules that did.
         given: what each module's words were, by slot.
-        oldest: each module's oldest firmware that is tried, by slot; newer ones are, too.
+        oldest: the oldest firmware of each module in the search, by slot; newer ones are tried, too.
     """
     return [
         max((_why(rule, given[slot], oldest[slot]) for slot in given), key=lambda each: each.why)

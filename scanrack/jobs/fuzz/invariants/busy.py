@@ -1,4 +1,4 @@
-"""The invariant of commands: no command is in progress while its axis rests for a second with a good link.
+"""Finds commands that are in progress while their axis rests for a second with a good link.
 
 Homing may rest longer: two seconds on an end limit. A follower rests with its encoder. A blend is
 programmed at rest, in phases; each restarts the second. With a round trip of more than a third of a
@@ -44,7 +44,7 @@ class BusyCommand:
     """A command in progress."""
 
     text: object  # its name, or an object that has it
-    rests: bool  # its axis rests, and answers
+    rests: bool  # whether its axis rests, and answers
     phase: int  # changes when it makes progress at rest
     limit_ns: int
 
@@ -104,7 +104,7 @@ def _limit_ns(trip_ns: int, *, searches: bool) -> int:
 
 
 class RestMeter:
-    """Measures the rests of a program's axes under a command."""
+    """Measures how long the axes of a program rest during a command."""
 
     def __init__(self, axes: Iterable[Question]) -> None:
         self._axes = [_Rest(each) for each in axes]

@@ -1,8 +1,8 @@
-"""What a user's condition reads, found in its code.
+"""Finds what a user's condition reads, in its code.
 
 A condition that reads only tags and images has the same answer until one of them changes. A condition that
 reads the time, keeps something between calls, or calls unknown code may change its answer in any scan.
-Where the code leaves doubt, the condition counts as one of these.
+In doubt a condition counts as one of these.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ COUNT = re.compile(r"(^|\.)ACC$", re.IGNORECASE)
 """The end of the name of a timer's accumulated value."""
 
 DEEP = 5
-"""Number of functions, one called by the other, that are looked into."""
+"""Depth of nested calls that are followed."""
 
 
 @lru_cache(maxsize=1024)

@@ -43,7 +43,7 @@ def maximize(measure: Condition) -> Invariant:
 
 
 class Sometimes:
-    """Watches a run for what is to be seen."""
+    """Watches a run for a condition that should come true."""
 
     def __init__(self, condition: Condition) -> None:
         self._condition = condition
@@ -51,7 +51,7 @@ class Sometimes:
         self.note: Note | None = None
 
     def __call__(self, now: Snapshot) -> None:
-        """Note the first scan in which it is seen."""
+        """Note the first scan in which the condition is true."""
         if not self.applied and answer(self._condition, now):
             self.applied = True
             if self.note is not None:

@@ -170,7 +170,7 @@ class Snapshot:
         state: of a program in Python.
         rules: ids of the manual's rules that fired in this scan, in order.
         mode: the CPU's mode: "run", "test", "program" or "single scan".
-        axes: returns the commands of the program's axes, one function each.
+        axes: for each axis of the program a function that returns its command.
         resting: whether the logic was not called in this scan, as in program mode.
     """
 

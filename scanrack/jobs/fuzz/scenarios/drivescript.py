@@ -1,4 +1,4 @@
-"""A run as a script for `scanrack drive`: the inputs of one module, request by request."""
+"""Writes a run as a script for `scanrack drive`: the inputs of one module, request by request."""
 
 from __future__ import annotations
 

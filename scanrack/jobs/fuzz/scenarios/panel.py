@@ -1,4 +1,4 @@
-"""The tags that an operator's panel writes, with the values at which a ladder program decides.
+"""Finds the tags that an operator's panel writes, and values near those that the program compares.
 
 They are the tags that clients may write (`[server]`), those that the rack file calls written outside or free
 (`[prove]`), and those with a name of a panel: `HMI`, `RECIPE`, `SETPOINT` and so on.

@@ -1,4 +1,4 @@
-"""A scenario as a list of parts: taken apart, put together, with one more."""
+"""Takes scenarios apart, and puts them together from parts."""
 
 from __future__ import annotations
 
@@ -47,6 +47,11 @@ def scenario_of(parts: Iterable[Part]) -> Scenario:
 def timed_parts(scenario: Scenario) -> list[Timed]:
     """Return the parts of a scenario that have an instant."""
     return [part for field in TIMED.values() for part in getattr(scenario, field)]
+
+
+def end_ns(part: Timed) -> int:
+    """Return the instant at which a part ends; its beginning without a duration."""
+    return part.at_ns + getattr(part, "for_ns", 0)
 
 
 def with_part(scenario: Scenario, part: Timed) -> Scenario:

@@ -1,4 +1,4 @@
-"""Exchanges within a scan: of a CompactLogix's ladder program, whose inputs change between two rungs.
+"""Exchanges within a scan: the inputs of a CompactLogix's ladder program change between two rungs.
 
     scan n        rung 0   rung 1  |  rung 2   rung 3
     inputs        R0       R0      |  R1       R1        a tear before rung 2

@@ -1,4 +1,4 @@
-"""A scenario in words: a line for every part of it, permanent conditions first."""
+"""Describes a scenario: a line for each part, permanent conditions first."""
 
 from __future__ import annotations
 

@@ -1,0 +1,240 @@
+"""Programs without rungs: plain Python, sequences, lists of steps. Their scans are run again by a twin.
+
+window    scans before the one to look at, whose lines are kept: steps back stay in it
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+from scanrack.jobs.record.logic_wrapper import unwrapped
+from scanrack.jobs.why.answer import Why
+from scanrack.jobs.why.traced_run import Load
+from scanrack.ladder.files.steps import Steps
+from scanrack.ladder.model.tree import Origin
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.loop.scan import ScanLogic
+from scanrack.traces.replay import PackedTrace
+from typing_extensions import override
+
+from .breakpoints import Breakpoint, LinePoints, Looker
+from .conditions import NamedValues
+from .cursor import END
+from .executed_scan import Stop, View
+from .protocol import DebugError, Json
+from .subject import SLICE, Poll, SomeSubject
+from .twin import Capture, ProgramValues, TextRun, TextState, Twin
+from .variables import Node, Tree, python_value
+from .variables import Values as ValueNode
+
+WINDOW, WINDOW_MOST, SHARE = 64, 4096, 64
+"""Least and most scans before one that are kept with it, and their share of all scans up to it."""
+
+POLLED = 1024
+"""Scans of a search between two looks for requests."""
+
+
+class TextScan(View):
+    """A scan of a program without rungs."""
+
+    def __init__(self, scan: int, captured: Capture) -> None:
+        self.scan = scan
+        self._states: list[TextState] = [state for _run, _depth, state in captured.runs]
+        self._states.append(captured.state())
+        self._stops = [Stop(at, run, None, depth) for at, (run, depth, _state) in enumerate(captured.runs)]
+        self.tags: dict[str, Any] = {}
+        self.values = NamedValues(self.tags)
+        self._waits: Mapping[str, str] = {}
+        self.show(None)
+
+    @property
+    def stops(self) -> Sequence[Stop]:
+        """See `View`."""
+        return self._stops
+
+    def show(self, order: int | None) -> None:
+        """See `View`."""
+        state = self._states[-1 if order is None else order]
+        self.tags.clear()
+        self.tags.update(state.values)
+        self._waits = state.waits
+
+    def set(self, tag: str, value: object) -> None:
+        """See `View`."""
+        self.tags[tag] = value
+
+    def leave(self) -> None:
+        """See `View`: nothing is borrowed."""
+
+    def last_write(self, tag: str) -> tuple[int, int | None] | None:
+        """See `View`: the line after the one that changed the tag, or the end of the scan."""
+        known = [each.values.get(tag) for each in self._states]
+        changed = [at for at, (before, after) in enumerate(pairwise(known), 1) if before != after]
+        if not changed:
+            return None
+        return (changed[-1], changed[-1]) if changed[-1] < len(self._stops) else (END, None)
+
+    def frame(self, run: TextRun) -> str:
+        """See `View`."""
+        return f"{run.name}, line {run.line.number}"
+
+    def task(self, run: TextRun) -> str:
+        """See `View`."""
+        return ""
+
+    def last_origin(self) -> Origin | None:
+        """See `View`."""
+        return self._stops[-1].run.line.origin if self._stops else None
+
+    def full_name(self, name: str, run: TextRun | None) -> str | None:
+        """See `View`: `self.step` is the step of the program."""
+        if run is not None and name in run.values:
+            return name
+        own = name.removeprefix("self.")
+        fitting = (each for each in self.tags if own != name and each.partition(".")[2] == own)
+        return name if name in self.tags else next(fitting, None)
+
+    def names(self, run: TextRun | None) -> Sequence[tuple[str, str]]:
+        """See `View`."""
+        return [(each, each) for each in (*(() if run is None else run.values), *self.tags)]
+
+    def scopes(self, tree: Tree, run: TextRun | None) -> Iterator[tuple[str, Node]]:
+        """See `View`."""
+        if run is not None and run.values:
+            yield "Locals", ValueNode(tree, run.values)
+        if self.tags:
+            yield "Tags", ValueNode(tree, self.tags, owned=True)
+        if self._waits:
+            yield "Waits", ValueNode(tree, self._waits)
+
+    def value(self, tree: Tree, name: str, address: str) -> Json:
+        """See `View`."""
+        if address in self.tags:
+            return python_value(tree, name, self.tags[address], owned=True)
+        values = (stop.run.values for stop in self._stops)
+        local = next((each for each in values if address in each), dict[str, Any]())
+        return python_value(tree, name, local.get(address))
+
+    def described(self, tag: str) -> Iterator[str]:
+        """See `View`."""
+        return iter(())
+
+    def own_word(self, slot: int, image: str, number: int) -> int | None:
+        """See `View`."""
+
+
+class TextSubject(SomeSubject):
+    """A program without rungs.
+
+    Two twins: one is at the scans that are looked at, the other at those that are searched.
+    """
+
+    def __init__(self, load: Load, spec: RackSpec, *, steps: bool) -> None:
+        self._load, self._spec, self._steps = load, spec, steps
+        self._shown, self._searched = (Twin(load, spec, self.recording) for _ in range(2))
+        self._kept: deque[TextScan] = deque(maxlen=2 * WINDOW_MOST)
+        self._hits: tuple[object, list[tuple[Breakpoint, str]]] = None, []
+
+    def recording(self) -> PackedTrace:
+        """Return the scans so far."""
+        raise NotImplementedError
+
+    @override
+    def view(self, scan: int) -> View:
+        found = next((each for each in self._kept if each.scan == scan), None)
+        if found is None:
+            window = WINDOW if self._shown.at < scan else min(max(WINDOW, scan // SHARE), WINDOW_MOST)
+            first = max(0, scan + 1 - window)
+            first = max(first, self._shown.at + 1) if self._shown.at < scan else first
+            for number, own in self._shown.walk(first, scan, Capture):
+                assert isinstance(own, Capture)
+                found = TextScan(number, own)
+                self._kept.append(found)
+        if found is None or found.scan != scan:
+            raise DebugError(f"scan {scan:,} can no longer be repeated")
+        departs: int | None = self._shown.departs
+        if departs is not None and departs <= scan:
+            raise DebugError(
+                f"run again on the recorded inputs, the program writes other words from scan {departs:,} on: "
+                "it depends on more than its inputs and its time"
+            )
+        return found
+
+    def _search(
+        self, wanted: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None
+    ) -> Iterator[tuple[int, list[tuple[Breakpoint, str]]]]:
+        """Yield the scans from one to another that meet a breakpoint, in order."""
+        twin, begin = self._searched, max(0, first - 1)  # changes are known from the second scan on
+        goes_on = 0 <= twin.at == begin
+        twin.rewind(first if goes_on else begin)
+        looker, points = self._looker(wanted, lambda: twin.logic, lambda: twin.at)
+        if goes_on:
+            begin = first
+            looker.prime(twin.at)
+        for number, _own in twin.walk(begin, last, lambda _logic: points):
+            met = looker.look(number)
+            if met and number >= first:
+                yield number, [(check.breakpoint, text) for check, text in met]
+            if number % POLLED == 0:
+                poll(number)
+
+    def _looker(
+        self, wanted: Sequence[Breakpoint], logic: Callable[[], ScanLogic], at: Callable[[], int]
+    ) -> tuple[Looker, LinePoints]:
+        """Return what looks for breakpoints after each scan of a program, and what sees its lines."""
+        points = LinePoints(ProgramValues(logic), in_frames=not self._steps)
+        return Looker(wanted, points, self.around(at), self.events), points
+
+    @override
+    def check(self, wanted: Sequence[Breakpoint], scan: int) -> None:
+        twin = self._shown
+        twin.rewind(twin.at + 1)
+        self._looker(wanted, lambda: twin.logic, lambda: twin.at)
+
+    @override
+    def hits(self, wanted: Sequence[Breakpoint], scan: int) -> list[tuple[Breakpoint, str]]:
+        key = scan, [(each.number, each.name, each.condition) for each in wanted]
+        if self._hits[0] != key:
+            found = dict(self._search(wanted, scan, scan))
+            self._hits = key, found.get(scan, [])
+        return self._hits[1]
+
+    @override
+    def last_before(self, wanted: Sequence[Breakpoint], scan: int, poll: Poll) -> int | None:
+        first, found = self.extent[0], deque[int](maxlen=1)
+        found.extend(number for number, _hits in self._search(wanted, first, scan - 1, poll))
+        return found[0] if found else None
+
+    @override
+    def first_after(
+        self, wanted: Sequence[Breakpoint], scan: int, slice_scans: int = SLICE
+    ) -> tuple[int | None, int]:
+        last = min(self.extent[1], scan + slice_scans)
+        found = next((number for number, _hits in self._search(wanted, scan + 1, last)), None)
+        return (None, last) if found is None else (found, found)
+
+    @override
+    def last_change(self, tag: str, scan: int) -> int | None:
+        one = Breakpoint(0, "data", tag)
+        return self.last_before([one], scan + 1, lambda _scan: None)
+
+    @override
+    def why(self, tag: str, scan: int) -> list[tuple[str, Origin]]:
+        recording = self.recording()
+        text, chain = Why(recording, scan, self._spec, self._load).of(tag)
+        folder = self._load.folder
+        links = [
+            (str(each), Origin(str(folder / each.site.file), each.site.line))
+            for each in chain.path[1:]
+            if each.site is not None and each.site.file and each.site.line
+        ]
+        return [(text, Origin()), *links]
+
+
+def is_steps(logic: ScanLogic) -> bool:
+    """Whether a program is a list of steps."""
+    inside: object = unwrapped(logic)
+    return isinstance(inside, Steps)

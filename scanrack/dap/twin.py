@@ -1,0 +1,362 @@
+"""A program without rungs, run again beside the session: plain Python, sequences, a list of steps.
+
+    recorded scan        images, time ---> the twin ---> outputs, compared with the recorded ones
+    a scan to look at                        |
+                                             +--> the lines that ran, with the values before each
+
+A program can't be copied in the middle of a run: to go back, the twin begins with the first scan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import redirect_stderr, redirect_stdout
+from enum import Enum
+from io import StringIO
+from types import CodeType, FrameType
+from typing import Any, NamedTuple
+
+from scanrack.io_images.memory_layout import MemoryLayout
+from scanrack.jobs.load.building import round_trip_ms
+from scanrack.jobs.record.link_losses import LinkChange, link_changes
+from scanrack.jobs.record.logic_wrapper import unwrapped
+from scanrack.jobs.record.sequence_watch import sequences_in, standing
+from scanrack.jobs.record.tag_names import named_values, namespace_of
+from scanrack.jobs.replay.replaying import score_of
+from scanrack.jobs.replay.tag_orders import TagOrders
+from scanrack.jobs.why.traced_run import Load, fresh
+from scanrack.ladder.files.steps import Steps
+from scanrack.ladder.model.tree import Origin
+from scanrack.ladder.python.online.editing import edit_logic
+from scanrack.ladder.python.online.fields import Fields
+from scanrack.ladder.python.sequences import Logic
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime.live.actions import ALL, Action, Edit, Force, Unforce, Write, names_in
+from scanrack.runtime.live.operator_actions import AppliedAction
+from scanrack.runtime.loop.events import Event
+from scanrack.runtime.loop.phases import IDLE_PHASES
+from scanrack.runtime.loop.rack import Card, Rack
+from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, LogicScan, ScanFlag, ScanLogic, attached
+from scanrack.traces.read.packed import CHUNK_SCANS
+from scanrack.traces.replay import PackedTrace
+from scanrack.watch.history.watched_python import MOST
+from scanrack.watch.python_stops import LineTrace, Observer
+
+from .protocol import DebugError
+from .variables import Unquoted
+
+DEEPEST, MOST_ITEMS = 3, 100
+"""Levels of a value that are kept, and items of one level."""
+
+UNTOUCHED = ScanFlag.OUTPUT_FORCES | ScanFlag.FAULT
+"""Flags of scans whose recorded outputs are not those of the program."""
+
+
+class TextLine(NamedTuple):
+    """A line of a program, as `cursor` and `places` know rungs."""
+
+    number: int
+    origin: Origin
+
+
+class TextRun(NamedTuple):
+    """A line that ran."""
+
+    routine: str  # the name of its file
+    line: TextLine
+    name: str  # of its function
+    values: Mapping[str, Any]  # the locals before it
+    caller: TextCaller | None = None
+
+
+class TextCaller(NamedTuple):
+    """The line that called a function, or awaits it."""
+
+    run: TextRun
+
+
+class TextState(NamedTuple):
+    """The values of a program at a place of a scan."""
+
+    values: Mapping[str, Any]
+    waits: Mapping[str, str]  # of sequences, and of a list of steps
+
+
+class ProgramValues(Mapping[str, Any]):
+    """The present values of a program by name; nothing of a list of steps."""
+
+    def __init__(self, logic: Callable[[], ScanLogic]) -> None:
+        self._logic, self._codes = logic, dict[str, CodeType]()
+
+    def _space(self) -> dict[str, Any]:
+        logic: Any = unwrapped(self._logic())
+        return {} if isinstance(logic, Steps) else namespace_of(logic)
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._codes:
+            self._codes[name] = compile(name, "<value>", "eval")
+        try:
+            value = eval(self._codes[name], self._space())
+        except Exception as error:  # whatever a property of the user's raises
+            raise KeyError(name) from error
+        return value.name if isinstance(value, Enum) else value
+
+    def __iter__(self) -> Iterator[str]:
+        try:
+            return iter([each.name for each in named_values(self._space(), ["*"])[:MOST]])
+        except ValueError:
+            return iter(())
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def __contains__(self, name: object) -> bool:
+        if not isinstance(name, str) or not all(each.isidentifier() for each in name.split(".")):
+            return False
+        try:
+            self[name]
+        except KeyError:
+            return False
+        return True
+
+
+def copied(value: object, depth: int = DEEPEST) -> Any:
+    """Return a value as it is now, for later: plain ones, lists and dicts of them, the texts of others."""
+    if isinstance(value, Enum):
+        return value.name
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if depth and isinstance(value, list | tuple | set | frozenset):
+        return [copied(each, depth - 1) for each in list(value)[:MOST_ITEMS]]
+    if depth and isinstance(value, dict):
+        return {str(key): copied(each, depth - 1) for key, each in list(value.items())[:MOST_ITEMS]}
+    try:
+        return repr(value)[:200]
+    except Exception as error:  # whatever a repr of the user's raises
+        return f"<{type(value).__name__}: {error}>"
+
+
+class Capture(Observer):
+    """Notes the lines of a scan, and the values before each."""
+
+    def __init__(self, logic: ScanLogic) -> None:
+        self.lines = None
+        self._logic, self._values = logic, ProgramValues(lambda: logic)
+        self._names = list(self._values)
+        self.runs: list[tuple[TextRun, int, TextState]] = []
+
+    def begins(self, frame: FrameType) -> None:
+        """Note a line."""
+        above = list(_callers(frame))
+        self.runs.append((self._run(frame, above), len(above), self.state()))
+
+    def _run(self, frame: FrameType, above: list[FrameType]) -> TextRun:
+        own = {name: copied(each) for name, each in frame.f_locals.items() if each is not self._logic}
+        caller = TextCaller(self._run(above[0], above[1:])) if above else None
+        file, name = frame.f_code.co_filename, frame.f_code.co_name
+        return _line_of(file, frame.f_lineno, name, own, caller)
+
+    def began(self, file: str, line: int) -> None:
+        """Note a step of a list of steps, which has begun."""
+        self.runs.append((_line_of(file, line, "step", {}), 0, self.state()))
+
+    def state(self) -> TextState:
+        """Return the present values."""
+        values = {name: copied(self._values[name]) for name in self._names if name in self._values}
+        return TextState(values, waits_of(self._logic))
+
+
+def _line_of(
+    file: str, line: int, name: str, own: Mapping[str, Any], caller: TextCaller | None = None
+) -> TextRun:
+    return TextRun(LineTrace.name(file), TextLine(line, Origin(file, line)), name, own, caller)
+
+
+def _callers(frame: FrameType) -> Iterator[FrameType]:
+    """Yield the frames of the user's files that a frame was called or awaited from, innermost first."""
+    above = frame.f_back
+    while (
+        above is not None and above.f_code is not Twin._call.__code__
+    ):  # below it is who looks, such as a test
+        if LineTrace.is_own(above.f_code):
+            yield above
+        above = above.f_back
+
+
+def waits_of(logic: ScanLogic) -> Mapping[str, str]:
+    """Return where the sequences of a program wait, and for what, by name."""
+    inside: Any = unwrapped(logic)
+    if isinstance(inside, Steps):
+        return {"step": Unquoted(f"line {inside.line}")}
+    steps = {each.name: standing(each, 0) for each in sequences_in(inside)}
+    return {
+        name: Unquoted(f"line {each.line}: {each.wait}" if each.wait else "over")
+        for name, each in steps.items()
+    }
+
+
+class _Shown:
+    """A module whose inputs are written from outside."""
+
+    def __init__(self) -> None:
+        self.events: list[Event] = []
+        self.linked = True
+        self.links: list[LinkChange] = []
+
+    def update(self, now_ns: int, outputs: Any) -> Any:
+        raise AssertionError("no scan loop runs it")
+
+    def plc_run(self, running: bool) -> None:
+        """Do nothing."""
+
+    def power_cycle(self) -> None:
+        """Do nothing."""
+
+
+class Twin:
+    """Runs a program again on recorded inputs, scan by scan.
+
+    Args:
+        recording: returns the scans so far.
+
+    Attributes:
+        at: the scan that was run last; -1 before the first.
+        logic: the program after it.
+        departs: the first scan with other outputs than recorded; None without one.
+    """
+
+    def __init__(self, load: Load, spec: RackSpec, recording: Callable[[], PackedTrace]) -> None:
+        self._load, self._spec, self._recording = load, spec, recording
+        self.at, self._begun = -1, False
+        self.departs: int | None = None
+        self._orders: tuple[int, Sequence[AppliedAction]] = (-1, ())  # of a number of events
+        self.logic: ScanLogic
+
+    def rewind(self, first: int) -> None:
+        """Begin again if a scan is not before it; then `logic` is there."""
+        if not self._begun or self.at >= first:
+            self._begin()
+
+    def _begin(self) -> None:
+        recording = self._recording()
+        if recording.numbers[0]:
+            first = recording.numbers[0]
+            raise DebugError(f"the recording begins with scan {first:,}: its program can't be run again")
+        with fresh(self._load) as logic:
+            self.logic = logic
+        trips = {slot.number: round_trip_ms(self._spec, slot) for slot in self._spec.slot}
+        self._modules = {each.number: _Shown() for each in recording.slots}
+        self._rack = Rack(
+            Card(
+                each.number, self._modules[each.number], each.module, each.firmware, each.words,
+                trips.get(each.number, 0),
+            )
+            for each in recording.slots
+        )  # fmt: skip
+        self._view = LogicScan(self._rack.slots, self._spec.scan_ns)
+        self._attach(self.logic)
+        self._layout: MemoryLayout = self._rack.layout
+        self.at, self.departs, self._begun, self._given = -1, None, True, 0
+
+    def _attach(self, logic: ScanLogic) -> None:
+        if (needs := attached(logic)) is not None:
+            needs.__attach_logic__(self._view.slot)
+
+    def walk(
+        self, first: int, last: int, observer: Callable[[ScanLogic], Observer | None]
+    ) -> Iterator[tuple[int, Observer | None]]:
+        """Run scans up to one; yield the number of each from the first on, and what has observed it.
+
+        Args:
+            observer: makes what observes a scan, of the program before it; None = nothing.
+
+        Raises:
+            DebugError: they can't be repeated.
+        """
+        self.rewind(first)
+        recording = self._recording()
+        orders = self._take_events(recording)
+        number = self.at + 1
+        while number <= last:
+            rows = recording.scans.chunk(number // CHUNK_SCANS)
+            start = number % CHUNK_SCANS
+            count = min(len(rows.scan), last + 1 - number + start)
+            if start >= count:
+                return
+            heads = zip(
+                *(column[start:count].tolist() for column in (rows.scan, rows.time_ns, rows.flags)),
+                strict=True,
+            )
+            words, size = rows.words[start:count].tobytes(), 2 * rows.words.shape[1]
+            for place, (scan, now_ns, flags) in enumerate(heads):
+                while self._given < len(orders) and orders[self._given].scan <= scan:
+                    self._obey(orders[self._given].order)
+                    self._given += 1
+                own = observer(self.logic) if scan >= first else None
+                self._do(scan, now_ns, flags, words[place * size : (place + 1) * size], own)
+                if scan >= first:
+                    yield scan, own
+            number += count - start
+
+    def _take_events(self, recording: PackedTrace) -> Sequence[AppliedAction]:
+        """Return all orders; give modules the further changes of their links."""
+        events, now_ns = recording.events, self._view.now_ns
+        if len(events) != self._orders[0]:
+            given = TagOrders(score_of(recording), events, self._load.edited).given
+            self._orders = len(events), sorted(given, key=lambda each: each.scan)
+        for number, module in self._modules.items():
+            module.links = [
+                each for each in link_changes(events, number) if each.now_ns > now_ns or self.at < 0
+            ]
+        return self._orders[1]
+
+    def _do(self, scan: int, now_ns: int, flags: int, block: bytes, observer: Observer | None) -> None:
+        self.at = scan
+        if "logic" in IDLE_PHASES[CpuMode(flags & MODE_MASK)]:
+            return
+        view, memory = self._view, self._rack.memory
+        view.number, view.now_ns, view.first = scan, now_ns, bool(flags & ScanFlag.FIRST_SCAN)
+        for number, module in self._modules.items():
+            inputs = self._layout.places[number].inputs
+            memory[inputs] = block[inputs]
+            while module.links and module.links[0].now_ns <= now_ns:
+                module.linked = module.links.pop(0).good
+        try:
+            with LineTrace.only(observer), redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+                self._call(view, observer)
+        except Exception:
+            if not flags & ScanFlag.FAULT:  # else it has faulted the recorded session, too
+                self._depart(scan)
+        if not flags & UNTOUCHED and memory != block:
+            self._depart(scan)
+
+    def _call(self, view: LogicScan, observer: Observer | None) -> None:
+        inside: Any = unwrapped(self.logic)
+        before = inside.line if isinstance(inside, Steps) else 0
+        self.logic(view)
+        if isinstance(inside, Steps) and observer is not None and (inside.line != before or view.first):
+            observer.began(str(self._load.program), inside.line)
+
+    def _depart(self, scan: int) -> None:
+        if self.departs is None:
+            self.departs = scan
+
+    def _obey(self, order: Action) -> None:
+        """Repeat an order on the values of the program, or an edit."""
+        logic = self.logic
+        if isinstance(order, Edit) and self._load.edited is not None:
+            edited, restart = self._load.edited(order.number), names_in(order.restart)
+            if isinstance(logic, Logic) and isinstance(edited, Logic) and ALL not in restart:
+                edit_logic(logic, edited, restart)
+            else:
+                self.logic = edited
+                self._attach(edited)
+        elif isinstance(logic, Logic):
+            fields = Fields(lambda: logic)
+            if isinstance(order, Write) and order.tag in fields:
+                fields[order.tag] = order.value
+            elif isinstance(order, Force) and order.tag in fields:
+                fields.force(order.tag, order.value)
+            elif isinstance(order, Unforce):
+                for name in fields.forces if order.tag == ALL else {order.tag} & fields.forces.keys():
+                    fields.unforce(name)
