@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Container, Mapping, Sequence
 from functools import partial
+from operator import getitem
 from types import CellType, MappingProxyType
 from typing import Any, Protocol
 
@@ -167,7 +168,10 @@ class Memory:
         if cell is None:
             values, spot = self._listed(leaf)
             at = spot.at(index)
-            return partial(values.get, spot.view, at) if spot.view else lambda: values[at]
+            read: Callable[[], Any] = (
+                partial(values.get, spot.view, at) if spot.view else partial(getitem, values, at)
+            )
+            return read
         return (lambda: cell.cell_contents[index]) if leaf.dims else (lambda: cell.cell_contents)
 
     def elements(self, leaf: Leaf, begin: int, count: int) -> list[Value]:

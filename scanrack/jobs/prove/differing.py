@@ -194,8 +194,8 @@ def lines_of(found: EditedSubject) -> Iterator[str]:
     yield from _list_line("only the new program has", found.added)
     bounds = found.bounds
     yield f"assumed: scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{bounds.steps_text}"
-    for each in (*LEFT_OUT.values(), *([held_text(found.held)] if found.held else [])):
-        yield f"    {each}"
+    for assumption in (*LEFT_OUT.values(), *([held_text(found.held)] if found.held else [])):
+        yield f"    {assumption}"
 
 
 def _summary(found: EditedSubject) -> str:

@@ -70,7 +70,7 @@ class _Place:
 
         A state has what the scan before left, an input what it has in the scan itself.
         """
-        column: Array = np.array(values[:-1] if self.is_state else values[1:], dtype=dtype_of(self.v))
+        column = np.array(values[:-1] if self.is_state else values[1:], dtype=dtype_of(self.v))
         if self.v.val.endswith(f"{CLOCK}[0]"):
             column = np.clip((times[:-1] - column) // tick_ns, 0, self.v.hi)
         return column
