@@ -59,7 +59,7 @@ class CardKind:
     channels_in: int = 0  # number of its analog inputs
     channels_out: int = 0  # number of its analog outputs
     echo: bool = False  # whether the input image repeats the current outputs (output data echo)
-    echo_at: int = 0  # the input word that repeats output word or channel 0; it lies behind all inputs
+    echo_at: int = 0  # the input word that repeats output word or channel 0; it lies after all inputs
     bits: Mapping[str, RangeBits] = field(default_factory=dict)  # range bits of an analog card, by image
     ranges: tuple[str, ...] = ()  # of an analog card: names of its signal ranges
     formats: Mapping[str, Convert] = field(default_factory=dict)  # of an analog card: its data formats
@@ -177,8 +177,8 @@ def member_of(card: str | None, image: str, name: str) -> MemberPlace | None:
         name: in any case.
     """
     tables = MEMBERS.values() if card is None else [MEMBERS.get(card, ())]
-    wanted = name.upper(), image
-    found = {place for table in tables for each, place in table if (each.upper(), place.image) == wanted}
+    key = name.upper(), image
+    found = {place for table in tables for each, place in table if (each.upper(), place.image) == key}
     return found.pop() if len(found) == 1 else None
 
 

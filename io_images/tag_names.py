@@ -101,11 +101,11 @@ def in_scope(text: str, known: Iterable[str]) -> str:
     base = _BASE.match(text)
     if base is None or base[1]:
         return text
-    wanted = base[2].lower()
+    lowered = base[2].lower()
     owners: dict[str, str] = {}
     for name in known:
         scope, _, own = name.rpartition(".") if name.startswith("\\") else ("", "", name)
-        if own.lower() == wanted:
+        if own.lower() == lowered:
             owners.setdefault(name.lower(), name)
             if not scope:
                 return text

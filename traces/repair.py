@@ -217,10 +217,12 @@ class Rewriter:
 
     def _data_crc(self) -> int:
         """Return the CRC to write; note a different CRC in the trace, though all could be read."""
-        told = data_crc(self._trace.file, self._trace.spans)
-        if told == 0 and ends_whole(self._trace.file, self._trace.spans):
+        stated = data_crc(self._trace.file, self._trace.spans)
+        if stated == 0 and ends_whole(self._trace.file, self._trace.spans):
             return 0  # its writer states none
-        if told not in (None, self._crc) and not any(isinstance(note, Damage) for note in self._trace.notes):
+        if stated not in (None, self._crc) and not any(
+            isinstance(note, Damage) for note in self._trace.notes
+        ):
             self._trace.note(DATA_DAMAGE)
         return self._crc
 

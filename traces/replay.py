@@ -40,9 +40,9 @@ class PackedTrace:
             ValueError: it has no scans.
         """
         scans, events = PackedScans(trace.head.layout.words), list[TraceEvent]()
-        for columns, told in column_chunks_and_events(trace):
+        for columns, newer in column_chunks_and_events(trace):
             scans.add(columns)
-            events += told
+            events += newer
         if more is not None:
             written = extent(trace).scan.tolist()
             first = bisect_right(more.scan.tolist(), written[-1]) if written else 0

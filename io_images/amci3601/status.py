@@ -167,11 +167,11 @@ class ConfigurationStatus:
 
 def _bit(word: int, mask: int) -> bool:
     # In configuration mode bits 0 to 12 mirror the configuration: no status bit is set then.
-    wanted = mask if mask & LIVE_BITS else mask | _MODE
+    checked = mask if mask & LIVE_BITS else mask | _MODE
 
     def from_msw(view: StatusView) -> bool:
         word: int = view._words[0]
-        return word & wanted == mask
+        return word & checked == mask
 
     def from_lsw(view: StatusView) -> bool:
         msw: int = view._words[0]

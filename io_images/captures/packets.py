@@ -41,7 +41,7 @@ class Packet:
     at_ns: int  # since 1970
     link_type: int  # LINKTYPE number of its first bytes
     data: bytes  # as much of it as was captured
-    cut: int = 0  # bytes behind them that were not captured: the frame was longer than the snap length
+    cut: int = 0  # bytes after them that were not captured: the frame was longer than the snap length
 
 
 @dataclass(slots=True)

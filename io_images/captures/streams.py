@@ -4,7 +4,7 @@
     bytes      |1..8|             |9..24|             the last one is a retransmission
 
 Bytes that never come, since the capture missed or cut them, are a gap. The other end says so: its next data
-acknowledges them. Else what waits behind the gap is passed on when too much waits.
+acknowledges them. Else what waits after the gap is passed on when too much waits.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _RING, _HALF = 1 << 32, 1 << 31
 class Chunk:
     """Bytes of one direction of a connection."""
 
-    at_ns: int  # time of the segment that completed them; behind a gap of their own
+    at_ns: int  # time of the segment that completed them; after a gap of their own
     source: End
     target: End
     data: bytes
@@ -56,7 +56,7 @@ class Streams:
         self.repeated = self.gaps = 0
 
     def chunks(self, segments: Iterable[Segment]) -> Iterator[Chunk]:
-        """Yield the bytes of segments, as soon as they are in order; at the end those behind gaps."""
+        """Yield the bytes of segments, as soon as they are in order; at the end those after gaps."""
         latest_ns = 0
         for segment in segments:
             latest_ns = max(latest_ns, segment.at_ns)

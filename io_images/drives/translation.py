@@ -220,6 +220,6 @@ def _places(rows: Mapping[int, Bit], moved: Mapping[Bit, int]) -> tuple[tuple[in
     return tuple((int(at), int(moved.get(bit, bit))) for at, bit in rows.items())
 
 
-def _mask_of(functions: Iterable[InputFunction], wanted: InputFunction) -> int:
+def _mask_of(functions: Iterable[InputFunction], selected: InputFunction) -> int:
     """Return the inputs that have a function, bit n = input n + 1."""
-    return sum(1 << at for at, each in enumerate(functions) if each is wanted)
+    return sum(1 << at for at, each in enumerate(functions) if each is selected)

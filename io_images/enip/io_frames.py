@@ -5,7 +5,7 @@ and the produced assembly, configuration data.
 
     34 04 ...  20 04 24 6E  2C 96  2C 64  80 08 ...
 
-Packet over UDP: two items, connection and count of packets; data behind a sequence count.
+Packet over UDP: two items, connection and count of packets; data after a sequence count.
 """
 
 from __future__ import annotations

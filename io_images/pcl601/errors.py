@@ -35,7 +35,7 @@ CAUSES: dict[Error, str] = {
     Error.ENCODER_CORRECTED: "the encoder was outside the window and a correction was begun",
     Error.ENCODER_FAILED: "still outside the window after all retries; output 8 is on",
     Error.COMMAND: "a command that is none: an unknown letter, a command code above 15",
-    Error.MOTOR: "motion asked for with base speed >= max (or jog) speed, or an acceleration out of range",
+    Error.MOTOR: "motion requested with base speed >= max (or jog) speed, or an acceleration out of range",
     Error.RANGE_OVERFLOW: "P beyond ±8,388,607, or further than 8,388,607 steps away",
     Error.RANGE: "a parameter out of range or in the wrong form; motion to a position out of range",
     Error.TRANSMIT: "internal to the controller: the simulation never raises it",

@@ -50,9 +50,9 @@ def plain_speeds(starting_speed: int) -> tuple[int, ...]:
     >>> plain_speeds(1000)
     (5000, 2000, 1000, 1001, 20000, 100000)
     """
-    wanted = (5 * starting_speed, 2 * starting_speed, starting_speed, starting_speed + 1)
+    likely = (5 * starting_speed, 2 * starting_speed, starting_speed, starting_speed + 1)
     given = (speed for speed in (5000, 20_000, 100_000) if speed > starting_speed)
-    return tuple(dict.fromkeys(speed for speed in (*wanted, *given) if speed <= LIMITS_3601.speed))
+    return tuple(dict.fromkeys(speed for speed in (*likely, *given) if speed <= LIMITS_3601.speed))
 
 
 def speeds(starting_speed: int) -> st.SearchStrategy[int]:

@@ -66,8 +66,8 @@ def _configuration(
 ) -> Configuration:
     """Draw all parts, used or not: fewer draws make an example look simpler to Hypothesis."""
     switch, proximity, marker = draw(kinds).value
-    wanted, feedback, steps, some_limits, used, active_high = draw(_OTHER_BITS)
-    encoder = marker or wanted
+    has_encoder, feedback, steps, some_limits, used, active_high = draw(_OTHER_BITS)
+    encoder = marker or has_encoder
     feedback = feedback and not encoder
     used = used & ~HOME | switch * HOME
     if not used & LIMITS:

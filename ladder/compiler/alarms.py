@@ -27,9 +27,9 @@ class _AlarmText(MemberText):
     def requested(self, name: str) -> str:
         """Return a variable that says whether the program or the operator requests this."""
         program = self.keep(self[f"Prog{name}"])
-        asked = self.keep(f"{program} and not {self[f'~{name}']} or {self[f'Oper{name}']}")
+        request = self.keep(f"{program} and not {self[f'~{name}']} or {self[f'Oper{name}']}")
         self.set(**{f"~{name}": program, f"Oper{name}": False})
-        return asked
+        return request
 
     def switch(self, on: str, off: str, state: str) -> None:
         """Write a state that requests set and clear."""

@@ -65,9 +65,9 @@ class ElementText:
 
     def check(self, number: str) -> None:
         """Write a fault if there is no element of this number."""
-        wanted = f"{number}, {self.left}, {self._values.site}, {self.region.text!r}"
+        arguments = f"{number}, {self.left}, {self._values.site}, {self.region.text!r}"
         if not (number.isdigit() and self.left.isdigit() and int(number) < int(self.left)):
-            self._writer.line(f"if not 0 <= {number} < {self.left}: outside({wanted})")
+            self._writer.line(f"if not 0 <= {number} < {self.left}: outside({arguments})")
 
     def __getitem__(self, number: str) -> str:
         """Return text for an element."""

@@ -41,7 +41,7 @@ Above = tuple[str, int]
 
 
 def write_rung(rungs: RungWriter, line: LoweredLine, power: str) -> None:
-    """Write a rung, which notes its power where that is wanted."""
+    """Write a rung, which notes its power where that is required."""
     if rungs.notes.place(line.number) is None:
         rungs.series(line.nodes, power, needed=False)
     else:

@@ -101,7 +101,7 @@ def write_unload(first: bool) -> Callable[[RungWriter, str, Resolved, Resolved, 
 def _write_taken_number(
     rungs: RungWriter, queue: Resolved, target: Resolved, control: ControlText, level: str, *, first: bool
 ) -> None:
-    """Write `_deliver`, the move of the elements behind the first, and the zero at the free place."""
+    """Write `_deliver`, the move of the elements after the first, and the zero at the free place."""
     assert isinstance(target, Place)
     values, line = rungs.values, rungs.writer.line
     elements = ElementText(rungs, queue)

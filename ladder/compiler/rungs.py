@@ -58,11 +58,11 @@ class RungWriter:
         """Write a series; return the power after it, valid only if `needed`."""
         outputs = len(nodes) if needed else _first_of_last_outputs(nodes)
         for number, node in enumerate(nodes[:outputs], start=1):
-            wanted = needed or number < len(nodes)
+            is_used = needed or number < len(nodes)
             if isinstance(node, Parallel):
-                power = self._branch(node, power, needed=wanted)
+                power = self._branch(node, power, needed=is_used)
             else:
-                power = self._step(node, power, needed=wanted)
+                power = self._step(node, power, needed=is_used)
         if outputs < len(nodes):
             self._outputs(nodes[outputs:], power)
         return power

@@ -32,9 +32,9 @@ def write_sqi(rungs: RungWriter, table: Resolved, mask: Resolved, source: Resolv
     control.set(ER=wrong)
     found = keep("False")
     with rungs.writer.block(f"if not {wrong}:"):
-        wanted = keep(_element(rungs, table, position))
+        entry = keep(_element(rungs, table, position))
         value, bits = _integer(rungs, source), _integer(rungs, mask)
-        rungs.writer.line(f"{found} = ({value} ^ {wanted}) & {bits} == 0")
+        rungs.writer.line(f"{found} = ({value} ^ {entry}) & {bits} == 0")
     return found
 
 
@@ -72,8 +72,8 @@ def write_sqo(
     def when_true() -> None:
         with rungs.writer.block(f"if {_write_step(rungs, control)}:"):
             bits = _integer(rungs, mask)
-            wanted = values.keep(_element(rungs, table, values.keep(control["POS"])))
-            value = f"{values.read(target)} & ~{bits} | {wanted} & {bits}"
+            entry = values.keep(_element(rungs, table, values.keep(control["POS"])))
+            value = f"{values.read(target)} & ~{bits} | {entry} & {bits}"
             values.assign(target, f"converted(types[{target.type.name!r}], {value})")
 
     _either(rungs, power, control, when_true)

@@ -138,10 +138,10 @@ def routine_text(
     """
     if routine.statements is not None or routine.chart is not None:
         return _statements_text(routine, truths, rungs)
-    wanted = range(len(routine.rungs)) if rungs is None else rungs
+    shown = range(len(routine.rungs)) if rungs is None else rungs
     margin = max(len(str(len(routine.rungs))), 2) + 1
     lines: list[str] = []
-    for number in wanted:
+    for number in shown:
         rung = routine.rungs[number]
         lines += [f"{' ' * margin}{line}".rstrip() for line in comment_lines(rung.comment, width)]
         drawn = rung_text(rung, width, truths[number] if truths else None, captions)
@@ -154,21 +154,21 @@ def routine_text(
 
 
 def _statements_text(
-    routine: Routine, truths: Sequence[Sequence[bool] | None] | None, wanted: Iterable[int] | None
+    routine: Routine, truths: Sequence[Sequence[bool] | None] | None, shown: Iterable[int] | None
 ) -> str:
     lines = []
-    for number, text in lines_of(routine, wanted):
+    for number, text in lines_of(routine, shown):
         bar = "┃" if ran(truths, number) else "│"
         lines.append(f"{str(number or '').rjust(4)} {bar} {text}".rstrip())
     return "\n".join(lines) + "\n"
 
 
-def lines_of(routine: Routine, wanted: Iterable[int] | None) -> Iterator[NumberedLine]:
+def lines_of(routine: Routine, shown: Iterable[int] | None) -> Iterator[NumberedLine]:
     """Yield lines of structured text, or elements of a chart, by number; all by default."""
     if routine.chart is not None:
-        yield from (each for each in chart_lines(routine.chart) if wanted is None or each[0] in set(wanted))
+        yield from (each for each in chart_lines(routine.chart) if shown is None or each[0] in set(shown))
         return
-    chosen = set(routine.numbers if wanted is None else wanted)
+    chosen = set(routine.numbers if shown is None else shown)
     whole = chosen.issuperset(routine.numbers)
     yield from (line for line in numbered_lines(routine.statements or ()) if whole or line[0] in chosen)
 

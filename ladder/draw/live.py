@@ -147,20 +147,20 @@ class _ValueRuler(Ruler):
 
     @override
     def now(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
-        told = self._told(instruction) if instruction.name in BESIDE else None
-        return () if told is None else told.line(0)
+        function = self._told(instruction) if instruction.name in BESIDE else None
+        return () if function is None else function.line(0)
 
     @override
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
-        told = self._told(instruction)
+        function = self._told(instruction)
         if not self._operands:
-            if instruction.name in SHORT and told is not None:
+            if instruction.name in SHORT and function is not None:
                 return (BoxLine("", str(instruction.operands[0]).ljust(_MEMBER + VALUE)),)
             if instruction.name == "JSR" and str(instruction.operands[-1]) == "0":  # without parameters
                 return super().lines(instruction, room)[:-1]
-        if instruction.name in BESIDE or told is None:
+        if instruction.name in BESIDE or function is None:
             return super().lines(instruction, room)
-        said = [BoxLine("", " " * WIDE, now=told.line(each)) for each in range(told.lines)]
+        said = [BoxLine("", " " * WIDE, now=function.line(each)) for each in range(function.lines)]
         if self._operands:
             return *said, *super().lines(instruction, room)
         return BoxLine("", str(instruction.operands[0])), *said
@@ -197,9 +197,9 @@ class _ValueRuler(Ruler):
         """Yield the tags that an instruction shows or uses."""
         for operand in instruction.operands:
             yield from filter(None, map(self._name_of, addresses_in(operand)))
-        told = self._told(instruction)
-        if told is not None:
-            yield from told.names()
+        function = self._told(instruction)
+        if function is not None:
+            yield from function.names()
         for structure, member in self._members(instruction).values():
             for shown in (member, "DN"):
                 if (name := self._name(instruction.operands[structure], shown)) is not None:

@@ -103,9 +103,9 @@ class _Page:
         self._row += drawn.height / ROW + 1
 
     def _statements(
-        self, routine: Routine, wanted: Sequence[int], truths: Sequence[Sequence[bool] | None] | None
+        self, routine: Routine, chosen: Sequence[int], truths: Sequence[Sequence[bool] | None] | None
     ) -> None:
-        for number, text in lines_of(routine, wanted):
+        for number, text in lines_of(routine, chosen):
             live = ran(truths, number)
             self._text(MARGIN - 2 - len(str(number or "")), self._row, str(number or ""), "number")
             self._text(MARGIN, self._row, text, "live" if live else "line" if number else "comment")

@@ -27,7 +27,7 @@ from .rungreader import (
 
 
 class _Lines(NamedTuple):
-    """The lines of a rung, from 0: of its comment, its first one, and the one behind it."""
+    """The lines of a rung, from 0: of its comment, its first one, and the one after it."""
 
     comment: int
     first: int
@@ -39,7 +39,7 @@ class _Places:
     """Where things stand in a file."""
 
     rungs: dict[str, list[_Lines]] = field(default_factory=dict)  # by routine in capitals
-    heads: dict[str, int] = field(default_factory=dict)  # the line behind the head of a routine
+    heads: dict[str, int] = field(default_factory=dict)  # the line after the head of a routine
     tags: dict[str, int] = field(default_factory=dict)  # the line for a new tag, by program in capitals
 
 
@@ -116,7 +116,7 @@ def _places(lines: list[str]) -> _Places:
 
 
 def _rungs(lines: list[str], number: int) -> Iterator[_Lines]:
-    """Yield the rungs of a routine from the line behind its head on."""
+    """Yield the rungs of a routine from the line after its head on."""
     comment = first = None
     for at in range(number, len(lines)):
         line = without_comment(lines[at])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from typing import Any
@@ -70,8 +70,7 @@ def _row(
                 machine.set_text(target, result)
 
     def write(rungs: RungWriter, *operands: Resolved) -> None:
-        in_bytes = all(_in_bytes(rungs, each) for each in operands if isinstance(each, Group))
-        if not in_bytes or (typed and rungs.writer.flags):
+        if not _are_in_bytes(rungs, operands) or (typed and rungs.writer.flags):
             rungs.interpret()
             return
         *sources, target = operands
@@ -91,6 +90,10 @@ def _row(
         rungs.writer.keep_texts(_left(rungs, texts, target, stored, result))
 
     return action(name, *uses, run=run, write=write, faults=False)
+
+
+def _are_in_bytes(rungs: RungWriter, operands: Iterable[Resolved]) -> bool:
+    return all(_in_bytes(rungs, each) for each in operands if isinstance(each, Group))
 
 
 def _call(name: str, arguments: list[str], typed: Resolved | None) -> str:

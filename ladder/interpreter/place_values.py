@@ -308,7 +308,7 @@ class PlaceValues:
         known = self._regions.get(id(operand))  # an operand of an instruction lives as long as the program
         if known is None or known[0] is not operand:
             if len(self._regions) >= MOST_REGIONS:
-                self._regions.clear()  # of operands that someone asked for once
+                self._regions.clear()  # of operands that were requested once
             known = self._regions[id(operand)] = operand, region_of(operand)
         return known[1]
 

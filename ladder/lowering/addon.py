@@ -57,6 +57,7 @@ from ..model.tree import (
     Operand,
     Operation,
     Series,
+    Statement,
     SubscriptStep,
     addresses_in,
     instructions_of,
@@ -141,15 +142,14 @@ class AddOn:
                 for text in self._wrong_instruction(instruction, known):
                     yield replace(at, rung=place, instruction=str(instruction)), f"{instruction}: {text}"
         for statement in statements_in(routine.statements or ()):
-            wrong = (
-                self._wrong_instruction(statement.instruction, known)
-                if isinstance(statement, Invocation)
-                else self._wrong_names(
-                    (each for operand in operands_in(statement) for each in addresses_in(operand)), known
-                )
-            )
-            for text in wrong:
+            for text in self._wrong_statement(statement, known):
                 yield replace(at, rung=statement.line), f"{statement.head}: {text}"
+
+    def _wrong_statement(self, statement: Statement, known: set[str]) -> Iterator[str]:
+        if isinstance(statement, Invocation):
+            return self._wrong_instruction(statement.instruction, known)
+        addresses = (each for operand in operands_in(statement) for each in addresses_in(operand))
+        return self._wrong_names(addresses, known)
 
     def _wrong_instruction(self, instruction: Instruction, known: set[str]) -> Iterator[str]:
         if instruction.name in REFUSED:

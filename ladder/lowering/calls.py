@@ -82,10 +82,10 @@ def _passed(inout: Tag, argument: Address, resolver: Resolver) -> Place | Group:
     return resolver.address(argument)
 
 
-def _check(definition: AddOn, wanted: Tag, argument: Address, given: Place | Group) -> None:
-    if given.type != wanted.type or not _has_dims(wanted.dims, given):
+def _check(definition: AddOn, required: Tag, argument: Address, given: Place | Group) -> None:
+    if given.type != required.type or not _has_dims(required.dims, given):
         raise OperandError(
-            f"{wanted.name} of {definition.name} is {_kind(wanted)}, {argument} is {described(given)}",
+            f"{required.name} of {definition.name} is {_kind(required)}, {argument} is {described(given)}",
             "pass a tag of that type",
         )
     leaf = first_leaf(given)
@@ -95,16 +95,16 @@ def _check(definition: AddOn, wanted: Tag, argument: Address, given: Place | Gro
         raise OperandError(f"{argument} is a whole module", "pass its Data, or a copy of it")
 
 
-def _has_dims(wanted: tuple[int, ...], given: Place | Group) -> bool:
+def _has_dims(required: tuple[int, ...], given: Place | Group) -> bool:
     dims = given.dims if isinstance(given, Group) else ()
-    if len(wanted) == 1:
-        return len(dims) == 1 and (wanted[0] == OPEN or wanted[0] <= dims[0])
+    if len(required) == 1:
+        return len(dims) == 1 and (required[0] == OPEN or required[0] <= dims[0])
     # a whole array means its first element, as in COP
-    return dims == wanted or not wanted
+    return dims == required or not required
 
 
-def _kind(wanted: Tag) -> str:
-    dims = ",".join("any" if length == OPEN else str(length) for length in wanted.dims)
-    name = wanted.type.name
-    article = "an" if isinstance(wanted.type, Elementary) and name[0] in "AEIOU" else "a"
+def _kind(required: Tag) -> str:
+    dims = ",".join("any" if length == OPEN else str(length) for length in required.dims)
+    name = required.type.name
+    article = "an" if isinstance(required.type, Elementary) and name[0] in "AEIOU" else "a"
     return f"{name}[{dims}]" if dims else f"{article} {name}"

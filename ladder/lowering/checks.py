@@ -378,12 +378,12 @@ def _in_outputs(leaf: Leaf, handed: set[tuple[str, str]]) -> bool:
     return (leaf.slot is not None and leaf.output) or (leaf.frame, leaf.root) in handed
 
 
-def _may_end_in_a_byte(source: ArrayRegion, wanted: int) -> bool:
-    """Whether the copy may end after an odd number of bytes because the source is shorter than `wanted`."""
+def _may_end_in_a_byte(source: ArrayRegion, size: int) -> bool:
+    """Whether the copy may end after an odd number of bytes because the source is shorter than `size`."""
     if source.size % 2 == 0:
         return False
     first = source.fixed_first
     if first is None:
         return True
     left = source.fixed_left(first) * source.size
-    return left < wanted and left % 2 == 1
+    return left < size and left % 2 == 1

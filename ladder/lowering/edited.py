@@ -2,7 +2,7 @@
 
     running    0 1 2 3 4            routine Main
     edits      Main 2 -> two rungs, Main 4 -> none
-    edited     0 1 2 3 4            3 is behind 2, the running 3 is 4
+    edited     0 1 2 3 4            3 is after 2, the running 3 is 4
 
 The rungs of a program of 1,000 are checked in 5 ms; building it takes half a second.
 """
@@ -45,7 +45,7 @@ class RungEdit(NamedTuple):
 
     routine: str  # as in a controller, `\\Main.Step`
     rung: int  # its number in the running program, or `BEFORE_FIRST`
-    texts: tuple[str, ...]  # none deletes it; a second one is a new rung behind it
+    texts: tuple[str, ...]  # none deletes it; a second one is a new rung after it
     keeps: bool = False  # whether the first text is that of the running program, so that its file has it
 
 

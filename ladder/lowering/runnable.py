@@ -473,13 +473,13 @@ class LadderLogic(ABC):
 
     # --- proving
 
-    def prove(self, **asked: Any) -> Any:
+    def prove(self, **question: Any) -> Any:
         """Decide a claim for every input, every scan time in a range and any number of scans.
 
             assert program.prove(never="Fwd AND Rev")
 
         Args:
-            asked: one of `never`, `always` and `reachable`, a condition of structured text on the state
+            question: one of `never`, `always` and `reachable`, a condition of structured text on the state
                 after a scan; `assume`, conditions that hold in each scan; `free`, patterns of numbers that
                 differ from scan to scan; `written_outside`, patterns of tags that an operator writes, too;
                 `scan_ms`, least and most ms between two scans, 1 to 1,000 if left out.
@@ -491,7 +491,7 @@ class LadderLogic(ABC):
             LadderError: a condition can't be used, or the program has what no proof covers.
             SolverMissingError: the extra `prove` is not installed.
         """
-        return hooks.ask(self, **asked)
+        return hooks.ask(self, **question)
 
     # --- reading
 

@@ -278,9 +278,9 @@ class StatementLowering:
 
 
 def _wrong(
-    operand: Operand, resolved: Resolved, wanted: str, remedy: str = "assign like to like"
+    operand: Operand, resolved: Resolved, required: str, remedy: str = "assign like to like"
 ) -> OperandError:
-    return OperandError(f"{operand} is {described(resolved)}, {wanted} is needed", remedy)
+    return OperandError(f"{operand} is {described(resolved)}, {required} is needed", remedy)
 
 
 def _ranges(choice: Choice) -> tuple[tuple[Constant, Constant], ...]:

@@ -111,18 +111,22 @@ class _Uses:
                 operand.indices if operand.bit is None else (*operand.indices, operand.bit), step
             )
         elif isinstance(operand, Group):
-            root = _root_of(operand)
-            if not isinstance(operand.type, Structure):
-                self._array(operand, step)
-            elif not whole:
-                self.loss[root] += _MEMBERS * _VALUE_NS
-            elif copied_singly(step.operands):
-                self.gain[root] += _COPIED_NS * len(fields_of(operand.type))
+            if isinstance(operand.type, Structure):
+                self._structure(operand, step, whole=whole)
             else:
-                self.gain[root] += _FIELD_NS * len(fields_of(operand.type)) * _count(operand, step)
-            if not root[0] and isinstance(operand.type, Structure):
-                self.wholes[operand.path] = None
+                self._array(operand, step)
             self._subscripts(operand.indices, step)
+
+    def _structure(self, operand: Group, step: LoweredStep, *, whole: bool) -> None:
+        root = _root_of(operand)
+        if not whole:
+            self.loss[root] += _MEMBERS * _VALUE_NS
+        elif copied_singly(step.operands):
+            self.gain[root] += _COPIED_NS * len(fields_of(operand.type))
+        else:
+            self.gain[root] += _FIELD_NS * len(fields_of(operand.type)) * _count(operand, step)
+        if not root[0]:
+            self.wholes[operand.path] = None
 
     def _array(self, operand: Place | Group, step: LoweredStep) -> None:
         """Count the use of a number, or of an array in a copy from or to another type."""

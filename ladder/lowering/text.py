@@ -145,10 +145,10 @@ class RungParser(ExpressionParser):
         most = len(spec.operands)
         least = most - spec.optional - spec.variadic
         if len(operands) < least or (len(operands) > most and not spec.variadic):
-            wanted = str(most) if least == most else f"{least} to {most}"
+            count_text = str(most) if least == most else f"{least} to {most}"
             found = f"{len(operands)}"
             self.at = start
-            self.fail(f"{wanted} operands of {spec.name}", found)
+            self.fail(f"{count_text} operands of {spec.name}", found)
 
     def _operand(self, use: Use | None) -> Operand:
         if use in (Use.LABEL, Use.ANYTHING) and self.text.startswith((",", ")"), self.at):

@@ -168,7 +168,7 @@ def parse_stub(text: str) -> Ending | Power:
     if text.strip().lower() == "waits":
         return Ending(NEVER)
     found = _TEXT.fullmatch(text.strip())
-    error = int(found["hex"], 16) if found and found["hex"] else int(found["code"] or 0) if found else 0
+    error = 0 if found is None else int(found["hex"] or "0", 16) or int(found["code"] or 0)
     if found is None or error > 0xFFFF or ("error" in text.lower() and not error):
         raise LadderError(
             f"{text!r} is not a stub; write 'done after 20 ms', 'error 16#00CB after 20 ms' with a code up "

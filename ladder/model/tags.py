@@ -188,8 +188,8 @@ class Layout:
         self.declarations: dict[str, Declaration] = {}  # by full name in capitals, see `scoped`
         self._leaves: dict[str, Leaf] = {}  # by path in capitals, without those of `_folded`
         self._ordered = False
-        self._folded: dict[str, Tag] = {}  # tags with leaves not asked for yet, in capitals
-        self._asked: dict[str, list[str]] = {}  # leaves of such tags that were asked for, in capitals
+        self._folded: dict[str, Tag] = {}  # tags with leaves not requested yet, in capitals
+        self._separate: dict[str, list[str]] = {}  # leaves of such tags that were requested, in capitals
         self.boxed: dict[str, str] = {}  # identifiers of lists and bytes, by tag in capitals
         self.rests: dict[str, SparseTag] = {}  # by tag in capitals, see `fold_rest`
         self.in_bytes: set[str] = (
@@ -227,7 +227,7 @@ class Layout:
         for name in names:
             tag = self._folded.pop(name, None)
             if tag is not None:
-                self._asked.pop(name, None)
+                self._separate.pop(name, None)
                 for rest, row in _rows(tag.type).items():
                     self._row_leaf(tag, f"{name}.{rest}" if rest else name, row)
 
@@ -254,7 +254,7 @@ class Layout:
         if tag is None or row is None:
             return None
         if row.path:
-            self._asked.setdefault(head, []).append(name)
+            self._separate.setdefault(head, []).append(name)
         else:
             del self._folded[head]
         return self._row_leaf(tag, name, row)
@@ -282,8 +282,8 @@ class Layout:
 
     @property
     def unused(self) -> Iterator[Tag]:
-        """The tags without a leaf that was asked for."""
-        return (tag for name, tag in self._folded.items() if name not in self._asked)
+        """The tags without a leaf that was requested."""
+        return (tag for name, tag in self._folded.items() if name not in self._separate)
 
     def declaration(self, name: str, program: str = "") -> Declaration | None:
         """Return a declaration by name in capitals: the program's, else the controller's, else None."""
@@ -305,7 +305,7 @@ class Layout:
         yield from (each.name for each in self.declarations.values() if program_of(each.name))
 
     def declare(self, tag: Tag) -> None:
-        """Add a tag behind all others."""
+        """Add a tag after all others."""
         self.declarations[tag.name.upper()] = self._folded[tag.name.upper()] = tag
         self._ordered = False
 
@@ -371,21 +371,21 @@ class Layout:
         self._spots.clear()
 
     def fold_rest(self, name: str) -> None:
-        """Lay out as bytes what was not asked for in a tag, in capitals; what was asked for is variables.
+        """Lay out as bytes what was not requested in a tag, in capitals; what was requested is variables.
 
         A large structure of which the program uses some members then takes few variables.
         """
-        tag, asked = self._folded[name], self._asked[name]
-        if len(asked) < len(_rows(tag.type)):
+        tag, separate = self._folded[name], self._separate[name]
+        if len(separate) < len(_rows(tag.type)):
             self.rests[name] = SparseTag(
-                self._ident(f"{tag.name}.rest"), {each: self._leaves[each] for each in asked}
+                self._ident(f"{tag.name}.rest"), {each: self._leaves[each] for each in separate}
             )
             self._spots.clear()
 
     @property
     def begun(self) -> list[Tag]:
-        """The structures of which some leaves were asked for, and which are no lists or bytes."""
-        return [self._folded[name] for name in self._asked if name not in self.boxed]
+        """The structures of which some leaves were requested, and which are no lists or bytes."""
+        return [self._folded[name] for name in self._separate if name not in self.boxed]
 
     def spot(self, leaf: Leaf) -> Spot | None:
         """Return the place of a leaf in a list or in bytes, None if it has a variable of its own."""
@@ -517,23 +517,23 @@ class Layout:
         return Leaf(path, kind, dims, self._ident(path), slot, output)
 
     def _ident(self, path: str) -> str:
-        wanted = _identifier(path)
-        ident, number = wanted, 1
+        stem = _identifier(path)
+        ident, number = stem, 1
         while ident in self._idents:
             number += 1
-            ident = f"{wanted}_{number}"
+            ident = f"{stem}_{number}"
         self._idents.add(ident)
         return ident
 
 
 def _identifier(path: str) -> str:
     """Return a variable's name for a path."""
-    wanted = path.replace(".", "_")
-    if not wanted.isidentifier() or wanted[0] == "_" or wanted[-1] == "_" or not wanted.isascii():
-        wanted = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_") or "tag"
-    if keyword.iskeyword(wanted) or wanted in RESERVED:
-        wanted += "_"
-    return f"tag_{wanted}" if wanted[0].isdigit() or wanted.startswith(_FUNCTIONS) else wanted
+    stem = path.replace(".", "_")
+    if not stem.isidentifier() or stem[0] == "_" or stem[-1] == "_" or not stem.isascii():
+        stem = re.sub(r"\W", "_", path, flags=re.ASCII).strip("_") or "tag"
+    if keyword.iskeyword(stem) or stem in RESERVED:
+        stem += "_"
+    return f"tag_{stem}" if stem[0].isdigit() or stem.startswith(_FUNCTIONS) else stem
 
 
 _FUNCTIONS = ("addon_", "jsr_", "string_", "put_text_")

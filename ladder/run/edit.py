@@ -10,7 +10,7 @@ Reading it executes nothing.
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator
+from collections.abc import Container, Iterable, Iterator
 from typing import Any
 
 from scanrack.io_images.dataclass import dataclass
@@ -105,15 +105,17 @@ def _kept(before: Layout, after: Layout) -> list[Leaf]:
 
 def _restated(old: Engine, new: LoweredProgram, kept: Iterable[Leaf]) -> Iterator[str]:
     """Yield the values that are kept though the text gives another one now: `Fill.PRE 1000, not 2000`."""
-    before, after = old.lowered.presets, new.presets
-    places = {leaf.path.upper(): leaf for leaf in kept}
-    for (path, index), value in after.items():
-        leaf = places.get(path.upper())
-        if leaf is None or before.get((path, index), value) == value:
+    places = {leaf.path.upper() for leaf in kept}
+    for (path, index), value in new.presets.items():
+        if path.upper() not in places or old.lowered.presets.get((path, index), value) == value:
             continue
         own = old.memory.read(old.lowered.layout.leaves[path.upper()], index)
         if own != value and not path.startswith(HIDDEN):
             yield f"{path} {own}, not {value}"
+    yield from _restated_initials(old, new, places)
+
+
+def _restated_initials(old: Engine, new: LoweredProgram, places: Container[str]) -> Iterator[str]:
     tags = old.lowered.layout.tags()
     for name, tag in new.layout.tags().items():
         if name in places and not tag.dims and tag.initial not in (None, tags[name].initial):

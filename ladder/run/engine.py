@@ -202,7 +202,7 @@ class Engine:
         if target is None:
             names = ", ".join(each.name for each in self.lowered.routines.values())
             raise ValueError(f"no routine {routine}; routines are {names}")
-        wanted = len(target.parameters or ())
-        if wanted != len(inputs):
-            raise ValueError(f"routine {target.name} takes {wanted} inputs, {len(inputs)} are given")
+        expected = len(target.parameters or ())
+        if expected != len(inputs):
+            raise ValueError(f"routine {target.name} takes {expected} inputs, {len(inputs)} are given")
         return tuple(self.call_routine(name, inputs))

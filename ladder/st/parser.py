@@ -160,8 +160,8 @@ class _Reader:
         most = len(spec.operands)
         least = most - spec.optional - spec.variadic
         if len(given) < least or (len(given) > most and not spec.variadic):
-            wanted = str(most) if least == most else f"{least} to {most}"
-            self._fail(name.start, f"{wanted} operands of {spec.name}", str(len(given)))
+            allowed = str(most) if least == most else f"{least} to {most}"
+            self._fail(name.start, f"{allowed} operands of {spec.name}", str(len(given)))
         uses = [*spec.operands, *[Use.PARAMETERS] * len(given)]
         operands = [self._argument(use, each, name) for use, each in zip(uses, given, strict=False)]
         return Invocation(Instruction(spec.name, tuple(operands)))

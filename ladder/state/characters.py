@@ -114,12 +114,12 @@ def _misplaced(faults: FaultLog, site: int, text: str) -> None:
 # --- FIND: where a string lies in another, 0 if it does not
 
 
-def find(faults: FaultLog, site: int, text: bytes, wanted: bytes, start: int) -> int | None:
+def find(faults: FaultLog, site: int, text: bytes, searched: bytes, start: int) -> int | None:
     """Return the place of a string in another, from 1; 0 if it is not in it from the start on."""
     if not 1 <= start <= size(text):
         _misplaced(faults, site, f"start {start!r} is out of range; must be 1 to {size(text)!r}")
         return None
-    return text.find(wanted, start - 1) + 1
+    return text.find(searched, start - 1) + 1
 
 
 # --- UPPER, LOWER

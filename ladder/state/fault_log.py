@@ -113,8 +113,8 @@ class FaultLog:
         self.checked.add(site)
         if not holds:
             found = values()
-            told = ", ".join(f"{tag} = {value}" for tag, value in found.items())
-            text = f"the condition is false{f' [{told}]' if told else ''}"
+            shown = ", ".join(f"{tag} = {value}" for tag, value in found.items())
+            text = f"the condition is false{f' [{shown}]' if shown else ''}"
             fault = LadderFault(self._lowered.sites[site], "ASSERT", text, ASSERTION_CODE)
             fault.tags = tuple(found)
             raise fault

@@ -25,7 +25,7 @@ from ..model.tree import Address
 from ..model.types import BOOL, DataType, Elementary, Member, Structure, fields_of, members_at, size_of
 
 MOST_ALIASES = 20
-"""Aliases one behind the other."""
+"""Aliases one after the other."""
 
 _PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
 _HOST = "ZZZZZZZZZZ"
@@ -111,11 +111,11 @@ def _second_name(kind: Structure, member: Member, places: Places) -> Part:
         offset, _ = places[packed["host"].upper()]
         number = int(packed["bit"])
         return Part(member.name, BIT, (), offset + number // 8, number % 8)
-    wanted = member.at.upper()
+    place_text = member.at.upper()
     for each in fields_of(kind):
-        if each.path.upper() == wanted:
+        if each.path.upper() == place_text:
             return Part(member.name, kind_of(each.type), (), each.offset, each.bit)
-    offset, bit = places[re.split(r"[.\[]", wanted)[0]]
+    offset, bit = places[re.split(r"[.\[]", place_text)[0]]
     return Part(member.name, kind_of(member.type), member.dims, offset, bit)
 
 

@@ -343,7 +343,7 @@ class LoweredProgram:
     written_inputs: set[str] = field(default_factory=set)  # identifiers of the inputs that it writes
     outputs: Mapping[int, bytes] = field(default_factory=dict)  # first values of output images, by slot
     resume: Callable[[Any], None] | None = None  # sets hidden state of an engine in place of prescan
-    monitors: tuple[str, ...] = ()  # routines behind each scan of a proof, in capitals
+    monitors: tuple[str, ...] = ()  # routines after each scan of a proof, in capitals
 
     @property
     def ideal_names(self) -> tuple[str, ...]:

@@ -108,15 +108,15 @@ def copy(source: End, target: End, length: int) -> None:
     count = min(length, into.left(at, goal))
     if count <= 0:
         return
-    wanted = count * into.size
-    taken = min(region.left(first, origin), -(-wanted // region.size))
-    data = take(origin, region, first, taken)[:wanted]
+    needed = count * into.size
+    taken = min(region.left(first, origin), -(-needed // region.size))
+    data = take(origin, region, first, taken)[:needed]
     place = _bytes_of(goal, into, at)
     if place is not None:
         tag, begin = place
         tag.B[begin : begin + len(data)] = data
         return
-    if len(data) < wanted:
+    if len(data) < needed:
         data += take(goal, into, at, count)[len(data) :]
     put(goal, into, at, count, data)
 

@@ -25,7 +25,7 @@ def copy_row(goal: Any, at: int, origin: Any, first: int, count: int) -> None:
 def move_down(
     faults: FaultLog, site: int, tag: str, row: Any, at: int, count: int, left: int, zero: Value | bytes
 ) -> None:
-    """Move elements of a queue to the place before them and clear the last one; fault behind the array.
+    """Move elements of a queue to the place before them and clear the last one; fault after the array.
 
     Args:
         row: numbers, or the bytes of structures.

@@ -383,8 +383,8 @@ def _order_of_members(old: Item, new: Item, item: Item) -> str:
     if old.what != "data type":
         return ""
     orders = [[label for label, _ in each.fields if label.startswith("member ")] for each in (old, new)]
-    common = set(orders[0]) & set(orders[1])
-    before, after = ([each for each in order if each in common and "." not in each] for order in orders)
+    common = {each for each in orders[0] if "." not in each}.intersection(orders[1])
+    before, after = ([each for each in order if each in common] for order in orders)
     if before == after:
         return ""
     return ", ".join(each.removeprefix("member ") for each in (before if item is old else after))
@@ -404,20 +404,11 @@ def _one(each: _One, names: dict[str, Item]) -> Iterator[Difference]:
         return
     if each.kind == ADDED and item.what in TAGS and any(item is new for new in names.values()):
         return
-    removed = each.kind == REMOVED
     text, steps = _text_of(item, steps=True), _all_steps(item)
-    yield Difference(
-        each.kind,
-        item.what,
-        each.owner,
-        item.name,
-        item.line,
-        before=text if removed else "",
-        after="" if removed else text,
-        old=steps if removed else (),
-        new=() if removed else steps,
-        head=_text_of(item, steps=False),
-    )
+    head = _text_of(item, steps=False)
+    found = Difference(each.kind, item.what, each.owner, item.name, item.line, "", "", head=head)
+    removed = each.kind == REMOVED
+    yield replace(found, before=text, old=steps) if removed else replace(found, after=text, new=steps)
 
 
 def _text_of(item: Item, *, steps: bool) -> str:

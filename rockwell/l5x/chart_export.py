@@ -45,6 +45,10 @@ class _Writer:
             self._sides(each, number)
         for step in self._chart.steps:
             self._selections(step, numbers)
+        self._finish()
+
+    def _finish(self) -> None:
+        """Write the parameters of the chart, the links and the notes."""
         if self._chart.inputs or self._chart.returns:
             listed = {"In": self._chart.inputs, "Ret": self._chart.returns}
             given = {name: " ".join(map(str, each)) for name, each in listed.items()}

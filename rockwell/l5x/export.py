@@ -45,17 +45,17 @@ _TARGET = {"Use": "Target"}
 
 def export_l5x(logic: Program | Controller, name: str) -> bytes:
     """Return a program (`Main`) or routine (`Main.Sequence`) as an L5X, or raise a LadderError."""
-    owner, _, wanted = name.partition(".")
+    owner, _, routine_name = name.partition(".")
     program = _found("program", owner, logic.programs if isinstance(logic, Controller) else [logic])
-    routines = [_found("routine", wanted, program.routines)] if wanted else list(program.routines)
+    routines = [_found("routine", routine_name, program.routines)] if routine_name else list(program.routines)
     _check_known(logic, routines)
     root = _element(
         None,
         "RSLogix5000Content",
         SchemaRevision="1.0",
         SoftwareRevision=REVISION,
-        TargetName=(wanted and routines[0].name) or program.name,
-        TargetType="Routine" if wanted else "Program",
+        TargetName=(routine_name and routines[0].name) or program.name,
+        TargetType="Routine" if routine_name else "Program",
         ContainsContext="true",
         ExportOptions="References NoRawData DecoratedData Context Dependencies AllProjDocTrans",
     )
@@ -64,7 +64,7 @@ def export_l5x(logic: Program | Controller, name: str) -> bytes:
     _write_types(controller, _used_types(logic, [*outer, *program.declarations]))
     _write_add_ons(controller, logic.add_ons.values())
     _write_tags(_element(controller, "Tags", **_CONTEXT), outer)
-    _write_program(_element(controller, "Programs", **_CONTEXT), program, routines, whole=not wanted)
+    _write_program(_element(controller, "Programs", **_CONTEXT), program, routines, whole=not routine_name)
     return bytes(
         etree.tostring(root, xml_declaration=True, encoding="UTF-8", standalone=True, pretty_print=True)
     )

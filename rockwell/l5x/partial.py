@@ -32,9 +32,9 @@ def partial_l5x(data: bytes, name: str, file: str = "the L5X") -> bytes:
         LadderError: the file can't be read, or has no such object.
     """
     text = L5xText(data, file)
-    owner, _, wanted = name.partition(".")
+    owner, _, routine_name = name.partition(".")
     program = _found("program", text.programs, owner)
-    routine = _found("routine", _routines(program), wanted) if wanted else None
+    routine = _found("routine", _routines(program), routine_name) if routine_name else None
     if _is_target(text.root, program, routine):
         return data
     return text.spliced(_Extraction(text, program, routine).splices())

@@ -1,6 +1,6 @@
 """Edits of rungs in an L5X; the bytes of all other elements stay as Studio 5000 has written them.
 
-An edited rung has another text, and keeps its comment. Rungs behind a new or a deleted one have other
+An edited rung has another text, and keeps its comment. Rungs after a new or a deleted one have other
 numbers. New tags are base tags of their program.
 """
 

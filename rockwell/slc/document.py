@@ -178,8 +178,8 @@ class _SlcReader:
         """Return the present ladder file, or that of a number; file 2 by default."""
         if number is None and self._ladder is not None:
             return self._ladder
-        wanted = 2 if number is None else number
-        self._ladder = self._document.ladders.setdefault(wanted, LadderRecord(wanted, name))
+        file_number = 2 if number is None else number
+        self._ladder = self._document.ladders.setdefault(file_number, LadderRecord(file_number, name))
         return self._ladder
 
     def _note_comment(self, comment: str) -> None:

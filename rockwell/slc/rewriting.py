@@ -1,6 +1,6 @@
 """Edited rungs in the text of an export; every other line stays as it is.
 
-A rung takes its lines, from SOR to EOR, the comments before it, and its description behind it.
+A rung takes its lines, from SOR to EOR, the comments before it, and its description after it.
 
     % starts the pump %                        a comment of the rung below
     SOR XIC I:1.0/0 OTE B3:0/0 EOR
@@ -37,7 +37,7 @@ _RUNG = re.compile(rf"{_COMMENT}|\bSOR\b(?:{_COMMENT}|(?!\bEOR\b)[^%])*+\bEOR\b"
 def program_text(text: str, specs: Mapping[str, Spec]) -> str:
     """Return a rung whose addresses may be those of RSLogix 500 in the notation of programs.
 
-    >>> from ...ladder.instructions.slc import SLC_SPECS
+    >>> from scanrack.ladder.instructions.slc import SLC_SPECS
     >>> program_text("XIC(B3/17)COP(#N7:0,#N7:[N7:9],5);", SLC_SPECS)
     'XIC(B3:1/1)COP(N7:0,N7[N7:9],5);'
     """
@@ -156,7 +156,7 @@ def _with_rung(lines: str, rung: str) -> str:
 
 
 class _RungLines(NamedTuple):
-    """The lines of a rung, from 0: of its comments, of SOR, behind EOR, and behind its description."""
+    """The lines of a rung, from 0: of its comments, of SOR, after EOR, and after its description."""
 
     begin: int
     first: int
@@ -178,7 +178,7 @@ def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[
         return number
 
     def behind(number: int, *, described: bool) -> int:
-        """Return the line behind the comments from a line on: those that describe the rung above, or not."""
+        """Return the line after the comments from a line on: those that describe the rung above, or not."""
         while (line := known.get(after(number))) is not None and not line.words:
             if any(map(DESCRIPTION.search, line.comments)) is not described:
                 break

@@ -142,8 +142,8 @@ class RungReader:
         most = len(spec.operands)
         least = most - spec.optional - spec.variadic
         if count < least or (count > most and not spec.variadic):
-            wanted = str(most) if least == most else f"{least} to {most}"
-            self._fail(f"{spec.name} takes {wanted} operands, {count} are given", "correct the rung", at)
+            expected = str(most) if least == most else f"{least} to {most}"
+            self._fail(f"{spec.name} takes {expected} operands, {count} are given", "correct the rung", at)
 
     def _operands(self, spec: Spec, words: Sequence[str], at: int) -> list[Operand]:
         if spec.name == "JSR":

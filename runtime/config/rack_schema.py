@@ -123,7 +123,7 @@ def _described(node: JsonSchemaValue, cls: type) -> JsonSchemaValue:
 
 
 def _limits(node: JsonSchemaValue) -> None:
-    """Give the limits of a number behind a validator the names that JSON Schema has for them."""
+    """Give the limits of a number with a validator the names that JSON Schema has for them."""
     for each in (node, *node.get("anyOf", ())):
         each.pop("decimal_places", None)
         for key, word in (("ge", "minimum"), ("gt", "exclusiveMinimum"), ("le", "maximum")):

@@ -478,9 +478,9 @@ class RackSpec(Table):
         own = slot.record.family
         by_program = _BY_EXPORT.get(str(self.program)[-4:].upper(), "")
         stated = self.controller if "controller" in self.model_fields_set else by_program
-        wanted = _FAMILIES.get(stated, own)
-        if own and own != wanted:
-            cards = ", ".join(name for name, record in OWN.items() if record.family == wanted)
+        expected = _FAMILIES.get(stated, own)
+        if own and own != expected:
+            cards = ", ".join(name for name, record in OWN.items() if record.family == expected)
             says = f"this card does not fit a {_CONTROLLERS[stated]}; choose from {cards}, discrete16"
             raise MisplacedError(("slot", index, "module"), slot.module, says)
 

@@ -66,8 +66,8 @@ class UnitSpec(Table):
         if self.program is not None:
             load(unit.controller, read_program(folder / self.program))
             unit.power_cycle(0)
-        for wanted, code in ((self.ascii, Code.SWITCH_TO_ASCII), (self.start, Code.RUN_PROGRAM)):
-            if wanted:
+        for is_on, code in ((self.ascii, Code.SWITCH_TO_ASCII), (self.start, Code.RUN_PROGRAM)):
+            if is_on:
                 unit.controller.do(code)
         unit.controller.settle(0)
         return unit

@@ -229,7 +229,7 @@ def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
     """
     course, speed_nsps = takeover(motion, now_ns)
     if speed_nsps == 0:
-        raise ValueError(f"nothing to go on from at {now_ns} ns: the motion ended at {motion.end_ns} ns")
+        raise ValueError(f"nothing to continue from at {now_ns} ns: the motion ended at {motion.end_ns} ns")
     target, base_nsps = motion.steps_at(now_ns) + steps, NANO * profile.base_sps
     least = course.steps_to_stop(speed_nsps, base_nsps, profile.deceleration_spmss, profile.shape)
     if target < least:

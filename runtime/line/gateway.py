@@ -32,7 +32,7 @@ Asker = TypeVar("Asker")
 
 @dataclass(frozen=True, slots=True)
 class GatewayRequest(Generic[Asker]):
-    """A request: who asked, for which unit, and its PDU."""
+    """A request: who sent it, for which unit, and its PDU."""
 
     asker: Asker
     unit: int
@@ -87,7 +87,7 @@ class Gateway(Generic[Asker]):
         return None
 
     def advance(self, now_ns: int) -> Answered[Asker]:
-        """Advance line and requests to `now_ns`; return the replies, each with who asked."""
+        """Advance line and requests to `now_ns`; return the replies, each with its sender."""
         answered: Answered[Asker] = []
         while True:
             self._begin(now_ns)
@@ -124,22 +124,22 @@ class Gateway(Generic[Asker]):
             self._quiet_ns = now_ns + self._span_ns(SILENCE_CHARACTERS)
         if self._quiet_ns is not None and now_ns >= self._quiet_ns:
             self._quiet_ns = None
-            heard, asked = bytes(self._heard), self._asked
+            heard, sent = bytes(self._heard), self._asked
             self._heard.clear()
-            if self._is_reply(heard, asked):
+            if self._is_reply(heard, sent):
                 self._asked = None
-                return [(asked.asker, heard[1:-2])]
+                return [(sent.asker, heard[1:-2])]
         return self._given_up(now_ns)
 
-    def _is_reply(self, heard: bytes, asked: GatewayRequest[Asker]) -> bool:
-        right = is_frame(heard) and heard[0] == self._address_of(asked.unit)
-        return right and heard[1] & ~EXCEPTION == asked.pdu[0]
+    def _is_reply(self, heard: bytes, sent: GatewayRequest[Asker]) -> bool:
+        right = is_frame(heard) and heard[0] == self._address_of(sent.unit)
+        return right and heard[1] & ~EXCEPTION == sent.pdu[0]
 
     def _given_up(self, now_ns: int) -> Answered[Asker]:
-        asked = self._asked
-        if asked is None or now_ns < self._give_up_ns:
+        sent = self._asked
+        if sent is None or now_ns < self._give_up_ns:
             return []
         self._asked = None
-        if self._address_of(asked.unit) == BROADCAST:
+        if self._address_of(sent.unit) == BROADCAST:
             return []
-        return [(asked.asker, asked.refused(FAILED_TO_RESPOND))]
+        return [(sent.asker, sent.refused(FAILED_TO_RESPOND))]

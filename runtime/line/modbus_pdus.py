@@ -3,7 +3,7 @@
     request   bytes -> request_of -> carry out -> reply -> bytes
     answer    bytes -> GuardedDecoder(False) -> mismatch, with the request -> values
 
-pymodbus 3.15 and 3.16 decode more than the standard allows, such as bytes behind the data, and byte counts
+pymodbus 3.15 and 3.16 decode more than the standard allows, such as bytes after the data, and byte counts
 that disagree. The guard encodes again what was decoded and compares the bytes [Modbus V1.1b3, chapter 6]. The
 classes' own `datastore_update` is not used: it answers functions 05 and 06 by reading back.
 """

@@ -38,7 +38,7 @@ class Pcl601Identity(ReportDeviceIdResponse):
 
     @override
     def decode(self, data: bytes) -> None:
-        """Take all behind the byte count."""
+        """Take all after the byte count."""
         self.identifier = data[1:]
 
 

@@ -17,7 +17,7 @@ complete the frame before it, or begin a frame:
 Garbage before a frame does not lose the frame. A function of unknown length ends with silence.
 
 Of pymodbus's `FramerRTU` only the CRC is used: 3.15 and 3.16 lose the second of two frames in one read, 3.16
-loses a frame behind noise, and neither knows the time between characters (tests/unit/line/test_pymodbus.py).
+loses a frame after noise, and neither knows the time between characters (tests/unit/line/test_pymodbus.py).
 """
 
 from __future__ import annotations

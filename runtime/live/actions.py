@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import MISSING, asdict, fields
 from itertools import chain
 from typing import Any, NoReturn, TypeGuard
@@ -195,7 +195,7 @@ class Online:
     """Take a step with edited rungs: accept, test, untest, assemble, reopen, cancel or save."""
 
     step: str
-    base: str = ""  # digest of the program's file that was edited; of steps behind accept, the edited file's
+    base: str = ""  # digest of the program's file that was edited; of steps after accept, the edited file's
     rungs: tuple[tuple[str, int, tuple[str, ...]], ...] = ()  # routine, number, and what stands in its place
     tags: tuple[tuple[str, str, str], ...] = ()  # new ones: name, type, program
     by: str = ""  # who, see `Press`
@@ -253,6 +253,15 @@ RECORDED: Mapping[str, type[Action]] = {**ACTIONS, "edit": Edit, "store": Store}
 NAMES: Mapping[type[Action], str] = {kind: name for name, kind in {**RECORDED, **TYPED}.items()}
 
 
+def _check_keys(name: str, given: Collection[str], defaults: Mapping[str, object]) -> None:
+    for key in given:
+        if key not in defaults:
+            raise ValueError(f"{name} has no {_shown(key)}: it has {', '.join(defaults) or 'nothing'}")
+    for key, default in defaults.items():
+        if key not in given and default is MISSING:
+            raise ValueError(f"{name} needs {key}")
+
+
 def action_of(message: object, known: Mapping[str, type[Action]] = ACTIONS) -> Action:
     """Return the order of a message.
 
@@ -272,12 +281,7 @@ def action_of(message: object, known: Mapping[str, type[Action]] = ACTIONS) -> A
     if kind is None:
         raise ValueError(f"no action {_shown(name)}; choose from {', '.join(known)}")
     given = {key: value for key, value in message.items() if key != "do"}
-    known_keys = {each.name: each.default for each in fields(kind)}
-    for key in [each for each in given if each not in known_keys]:
-        raise ValueError(f"{name} has no {_shown(key)}: it has {', '.join(known_keys) or 'nothing'}")
-    for key, default in known_keys.items():
-        if key not in given and default is MISSING:
-            raise ValueError(f"{name} needs {key}")
+    _check_keys(f"{name}", given, {each.name: each.default for each in fields(kind)})
     return kind(**{key: _checked(f"{name}", key, value) for key, value in given.items()})
 
 

@@ -59,7 +59,7 @@ class Mailbox:
 
     @property
     def beats(self) -> int:
-        """How often servers have told that they are alive."""
+        """How often servers have reported that they are alive."""
         return self._head[_BEATS]
 
     def request(self) -> bytes:

@@ -60,10 +60,10 @@ class Attributes:
         self._both = stamps.Both
         self._with_source, self._with_server = (stamps.Source, stamps.Both), (stamps.Server, stamps.Both)
 
-    def tag_of(self, wanted: Any) -> TagNode | None:
+    def tag_of(self, item: Any) -> TagNode | None:
         """Return the tag whose value a request means."""
-        is_value = wanted.AttributeId == self._ua.AttributeIds.Value
-        return self._tags.nodes.get(wanted.NodeId) if is_value else None
+        is_value = item.AttributeId == self._ua.AttributeIds.Value
+        return self._tags.nodes.get(item.NodeId) if is_value else None
 
     def check_timestamps(self, timestamps: Any) -> None:
         """Refuse a request for timestamps that do not exist."""
@@ -83,29 +83,29 @@ class Attributes:
         now = datetime.now(UTC)
         return [self._read(each, params.TimestampsToReturn, now) for each in params.NodesToRead]
 
-    def _read(self, wanted: Any, timestamps: Any, now: datetime) -> Any:
+    def _read(self, item: Any, timestamps: Any, now: datetime) -> Any:
         try:
-            self.check_named(wanted)
-            self.check_encoding(wanted)
+            self.check_named(item)
+            self.check_encoding(item)
         except BadStatusError as refused:
-            return self._stamped(self._bad(refused.code), wanted, timestamps, now)
-        value = self._space.read_attribute_value(wanted.NodeId, wanted.AttributeId)
-        return self.shaped(value, wanted, timestamps, now)
+            return self._stamped(self._bad(refused.code), item, timestamps, now)
+        value = self._space.read_attribute_value(item.NodeId, item.AttributeId)
+        return self.shaped(value, item, timestamps, now)
 
-    def shaped(self, value: Any, wanted: Any, timestamps: Any, now: datetime | None = None) -> Any:
-        """Return the part of a value that is named, with the timestamps that are asked for.
+    def shaped(self, value: Any, item: Any, timestamps: Any, now: datetime | None = None) -> Any:
+        """Return the part of a value that is named, with the requested timestamps.
 
         Args:
-            wanted: names the attribute, and a range.
+            item: names the attribute, and a range.
         """
-        if wanted.IndexRange and value.Value is not None and value.StatusCode.is_good():
+        if item.IndexRange and value.Value is not None and value.StatusCode.is_good():
             try:
-                value = self._part_of(value, wanted.IndexRange)
+                value = self._part_of(value, item.IndexRange)
             except NoDataError:
                 value = self._bad("BadIndexRangeNoData", value)
             except ValueError:
                 value = self._bad("BadIndexRangeInvalid", value)
-        return self._stamped(value, wanted, timestamps, now)
+        return self._stamped(value, item, timestamps, now)
 
     def _part_of(self, value: Any, text: str) -> Any:
         variant = value.Value
@@ -120,9 +120,9 @@ class Attributes:
         times = () if of is None else (of.SourceTimestamp, of.ServerTimestamp)
         return ua.DataValue(None, ua.StatusCode(getattr(ua.StatusCodes, code)), *times)
 
-    def _stamped(self, value: Any, wanted: Any, timestamps: Any, now: datetime | None) -> Any:
-        """Return a value with the timestamps that are asked for; only values have one of their source."""
-        is_value = wanted.AttributeId == self._ua.AttributeIds.Value
+    def _stamped(self, value: Any, item: Any, timestamps: Any, now: datetime | None) -> Any:
+        """Return a value with the requested timestamps; only values have one of their source."""
+        is_value = item.AttributeId == self._ua.AttributeIds.Value
         source, server = value.SourceTimestamp, value.ServerTimestamp
         if is_value and timestamps == self._both and source is not None and server is not None:
             return value
@@ -139,22 +139,22 @@ class Attributes:
 
     # --- what a request names
 
-    def check_named(self, wanted: Any) -> None:
+    def check_named(self, item: Any) -> None:
         """Refuse an attribute that does not exist."""
-        if wanted.NodeId.is_null():
+        if item.NodeId.is_null():
             raise BadStatusError("BadNodeIdInvalid")
-        node = self._space.get(wanted.NodeId)
+        node = self._space.get(item.NodeId)
         if node is None:
             raise BadStatusError("BadNodeIdUnknown")
-        if wanted.AttributeId not in node.attributes:
+        if item.AttributeId not in node.attributes:
             raise BadStatusError("BadAttributeIdInvalid")
 
-    def check_encoding(self, wanted: Any) -> None:
+    def check_encoding(self, item: Any) -> None:
         """Refuse an encoding that values do not have."""
-        encoding = wanted.DataEncoding
+        encoding = item.DataEncoding
         if not encoding.Name:
             return
-        is_value = wanted.AttributeId == self._ua.AttributeIds.Value
+        is_value = item.AttributeId == self._ua.AttributeIds.Value
         if not is_value or encoding.NamespaceIndex or encoding.Name not in ENCODINGS:
             raise BadStatusError("BadDataEncodingInvalid")
         if encoding.Name != BINARY:
@@ -162,22 +162,22 @@ class Attributes:
 
     # --- writing
 
-    def changes(self, wanted: Any) -> list[Operation]:
+    def changes(self, item: Any) -> list[Operation]:
         """Return the writes of a value.
 
         Raises:
             BadStatusError: it is not allowed.
         """
-        self.check_named(wanted)
-        node = self.tag_of(wanted)
+        self.check_named(item)
+        node = self.tag_of(item)
         try:
-            ranges = parse_ranges(wanted.IndexRange) if wanted.IndexRange else None
+            ranges = parse_ranges(item.IndexRange) if item.IndexRange else None
         except ValueError as error:
             raise BadStatusError("BadIndexRangeInvalid") from error
         if node is None or not node.variable.writable:
             raise BadStatusError("BadNotWritable")
         variable = node.variable
-        value = self._value_in(wanted.Value, variable, is_part=ranges is not None)
+        value = self._value_in(item.Value, variable, is_part=ranges is not None)
         try:
             if ranges is None:
                 return [variable.change_to(value)]

@@ -176,21 +176,21 @@ def keep_apart(session: Any, subscriptions: Mapping[int, Any]) -> None:
         subscriptions: of all sessions, by identifier.
     """
 
-    def own(asked: Any) -> Any:
+    def own(given: Any) -> Any:
         """Return what a request names, without the subscriptions of others."""
-        if isinstance(asked, int):
-            there = subscriptions.get(asked)
+        if isinstance(given, int):
+            there = subscriptions.get(given)
             is_own = there is not None and there.session_id == session.session_id
-            return asked if is_own else NO_SUBSCRIPTION
-        if isinstance(asked, list):
-            return [own(each) for each in asked]
+            return given if is_own else NO_SUBSCRIPTION
+        if isinstance(given, list):
+            return [own(each) for each in given]
         for name in ("SubscriptionId", "SubscriptionIds"):
-            if hasattr(asked, name):
-                setattr(asked, name, own(getattr(asked, name)))
-        return asked
+            if hasattr(given, name):
+                setattr(given, name, own(getattr(given, name)))
+        return given
 
     def of_own(service: Callable[..., Any]) -> Callable[..., Any]:
-        return lambda asked=None: service(own(asked))
+        return lambda given=None: service(own(given))
 
     for name in OWNED:
         setattr(session, name, of_own(getattr(session, name)))

@@ -193,10 +193,10 @@ class OpcUaServer:
     async def _write(self, params: Any, session: Any, client: str) -> list[Any]:
         """Write values as one packet; return the status of each."""
         codes = self._ua.StatusCodes
-        wanted, version = params.NodesToWrite, self._process.version
-        await self._refresh((self._attributes.tag_of(each) for each in wanted if each.IndexRange), client)
-        status, operations, places = [codes.Good] * len(wanted), list[Operation](), list[int]()
-        for place, each in enumerate(wanted):
+        requested, version = params.NodesToWrite, self._process.version
+        await self._refresh((self._attributes.tag_of(each) for each in requested if each.IndexRange), client)
+        status, operations, places = [codes.Good] * len(requested), list[Operation](), list[int]()
+        for place, each in enumerate(requested):
             try:
                 changes = self._attributes.changes(each)
             except BadStatusError as refused:
@@ -260,9 +260,9 @@ class OpcUaServer:
 
     # --- exchanges
 
-    async def _refresh(self, wanted: Iterable[TagNode | None], client: str) -> None:
+    async def _refresh(self, requested: Iterable[TagNode | None], client: str) -> None:
         """Read tags together; they stay as they are while a program is edited."""
-        nodes, version = list(dict.fromkeys(filter(None, wanted))), self._process.version
+        nodes, version = list(dict.fromkeys(filter(None, requested))), self._process.version
         while nodes:
             size, count = 0, 0
             while count < len(nodes) and (not count or size + nodes[count].variable.size <= BATCH_BYTES):

@@ -123,7 +123,7 @@ class TagSpace:
                 self._add_variable(parent, item)
 
     def _add_elements(self) -> None:
-        """Add the elements of short arrays below them, as far as there is room behind all variables."""
+        """Add the elements of short arrays below them, as far as there is space after all variables."""
         for array in list(self.nodes.values()):
             count = array.variable.count if array.variable.dims else 0
             if count <= min(ELEMENTS_MOST, VARIABLES_MOST - len(self.nodes)):

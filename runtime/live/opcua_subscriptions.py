@@ -82,11 +82,11 @@ class Subscriptions:
         if subscription is None:
             raise self._error(self._ua.StatusCodes.BadSubscriptionIdInvalid)
         refusals = list(map(self._refusal, params.ItemsToCreate))
-        wanted = [each for each, refusal in zip(params.ItemsToCreate, refusals, strict=True) if not refusal]
-        params.ItemsToCreate = wanted
+        accepted = [each for each, refusal in zip(params.ItemsToCreate, refusals, strict=True) if not refusal]
+        params.ItemsToCreate = accepted
         service = subscription.monitored_item_srv
         _shape(service, self._attributes).timestamps = params.TimestampsToReturn
-        made = await self._create_items(params) if wanted else []
+        made = await self._create_items(params) if accepted else []
         for each in made:
             if each.StatusCode.is_good():
                 service._monitored_items[each.MonitoredItemId].timestamps = params.TimestampsToReturn
@@ -119,32 +119,32 @@ class Subscriptions:
 
     def _refusal(self, item: Any) -> str:
         """Return the name of the status that refuses an item; "" for none."""
-        wanted = item.ItemToMonitor
+        target = item.ItemToMonitor
         try:
-            self._attributes.check_named(wanted)
-            self._attributes.check_encoding(wanted)
-            if wanted.IndexRange:
-                parse_ranges(wanted.IndexRange)
+            self._attributes.check_named(target)
+            self._attributes.check_encoding(target)
+            if target.IndexRange:
+                parse_ranges(target.IndexRange)
         except BadStatusError as refused:
             return refused.code
         except ValueError:
             return "BadIndexRangeInvalid"
-        return self._filter_refusal(wanted, item.RequestedParameters.Filter)
+        return self._filter_refusal(target, item.RequestedParameters.Filter)
 
-    def _filter_refusal(self, wanted: Any, given: Any) -> str:
+    def _filter_refusal(self, target: Any, given: Any) -> str:
         ua = self._ua
         kind = type(given).__name__  # asyncua reads filters as classes of its own, beside those of `ua`
-        if wanted.AttributeId == ua.AttributeIds.EventNotifier:
+        if target.AttributeId == ua.AttributeIds.EventNotifier:
             return "" if kind == "EventFilter" else "BadEventFilterInvalid"
         if given is None or (kind == "ExtensionObject" and given.TypeId.is_null()):
             return ""
-        if wanted.AttributeId != ua.AttributeIds.Value or kind == "EventFilter":
+        if target.AttributeId != ua.AttributeIds.Value or kind == "EventFilter":
             return "BadFilterNotAllowed"
         if kind != "DataChangeFilter":
             return "BadMonitoredItemFilterUnsupported"
         if given.DeadbandType == ua.DeadbandType.None_:
             return ""
-        tag = self._attributes.tag_of(wanted)
+        tag = self._attributes.tag_of(target)
         if tag is None or tag.variable.type_name in ("BOOL", "STRING"):
             return "BadFilterNotAllowed"
         is_simple = given.DeadbandType == ua.DeadbandType.Absolute and not tag.variable.dims

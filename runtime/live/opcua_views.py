@@ -26,7 +26,7 @@ CONTINUATIONS_MOST = 16
 
 
 class _Continuation(NamedTuple):
-    """A browse that goes on behind a continuation point."""
+    """A browse that continues at a continuation point."""
 
     edition: int
     rest: Iterator[Any]
@@ -64,30 +64,30 @@ class Views:
             return "BadNothingToDo"
         return "" if all(each.TargetName.Name for each in elements) else "BadBrowseNameInvalid"
 
-    def refusal(self, wanted: Any) -> str:
+    def refusal(self, description: Any) -> str:
         """Return the name of the status that refuses a browse; "" for none."""
-        if refusal := self._start_refusal(wanted.NodeId):
+        if refusal := self._start_refusal(description.NodeId):
             return refusal
-        if wanted.BrowseDirection == self._ua.BrowseDirection.Invalid:
+        if description.BrowseDirection == self._ua.BrowseDirection.Invalid:
             return "BadBrowseDirectionInvalid"
-        kind = wanted.ReferenceTypeId
+        kind = description.ReferenceTypeId
         if not kind.is_null() and not self._is_reference_type(kind):
             return "BadReferenceTypeIdInvalid"
         return ""
 
-    def references(self, wanted: Any) -> Iterator[Any]:
+    def references(self, description: Any) -> Iterator[Any]:
         """Yield the references that a browse asks for."""
         ua = self._ua
         directions = {ua.BrowseDirection.Forward: (True,), ua.BrowseDirection.Inverse: (False,)}
-        forward = directions.get(wanted.BrowseDirection, (True, False))
-        kinds = None if wanted.ReferenceTypeId.is_null() else {wanted.ReferenceTypeId}
-        if kinds is not None and wanted.IncludeSubtypes:
-            kinds.update(self._subtypes(wanted.ReferenceTypeId))
-        for each in self.space[wanted.NodeId].references:
+        forward = directions.get(description.BrowseDirection, (True, False))
+        kinds = None if description.ReferenceTypeId.is_null() else {description.ReferenceTypeId}
+        if kinds is not None and description.IncludeSubtypes:
+            kinds.update(self._subtypes(description.ReferenceTypeId))
+        for each in self.space[description.NodeId].references:
             if each.IsForward not in forward or (kinds is not None and each.ReferenceTypeId not in kinds):
                 continue
-            if not wanted.NodeClassMask or wanted.NodeClassMask & each.NodeClass:
-                yield self._masked(each, wanted.ResultMask)
+            if not description.NodeClassMask or description.NodeClassMask & each.NodeClass:
+                yield self._masked(each, description.ResultMask)
 
     def _subtypes(self, kind: Any) -> Iterator[Any]:
         for each in self.space[kind].references:
@@ -174,7 +174,7 @@ class Browsing:
         return self._ua.BrowseResult(self._status(code))
 
     def _results(self, rest: Iterator[Any], most: int, before: list[bytes], first: Any = None) -> Any:
-        """Return the next references, and a point behind which there are more.
+        """Return the next references, and a continuation point if there are more.
 
         Args:
             most: references; 0 = all.

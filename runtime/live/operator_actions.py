@@ -220,7 +220,7 @@ _LEVELS = {True: "energized", False: "de-energized", None: "left to the machine"
 _SENTENCES: Mapping[type[Action], Callable[[Any], str]] = {
     actions.Mode: lambda order: f"The key is turned to {order.mode}.",
     actions.Pause: lambda _order: "The rack pauses.",
-    actions.Continue: lambda _order: "The rack goes on.",
+    actions.Continue: lambda _order: "The rack continues.",
     actions.Step: lambda order: f"{order.scans} scan{'s' * (order.scans != 1)}, then a pause.",
     actions.Speed: lambda order: f"The speed is {order.factor}.",
     actions.Press: lambda order: (

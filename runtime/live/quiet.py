@@ -25,7 +25,7 @@ def quiet(*libraries: str) -> None:
 
 
 def give_back_memory() -> None:
-    """Give unused memory back to the system; glibc keeps what is between used blocks until it is told."""
+    """Give unused memory back to the system; glibc keeps what is between used blocks until it is trimmed."""
     gc.collect()
     if sys.platform == "linux":
         trim = getattr(ctypes.CDLL(None), "malloc_trim", None)

@@ -28,7 +28,7 @@ WAIT_S = 0.02
 
 
 Reply = Callable[[Mapping[str, object]], None]
-"""Sends an answer to the page that has asked: `ok` and more, or `refused`."""
+"""Sends an answer to the page that requested it: `ok` and more, or `refused`."""
 
 GIVEN = {**actions.ACTIONS, **actions.TYPED}
 """What a monitor may pass on, by name."""
@@ -282,7 +282,7 @@ class Session:
             raise ValueError("this program can't be edited while it runs")
         if isinstance(order, actions.Online) and order.step not in _WITHOUT_SCANS:
             self._refuse_after_fault()
-        self.edit(order, lambda told: self._tell({"answer": {"id": number, **told}}))
+        self.edit(order, lambda result: self._tell({"answer": {"id": number, **result}}))
 
     def _take_over(self, takeover: Callable[[], Action | None], at_ns: int, scan: int) -> None:
         """Continue with an edited program, or report its mistakes to the page."""

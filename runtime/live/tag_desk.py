@@ -88,7 +88,7 @@ class TagDesk(QuietListener):
         self.listing = with_images(self._tags.listing, words, self._profile)
 
     def renew(self) -> None:
-        """Take the tags of an edited program; requests for the earlier ones are asked again."""
+        """Take the tags of an edited program; requests for the earlier ones are repeated."""
         self.version += 1
         self._settle()
 
@@ -134,15 +134,15 @@ class TagDesk(QuietListener):
             return None
         return b""
 
-    def _read(self, wanted: ReadBytes) -> bytes:
-        if wanted.tag < self._own:
-            return self._tags.read(wanted.tag, wanted.offset, wanted.size)
-        tag = self.listing.tags[wanted.tag]
-        slot = self._rack.slots[self._slots[wanted.tag - self._own]]
+    def _read(self, requested: ReadBytes) -> bytes:
+        if requested.tag < self._own:
+            return self._tags.read(requested.tag, requested.offset, requested.size)
+        tag = self.listing.tags[requested.tag]
+        slot = self._rack.slots[self._slots[requested.tag - self._own]]
         is_output = output_slot(tag.name) is not None
         raw = bytes(slot.outputs.raw if is_output else slot.inputs.raw)
         if tag.size > len(raw):
             raw = struct.pack("<i", slot.fault) + raw
-        if wanted.offset + wanted.size > len(raw):
-            raise ValueError(f"{tag.name}: bytes {wanted.offset} to {wanted.offset + wanted.size}")
-        return raw[wanted.offset : wanted.offset + wanted.size]
+        if requested.offset + requested.size > len(raw):
+            raise ValueError(f"{tag.name}: bytes {requested.offset} to {requested.offset + requested.size}")
+        return raw[requested.offset : requested.offset + requested.size]

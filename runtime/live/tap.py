@@ -111,7 +111,7 @@ class Tap(QuietListener):
         self._left -= 1
         if not self._left:
             self._look()
-        session = self.session  # asked here: a call more would cost a scan 1 %
+        session = self.session  # checked here: a call more would cost a scan 1 %
         if session.inbox.pending() or session.takeovers or session.state.breakpoints:
             session.attend_scan(now_ns + self._period_ns, scan + 1)
 

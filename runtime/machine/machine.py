@@ -218,12 +218,12 @@ class Machine:
         "Past" is in the motor's direction: `counts` or more for +1, `counts` or less for -1. Hand
         turning after `now_ns` is ignored.
         """
-        wanted = counts - self._hand.counts(now_ns)
-        if (self._encoder.counts(self._shaft.position) - wanted) * direction >= 0:
+        reached = counts - self._hand.counts(now_ns)
+        if (self._encoder.counts(self._shaft.position) - reached) * direction >= 0:
             return 0
         if self._encoder.direction <= 0:
             return None
-        return self._shaft.steps_to(direction, self._encoder.shaft_reaching(direction, wanted))
+        return self._shaft.steps_to(direction, self._encoder.shaft_reaching(direction, reached))
 
     def steps_to_marker(self, direction: int) -> int | None:
         """Return the motor steps, 1 or more, until the next Z pulse of the shaft; None = never."""

@@ -56,7 +56,7 @@ def energized(switches: Iterable[Switch], shaft: int) -> int:
 
     Normally open switches on one input are in parallel, normally closed ones in series.
 
-    >>> from ...io_images.amci3601.bits import InputBit
+    >>> from scanrack.io_images.amci3601.bits import InputBit
     >>> limits = [Switch(InputBit.CW_LIMIT, 90, None, True), Switch(InputBit.CW_LIMIT, None, -90, True)]
     >>> energized(limits, -95), energized(limits, 0), energized(limits, 95)
     (0, 16, 0)

@@ -238,7 +238,7 @@ class DataFiles:
 
 
 def _field(data: bytes, at: int) -> tuple[int, int]:
-    """Return an address field and the place behind it: a byte, or FF and a word."""
+    """Return an address field and the place after it: a byte, or FF and a word."""
     if data[at] == 0xFF:
         return struct.unpack_from("<H", data, at + 1)[0], at + 3
     return data[at], at + 1

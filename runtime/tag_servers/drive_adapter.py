@@ -1,6 +1,6 @@
 """A networked drive at EtherNet/IP: objects, and the class 1 connection that owns it [EDS; R-22, R-35].
 
-    assembly 150   ten output words, behind a 32-bit run/idle header in the packets to the drive
+    assembly 150   ten output words, after a 32-bit run/idle header in the packets to the drive
     assembly 100   ten input words
     assembly 110   configuration of 16 bytes: word 0, word 1, starting speed in 32 bits, steps, counts, idle
                    current, current

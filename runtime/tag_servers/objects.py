@@ -134,9 +134,9 @@ def answer_attributes(service: int, data: bytes, values: Mapping[int, bytes], mo
     """Answer a request for a list of attributes."""
     if service != GET_LIST:
         raise CipRefusedError(NO_SERVICE)
-    wanted = attributes_in(data)
-    out = struct.pack("<H", len(wanted))
-    for each in wanted:
+    numbers = attributes_in(data)
+    out = struct.pack("<H", len(numbers))
+    for each in numbers:
         value = values.get(each)
         out += (
             struct.pack("<HH", each, NO_ATTRIBUTE)
@@ -145,7 +145,7 @@ def answer_attributes(service: int, data: bytes, values: Mapping[int, bytes], mo
         )
     if len(out) > most - HEAD_BYTES:
         raise CipRefusedError(TOO_LARGE)
-    return (DONE if all(each in values for each in wanted) else SOME_ATTRIBUTES), out
+    return (DONE if all(each in values for each in numbers) else SOME_ATTRIBUTES), out
 
 
 # --- the listing of tags
@@ -162,13 +162,13 @@ class Lister:
         if service != LISTING:
             raise CipRefusedError(NO_SERVICE)
         scope = _scope_of(path)
-        wanted, rows = attributes_in(data), self._database.rows(scope)
-        if not all(each in _ATTRIBUTES for each in wanted):
+        numbers, rows = attributes_in(data), self._database.rows(scope)
+        if not all(each in _ATTRIBUTES for each in numbers):
             raise CipRefusedError(NO_ATTRIBUTE)
         first = bisect_left(rows, path.numbers.get("instance", 0), key=itemgetter(0))
         left, lines = most - HEAD_BYTES, []
         for row in islice(rows, first, None):
-            lines.append(_line(row, wanted))
+            lines.append(_line(row, numbers))
             left -= len(lines[-1])
             if left < 0:
                 break
@@ -206,8 +206,8 @@ _ATTRIBUTES: Mapping[int, Callable[[Row], bytes]] = {
 """Attributes of a symbol."""
 
 
-def _line(row: Row, wanted: tuple[int, ...]) -> bytes:
-    return struct.pack("<I", row[0]) + b"".join([_ATTRIBUTES[each](row) for each in wanted])
+def _line(row: Row, numbers: tuple[int, ...]) -> bytes:
+    return struct.pack("<I", row[0]) + b"".join([_ATTRIBUTES[each](row) for each in numbers])
 
 
 def answer_template(database: Database, service: int, path: Path, data: bytes, most: int) -> Answer:

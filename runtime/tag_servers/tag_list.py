@@ -186,7 +186,7 @@ def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, lis
         patterns: of what clients write.
 
     Returns:
-        The tables, and the names of what has no place in Modbus: texts, and what is behind the last address.
+        The tables, and the names of what has no place in Modbus: texts, and what is after the last address.
     """
     tables: dict[str, list[str]] = {name: [] for name in TABLES}
     free, left_out = dict.fromkeys(TABLES, 0), []

@@ -34,7 +34,7 @@ def target_of(database: Database, text: str) -> Target:
 def _steps(database: Database, text: str) -> list[PathStep]:
     r"""Return the steps of a path.
 
-    An element of a data file is a number behind the file, a bit one behind `/`: `N7:3`, `I:1.0/14`.
+    An element of a data file is a number after the file, a bit one after `/`: `N7:3`, `I:1.0/14`.
     """
     if database.listing.files and (element := _ELEMENT.match(text)) is not None:
         rest = text[element.end() :].lstrip("./")

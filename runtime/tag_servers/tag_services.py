@@ -108,7 +108,7 @@ def _write_part(database: Database, target: Target, data: bytes, snapshot: TagSn
 
 
 def _head(database: Database, target: Target, data: bytes) -> tuple[int, int]:
-    """Check access and type; return the count and the place behind it."""
+    """Check access and type; return the count and the place after it."""
     database.refuse_write(target)
     mine = type_of(database, target)
     if data[: len(mine)] != mine:

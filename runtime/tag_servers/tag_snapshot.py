@@ -46,7 +46,7 @@ class TagSnapshot(Protocol):
     now_ns: int
     version: int
 
-    def read(self, wanted: ReadBytes) -> bytes:
+    def read(self, part: ReadBytes) -> bytes:
         """Return bytes."""
 
     def write(self, change: WriteBytes) -> None:
@@ -71,10 +71,10 @@ class Plan(TagSnapshot):
         self.is_timed = True
         return 0
 
-    def read(self, wanted: ReadBytes) -> bytes:
+    def read(self, part: ReadBytes) -> bytes:
         """Note it; return zeros."""
-        self.operations.append(wanted)
-        return bytes(wanted.size)
+        self.operations.append(part)
+        return bytes(part.size)
 
     def write(self, change: WriteBytes) -> None:
         """Note it."""
@@ -92,7 +92,7 @@ class Instant(TagSnapshot):
         self._results: Iterator[bytes | None] = iter(results)
         self.now_ns, self.version = now_ns, version
 
-    def read(self, wanted: ReadBytes) -> bytes:
+    def read(self, part: ReadBytes) -> bytes:
         """Return the bytes that came back."""
         return self._next()
 

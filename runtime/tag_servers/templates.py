@@ -32,7 +32,7 @@ class Template:
 
     @cached_property
     def definition(self) -> bytes:
-        """Its members, eight bytes each, and their names; behind its own name two letters per member."""
+        """Its members, eight bytes each, and their names; after its own name two letters per member."""
         parts = self.kind.parts
         scope = "".join("E@" if each.hidden else "EC" for each in parts)
         names = [f"{SHOWN.get(self.kind.name, self.kind.name)};n{scope}", *(each.name for each in parts)]

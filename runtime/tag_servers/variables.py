@@ -18,7 +18,7 @@ from .index_ranges import MismatchError, NoDataError, runs
 from .tag_snapshot import ReadBytes, WriteBytes
 
 VARIABLES_MOST = 20_000
-"""Most variables that a server shows; the tags behind them are left out."""
+"""Most variables that a server shows; the tags after them are left out."""
 
 ELEMENTS_MOST = 100
 """Most elements of an array that are shown beside it."""

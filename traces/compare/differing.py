@@ -58,38 +58,38 @@ def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:
     return _Question(windows.at(there), mine[there], held[there], other)
 
 
-def _missing(field: Field, asked: _Question, counts: int | None) -> FieldDifference:
+def _missing(field: Field, question: _Question, counts: int | None) -> FieldDifference:
     """Return the scans whose value the other trace lacks within the tolerance."""
-    wanted, held = field.key(asked.own), field.key(asked.held)
-    rows = np.flatnonzero(wanted != held)
-    wanted, windows = wanted[rows], asked.windows.at(rows)
+    searched, held = field.key(question.own), field.key(question.held)
+    rows = np.flatnonzero(searched != held)
+    searched, windows = searched[rows], question.windows.at(rows)
     span = windows.first, windows.end
     alone = bool((windows.end - windows.first == 1).all())  # only the one in force is within the tolerance
     bits = None
     if field.kind is FieldKind.BITS:
-        bits = wanted ^ held[rows] if alone else _missing_bits(wanted, field.key(asked.others), *span)
+        bits = searched ^ held[rows] if alone else _missing_bits(searched, field.key(question.others), *span)
         missing = bits != 0
         bits = bits[missing]
     elif field.kind is FieldKind.COUNT and counts is not None and len(rows):
-        missing = _beyond(field.values(asked.own[rows]), field.values(asked.others), *span, counts)
+        missing = _beyond(field.values(question.own[rows]), field.values(question.others), *span, counts)
     else:
-        missing = np.ones(len(rows), bool) if alone else ~occurs(wanted, field.key(asked.others), *span)
+        missing = np.ones(len(rows), bool) if alone else ~occurs(searched, field.key(question.others), *span)
     return FieldDifference(field, windows.rows[missing], windows.held[missing], bits)
 
 
-def _missing_bits(wanted: Array, values: Array, first: Rows, end: Rows) -> Array:
+def _missing_bits(searched: Array, values: Array, first: Rows, end: Rows) -> Array:
     """Return the bits that differ throughout the window."""
     never_set = ~over_windows(values, first, end, np.bitwise_or)
     always_set = over_windows(values, first, end, np.bitwise_and)
-    missing: Array = (wanted & never_set) | (~wanted & always_set)
+    missing: Array = (searched & never_set) | (~searched & always_set)
     return missing
 
 
-def _beyond(wanted: Array, values: Array, first: Rows, end: Rows, counts: int) -> Array:
+def _beyond(searched: Array, values: Array, first: Rows, end: Rows, counts: int) -> Array:
     """Return the counts outside the range of their window; missing counts are inside."""
     least = over_windows(values, first, end, np.fmin)
     most = over_windows(values, first, end, np.fmax)
-    beyond: Array = (wanted < least - counts) | (wanted > most + counts)
+    beyond: Array = (searched < least - counts) | (searched > most + counts)
     return beyond
 
 
@@ -132,19 +132,19 @@ def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array
     return result
 
 
-def occurs(wanted: Array, values: Array, first: Rows, end: Rows) -> Array:
-    """Return for each window of some values whether it contains the wanted value.
+def occurs(searched: Array, values: Array, first: Rows, end: Rows) -> Array:
+    """Return for each window of some values whether it contains the searched value.
 
     >>> occurs(np.array([8, 8]), np.array([5, 3, 8, 1]), np.array([0, 1]), np.array([2, 4])).tolist()
     [False, True]
     """
     order = np.argsort(values, kind="stable")  # by value, then by row
     ranked = values[order]
-    start, stop = (np.searchsorted(ranked, wanted, side) for side in ("left", "right"))
+    start, stop = (np.searchsorted(ranked, searched, side) for side in ("left", "right"))
     rows = len(values) + 1
     group = np.searchsorted(np.unique(values), values[order])
     keys = group * rows + order  # ascending, as both parts of it are
     known = stop > start
-    asked = group[np.minimum(start, len(values) - 1)] * rows
-    found = np.searchsorted(keys, asked + end) > np.searchsorted(keys, asked + first)
+    question = group[np.minimum(start, len(values) - 1)] * rows
+    found = np.searchsorted(keys, question + end) > np.searchsorted(keys, question + first)
     return known & found

@@ -90,14 +90,14 @@ class Stream:
     """Scans of one trace in blocks: those of the present block, some before it and some after it.
 
     Args:
-        wanted: numbers of the slots whose words are needed.
+        chosen: numbers of the slots whose words are needed.
         tags: a row of their tags, or None.
     """
 
     def __init__(
-        self, slots: Sequence[SlotInfo], wanted: set[int], parts: Keyed, tags: np.dtype[np.void] | None = None
+        self, slots: Sequence[SlotInfo], chosen: set[int], parts: Keyed, tags: np.dtype[np.void] | None = None
     ) -> None:
-        whole, read = block_layout(slots), [slot for slot in slots if slot.number in wanted]
+        whole, read = block_layout(slots), [slot for slot in slots if slot.number in chosen]
         layout = block_layout(read)
         self._places = layout.places
         self._wanted = None

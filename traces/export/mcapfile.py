@@ -199,12 +199,12 @@ def _metadata(trace: Trace) -> Iterator[Metadata]:
 
 
 def _selected(rows: ScanRows, selection: Selection) -> ScanRows:
-    wanted = (rows["scan"] >= selection.first) & (rows["log_time"] >= selection.start_ns)
+    inside = (rows["scan"] >= selection.first) & (rows["log_time"] >= selection.start_ns)
     if selection.last is not None:
-        wanted &= rows["scan"] <= selection.last
+        inside &= rows["scan"] <= selection.last
     if selection.end_ns is not None:
-        wanted &= rows["log_time"] <= selection.end_ns
-    return rows if wanted.all() else rows[wanted]
+        inside &= rows["log_time"] <= selection.end_ns
+    return rows if inside.all() else rows[inside]
 
 
 def _is_selected(event: TraceEvent, selection: Selection) -> bool:

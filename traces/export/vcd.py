@@ -57,8 +57,8 @@ def write_vcd(
         EmptySelectionError: no scan is in the selection.
     """
     catalog = Catalog.of(trace)
-    wanted = catalog.matching(signals) if signals else [catalog[name] for name in catalog]
-    variables = [Variable(signal) for signal in wanted]
+    chosen = catalog.matching(signals) if signals else [catalog[name] for name in catalog]
+    variables = [Variable(signal) for signal in chosen]
     scans = 0
     stream = blocks(trace, selection, progress=progress)
     first = next(stream)

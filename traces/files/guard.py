@@ -48,8 +48,8 @@ class FileKind:
 
 def beginning(name: str, *begins: bytes) -> FileKind:
     """Return a kind by the beginnings of its files, ignoring case and leading blanks."""
-    wanted = tuple(each.lower() for each in begins)
-    return FileKind(name, lambda content: content.lstrip().lower().startswith(wanted))
+    starts = tuple(each.lower() for each in begins)
+    return FileKind(name, lambda content: content.lstrip().lower().startswith(starts))
 
 
 _EXPORT = re.compile(

@@ -21,11 +21,11 @@ class Label(NamedTuple):
 
     mark: Mark  # its mark
     row: int  # 0 or more
-    before: bool  # it ends at its mark, for lack of room behind it, instead of beginning there
+    before: bool  # it ends at its mark, for lack of space after it, instead of beginning there
 
 
 def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, rows: int) -> list[Label]:
-    """Choose the marks with labels and their places: behind the mark, or before it at the right edge.
+    """Choose the marks with labels and their places: after the mark, or before it at the right edge.
 
     The most important kinds come first; within a kind the earlier mark. Of very many marks with one label
     the first has their number.
@@ -78,11 +78,11 @@ def listed(pairs: Sequence[tuple[str, str]], letters: int) -> str:
 def _folded(marks: Sequence[Mark]) -> Iterator[Mark]:
     """Yield the marks; of very many with one label only the first, with their number."""
     often = Counter((mark.kind, mark.label) for mark in marks)
-    told = set()
+    labeled = set()
     for mark in marks:
         key = (mark.kind, mark.label)
         if often[key] <= MANY:
             yield mark
-        elif key not in told:
-            told.add(key)
+        elif key not in labeled:
+            labeled.add(key)
             yield replace(mark, label=f"{mark.label} ×{often[key]:,}")

@@ -53,8 +53,8 @@ def query(
         raise QueryError(f"a product is too large for a sum with a fraction: {error}") from error
     rows = reading.rows
     found = asked.pattern(reading.stretches, rows)
-    wanted = found.some(_PICKS[asked.aggregate](found, rows))
-    return Answer(asked.aggregate, len(found), tuple(_occurrences(wanted, reading)))
+    chosen = found.some(_PICKS[asked.aggregate](found, rows))
+    return Answer(asked.aggregate, len(found), tuple(_occurrences(chosen, reading)))
 
 
 class _Reading:
@@ -68,8 +68,8 @@ class _Reading:
         self._columns: list[list[Column]] = [[] for _ in shown]  # the values of these rows, by signal
 
     def add(self, block: Block) -> None:
-        wanted = {signal.name: signal for signal in (*self._asked.signals, *self._shown)}
-        values = {name: signal.read(block) for name, signal in wanted.items()}
+        chosen = {signal.name: signal for signal in (*self._asked.signals, *self._shown)}
+        values = {name: signal.read(block) for name, signal in chosen.items()}
         scans = Scans(block.scan, block.time_ns, values, self._memory)
         before, begins = self.stretches[0].rows, []
         for found, holds in zip(self.stretches, self._asked.conditions, strict=True):

@@ -80,13 +80,13 @@ def combined(operator: Callable[[Any, Any], Any], parts: tuple[Expression, ...])
     )
 
 
-def want(part: Expression, wanted: Type, what: str = "") -> None:
+def want(part: Expression, expected: Type, what: str = "") -> None:
     """Refuse an expression of another type."""
-    if part.type is wanted:
+    if part.type is expected:
         return
     subject = f"{what} takes" if what else "this place takes"
     hint = f"; compare it, as in {part.text} > 0" if part.type is Type.NUMBER else ""
-    raise MeaningError(part.column, f"{subject} {wanted.value}, and {part.text} is {part.type.value}{hint}")
+    raise MeaningError(part.column, f"{subject} {expected.value}, and {part.text} is {part.type.value}{hint}")
 
 
 def same(left: Expression, right: Expression, sign: Token) -> None:

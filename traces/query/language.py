@@ -135,8 +135,8 @@ def _is_text(coded: Expression, text: Expression, sign: Token) -> Expression:
     signal = coded.signals[0] if coded.type is Type.NUMBER and len(coded.signals) == 1 else None
     if signal is None or signal.kind is not SignalKind.CODE or sign not in ("==", "!="):
         raise MeaningError(column_of(sign), "a text is compared with a step or a text, with == or !=")
-    wanted = text.text[1:-1]
-    codes = [code for code, name in signal.names.items() if name == wanted]
+    constant_name = text.text[1:-1]
+    codes = [code for code, name in signal.names.items() if name == constant_name]
     return derived(
         Type.CONDITION,
         coded,

@@ -104,7 +104,7 @@ def extent(trace: Trace) -> Columns:
 
 
 def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section]:
-    """Return the sections with the wanted scans and the margins."""
+    """Return the sections with the requested scans and the margins."""
     sections, end_ns = trace.sections, selection.end_ns
     low, high = 0, len(sections)
     while low < high and sections[low].end_ns < selection.start_ns:
@@ -136,11 +136,11 @@ def _ahead(trace: Trace, place: int, margin: int) -> int:
 
 def _columns(rows: ScanRows, *, tags: bool = False) -> Columns:
     words = np.ascontiguousarray(rows["images"]).view("<i2").reshape(len(rows), -1)
-    wanted = tags and FIELD in (rows.dtype.names or ())
+    has_rows = tags and FIELD in (rows.dtype.names or ())
     return Columns(
         rows["scan"].astype(np.int64),
         rows["log_time"].astype(np.int64),
         rows["flags"].copy(),
         words,
-        np.ascontiguousarray(rows[FIELD]) if wanted else None,
+        np.ascontiguousarray(rows[FIELD]) if has_rows else None,
     )

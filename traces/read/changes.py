@@ -114,10 +114,10 @@ class ChangeRows:
             as_scans: makes scans of an array, `Trace.as_scans`.
         """
         changed, folded, moved = self._compared(scans)
-        told, folded = np.flatnonzero(inside & changed & ~folded), folded & inside
-        befores = as_scans(scans[np.maximum(told - 1, 0)])
+        kept, folded = np.flatnonzero(inside & changed & ~folded), folded & inside
+        befores = as_scans(scans[np.maximum(kept - 1, 0)])
         start = 0
-        for place, before, scan in zip(told.tolist(), befores, as_scans(scans[told]), strict=True):
+        for place, before, scan in zip(kept.tolist(), befores, as_scans(scans[kept]), strict=True):
             self._fold_all(folded, moved, slice(start, place))
             if place:
                 self.skip(before)
@@ -148,8 +148,8 @@ class ChangeRows:
             configured |= words[:, each.status // 2] < 0  # MODE_CONFIG is bit 15
             for name, span in each.spans.items():
                 counted[name][span.start // 2 : span.stop // 2] = True
-        told = differs[:, ~np.logical_or.reduce(list(counted.values()))].any(axis=1)
-        folded = changed & ~(told | flags | configured | tags)
+        kept = differs[:, ~np.logical_or.reduce(list(counted.values()))].any(axis=1)
+        folded = changed & ~(kept | flags | configured | tags)
         if self._every:
             folded[:] = False
         return changed, folded, {name: np.any(differs[:, each], axis=1) for name, each in counted.items()}

@@ -112,16 +112,16 @@ def _record_at(file: BinaryIO, size: int, offset: int, notes: list[str]) -> Span
     if len(head) < RECORD_HEAD.size:
         return None
     opcode, length = RECORD_HEAD.unpack_from(head)
-    told = Span(opcode, offset, length)
+    recorded_crc = Span(opcode, offset, length)
     content = _chunk_content_bytes(head)
     if content is None or (opcode, length) == (Opcode.CHUNK, content):
-        return told
+        return recorded_crc
     chunk = Span(Opcode.CHUNK, offset, content)
-    wrong_length = opcode == Opcode.CHUNK and not _begins_record(file, size, told.end)
+    wrong_length = opcode == Opcode.CHUNK and not _begins_record(file, size, recorded_crc.end)
     if (length == content or wrong_length) and _begins_record(file, size, chunk.end):
         notes.append(f"the head of the chunk at byte {offset:,} is damaged; the chunk is whole")
         return chunk
-    return told
+    return recorded_crc
 
 
 def _chunk_content_bytes(head: bytes) -> int | None:
@@ -198,8 +198,8 @@ def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
 
 def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
     """Return a note if the CRC of all data does not fit; None if it fits, or the file states none."""
-    told = data_crc(file, spans)
-    if not told:
+    recorded_crc = data_crc(file, spans)
+    if not recorded_crc:
         return None
     file.seek(0)
     rest = next(span.offset for span in reversed(spans) if span.opcode == Opcode.DATA_END)
@@ -207,7 +207,7 @@ def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
     while rest and (data := file.read(min(rest, _SEARCH_BYTES))):
         crc = zlib.crc32(data, crc)
         rest -= len(data)
-    return None if crc == told else DATA_DAMAGE
+    return None if crc == recorded_crc else DATA_DAMAGE
 
 
 DATA_DAMAGE = Damage(

@@ -65,17 +65,21 @@ def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) ->
     '+MOVING_CW +ACCELERATING -STOPPED'
     """
     changed = risen_and_fallen(*(profile.status_names(words[0], words[1]) for words in (before, after)))
-    parts = [changed] if changed else []
-    was, now = (in_configuration_mode(words) for words in (before, after))
+    text = " ".join(filter(None, (changed, _further_inputs(before, after, has_bits=bool(changed)))))
+    if text or list(before[:2]) == list(after[:2]):
+        return text
+    return f"reserved bits: status words {after[0] & 0xFFFF:04X}h {after[1] & 0xFFFF:04X}h"
+
+
+def _further_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
+    """Return what changed besides the bits by the mode: firmware, echoed configuration, captured value."""
+    was, now = in_configuration_mode(before), in_configuration_mode(after)
     if now and not was:
-        parts.append(f"firmware {after[6]}.{after[7]}")
-    elif now and list(before[:6]) != list(after[:6]) and not parts:
-        parts.append("another configuration echoed")
-    elif not now and not was and tuple(before[6:]) != tuple(after[6:]):
-        parts.append(f"captured {join_reported(after[6], after[7]):,}")
-    if not parts and list(before[:2]) != list(after[:2]):
-        parts.append(f"reserved bits: status words {after[0] & 0xFFFF:04X}h {after[1] & 0xFFFF:04X}h")
-    return " ".join(parts)
+        return f"firmware {after[6]}.{after[7]}"
+    if now:
+        return "" if has_bits or list(before[:6]) == list(after[:6]) else "another configuration echoed"
+    captured = not was and tuple(before[6:]) != tuple(after[6:])
+    return f"captured {join_reported(after[6], after[7]):,}" if captured else ""
 
 
 def in_thousands(quantity: Quantity, words: Words) -> int:
@@ -92,7 +96,7 @@ def moded_wording(
     Outputs: the bits that are on, and the quantities that changed or belong to a new command. Inputs: bits
     that rose and fell, and quantities but those with columns of their own.
 
-    >>> from ...io_images.drives.models import SMD23E2
+    >>> from scanrack.io_images.drives.models import SMD23E2
     >>> moded_wording(SMD23E2.words, "out", (0,) * 10, (2, -0x8000, 12, 345, 5, 0, 20, 10, 0, 0))
     'RELATIVE_MOVE ENABLE_DRIVER, target 12,345, programmed_speed 5,000, acceleration 20, deceleration 10'
     >>> moded_wording(SMD23E2.words, "in", (0x4008, *9 * (0,)), (0x4021, *9 * (0,)))

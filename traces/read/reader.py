@@ -337,8 +337,8 @@ class Trace(Records):
         Args:
             topics: only events of these; None = of all.
         """
-        told = self._told(self._messages(section), section)
-        yield from (event for event in told if topics is None or event.topic in topics)
+        counts = self._told(self._messages(section), section)
+        yield from (event for event in counts if topics is None or event.topic in topics)
 
     def scans_and_events(self, section: Section) -> tuple[list[ScanRows], list[TraceEvent]]:
         """Return the scans and the events of a section, which is read once."""
@@ -355,8 +355,10 @@ class Trace(Records):
         whole = self.spans[-1].opcode != Opcode.MESSAGE_INDEX or section is not self.sections[-1]
         if topics is None or not whole or any(isinstance(note, Damage) for note in self.notes):
             return True
-        told = section.counts
-        return not told or any(told.get(number) for number, name in self._topics.items() if name in topics)
+        counts = section.counts
+        return not counts or any(
+            counts.get(number) for number, name in self._topics.items() if name in topics
+        )
 
     def texts(self) -> dict[int, str]:
         """Return the meanings of the codes of recorded texts."""

@@ -132,10 +132,10 @@ class Catalog(Mapping[str, Signal]):
             UnknownSignalError: several programs have a tag of that name.
         """
         try:
-            wanted = self._names.scoped(pattern)
+            member = self._names.scoped(pattern)
         except AmbiguousNameError as error:
             raise UnknownSignalError(str(error)) from None
-        return [signal for signal in self.tags if is_named(signal, wanted)]
+        return [signal for signal in self.tags if is_named(signal, member)]
 
     def _is_plain(self, signal: Signal) -> bool:
         if signal.kind is not SignalKind.WORD or signal is FLAGS:
@@ -156,8 +156,8 @@ class Catalog(Mapping[str, Signal]):
         return None if signal is None else self._found(f"{signal}.{rest}")
 
     def _constant(self, name: str) -> Signal | None:
-        code, _, wanted = name.rpartition(".")
-        return constant(self._signals[code], wanted) if code in self._signals else None
+        code, _, member = name.rpartition(".")
+        return constant(self._signals[code], member) if code in self._signals else None
 
     def _numbered_bit(self, name: str) -> Signal | None:
         word, _, number = name.rpartition(".")

@@ -111,8 +111,8 @@ def is_named(signal: Signal, pattern: str) -> bool:
     """
     if not signal.title:
         return False
-    wanted = normal(pattern) if _WILD.search(pattern) else key_of(pattern) or pattern
-    text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in wanted)
+    normalized = normal(pattern) if _WILD.search(pattern) else key_of(pattern) or pattern
+    text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in normalized)
     begins = re.compile(rf"{text}(?:[.\[]|$)", re.IGNORECASE)
     key = key_of(signal.title) or signal.title
     names = [signal.name, signal.name.removeprefix(f"{FIELD}.")]

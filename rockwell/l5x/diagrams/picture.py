@@ -72,7 +72,7 @@ class _Sheet:
         return DrawnWire(self._index[source.key], output, self._index[target.key], pin, value, feedback)
 
     def _value(self, node: Node, pin: str) -> str:
-        """Return the address of a value on this sheet; that of a connector is behind it."""
+        """Return the address of a value on this sheet; that of a connector is the one that leads to it."""
         if node.tag != "ICon":
             return self._values.text(Pin(node, pin))
         source = self._shown.behind.get(node)

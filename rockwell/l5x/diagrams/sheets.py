@@ -14,7 +14,7 @@ it does, since they name one tag, they run sheet by sheet, from left to right, t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
@@ -219,10 +219,7 @@ class Diagram:
             key: {each.source.node.key for each in self.inputs_of(node) if not each.feedback} & blocks.keys()
             for key, node in blocks.items()
         }
-        after: dict[Key, list[Key]] = {}
-        for key, sources in waits.items():
-            for each in sources:
-                after.setdefault(each, []).append(key)
+        after = _readers(waits)
         ranks = {key: (_RANKS.get(node.tag, 1), node.position, key) for key, node in blocks.items()}
         ready = [ranks[key] for key in blocks if not waits[key]]
         heapify(ready)
@@ -249,3 +246,12 @@ class Diagram:
         names = ", ".join(each.place for each in loop)
         text = f"{names}: they are a loop without the Assume Data Available indicator"
         return DiagramError(text, Site(line=loop[0].record.line))
+
+
+def _readers(waits: Mapping[Key, Iterable[Key]]) -> dict[Key, list[Key]]:
+    """Return the elements that read each one."""
+    readers: dict[Key, list[Key]] = {}
+    for key, sources in waits.items():
+        for each in sources:
+            readers.setdefault(each, []).append(key)
+    return readers

@@ -180,13 +180,13 @@ class Types:
 
     def take(self, kind: DataType, dims: tuple[int, ...]) -> None:
         """Add the memory of a tag to the total; a LadderError beyond the limit."""
-        wanted = self._bytes(kind, dims)
-        self._refuse("it", wanted)
-        if wanted > self._left:
+        needed = self._bytes(kind, dims)
+        self._refuse("it", needed)
+        if needed > self._left:
             raise LadderError(
                 f"the tags of the file take more than the {self._mib:,} MiB that are allowed (--memory)"
             )
-        self._left -= wanted
+        self._left -= needed
 
     def _member(self, record: DataTypeRecord, member: MemberRecord) -> Member:
         where = f"{member.name} of data type {record.name}"

@@ -31,7 +31,7 @@ class OtherVersionError(ValueTextError):
 
 
 _NUL = "$00"
-"""A character behind the LEN of a string."""
+"""A character after the LEN of a string."""
 
 
 def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:

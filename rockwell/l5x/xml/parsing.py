@@ -97,7 +97,7 @@ def parsed(data: bytes, file: str, line: int = 1) -> Any:
 def _marks(data: bytes) -> int:
     """Count tags, attributes and texts; more than the limit only if there are more."""
     tags, attributes = data.count(b"<"), data.count(b"=")
-    if 2 * tags + attributes <= MOST_MARKS:  # at most one text behind each tag
+    if 2 * tags + attributes <= MOST_MARKS:  # at most one text after each tag
         return tags + attributes
     return tags + attributes + sum(1 for _ in _TEXT.finditer(data))
 

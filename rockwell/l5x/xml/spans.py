@@ -50,7 +50,7 @@ class Splice(NamedTuple):
 
 
 class Span:
-    """The places of an element: of `<`, behind its start tag, of its end tag, and behind that."""
+    """The places of an element: of `<`, after its start tag, of its end tag, and after that."""
 
     __slots__ = ("attributes", "begin", "children", "close", "end", "inner", "tag")
 
@@ -139,7 +139,7 @@ class L5xText:
         return Splice(span.begin + begin, span.begin + end, shown)
 
     def without(self, span: Span) -> Splice:
-        """Return what takes an element away, with the blanks behind it."""
+        """Return what takes an element away, with the blanks after it."""
         rest = self.text[span.end : span.end + 200]
         return Splice(span.begin, span.end + len(rest) - len(rest.lstrip(_BLANKS)), b"")
 
@@ -155,7 +155,7 @@ class L5xText:
         return Splice(begin, max(begin, span.inner + len(inside.rstrip(_BLANKS))), content)
 
     def last(self, span: Span, content: bytes) -> Splice:
-        """Return what adds content behind all of an element's."""
+        """Return what adds content after all of an element's."""
         if not span.is_empty:
             return Splice(span.close, span.close, content)
         slash = span.end - len(b"/>")

@@ -4,7 +4,7 @@
     C = 0 or ^ = 0:                          once
 
 A downward move subtracts the spacing from D. Only positions that the move reaches
-count, none behind its start. Pulses of 50 µs that overlap merge.
+count, none after its start. Pulses of 50 µs that overlap merge.
 """
 
 from __future__ import annotations

@@ -24,15 +24,15 @@ class JogInputs:
         """Ignore the inputs until both have been open."""
         self._released = not waiting
 
-    def wanted(self) -> int:
+    def selected(self) -> int:
         """Return the selected direction if the limits allow it; 0 for none or both."""
         position = self._motor.position
-        asked = [way for way, name in JOG_INPUTS.items() if self._pins.grounded(name, position)]
-        if not asked:
+        requested = [way for way, name in JOG_INPUTS.items() if self._pins.grounded(name, position)]
+        if not requested:
             self._released = True
-        if len(asked) != 1 or not self._released or not self.allowed:
+        if len(requested) != 1 or not self._released or not self.allowed:
             return 0
-        way = asked[0]
+        way = requested[0]
         blocked = any(self._pins.grounded(limits[way], position) for limits in (HARD_LIMITS, SOFT_LIMITS))
         return 0 if blocked else way
 

@@ -304,7 +304,7 @@ class SimulatedPcl601Axis:
     # jog
 
     def _jog_from_rest(self, now_ns: int) -> bool:
-        direction = self.jog.wanted()
+        direction = self.jog.selected()
         if direction == 0:
             return False
         if self.room(direction) == 0:
@@ -319,7 +319,7 @@ class SimulatedPcl601Axis:
         return True
 
     def _jog_on(self, now_ns: int) -> bool:
-        if self.jog.wanted() != self.direction:
+        if self.jog.selected() != self.direction:
             self._stop(now_ns, AxisActivity.STOPPING)
             return True
         speed_sps = self.speeds.jog_sps if self.jog.fast else self.speeds.base_sps

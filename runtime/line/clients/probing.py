@@ -48,13 +48,13 @@ Opened = Callable[[LineFormat], Link]
 """Opens the line in a format."""
 
 
-def probe(opened: Opened, addresses: Iterable[int] | None, asked: Asked) -> Iterator[FoundDevice]:
+def probe(opened: Opened, addresses: Iterable[int] | None, on_request: Asked) -> Iterator[FoundDevice]:
     """Ask in one language after the other; yield each controller as soon as it answers.
 
     Args:
         opened: opens the line in a format; it is closed before it is opened in another one.
         addresses: to ask; None = all possible ones.
-        asked: called before every request.
+        on_request: called before every request.
 
     Raises:
         LinkError: the line can't be opened, or is lost.
@@ -62,9 +62,9 @@ def probe(opened: Opened, addresses: Iterable[int] | None, asked: Asked) -> Iter
     chosen = None if addresses is None else tuple(addresses)
     units = [each for each in PCL601_ADDRESSES if chosen is None or each in chosen]
     sites = [each for each in PMC006_ADDRESSES if chosen is None or each in chosen]
-    yield from _rtu(opened, units, asked)
-    yield from _ascii(opened, chosen, asked)
-    yield from _pmc006(opened, sites, asked)
+    yield from _rtu(opened, units, on_request)
+    yield from _ascii(opened, chosen, on_request)
+    yield from _pmc006(opened, sites, on_request)
 
 
 def questions(addresses: Iterable[int] | None) -> int:
@@ -90,14 +90,14 @@ def answer_to(link: Link, request: LineRequest) -> bool:
     return False
 
 
-def _rtu(opened: Opened, units: Iterable[int], asked: Asked) -> Iterator[FoundDevice]:
+def _rtu(opened: Opened, units: Iterable[int], on_request: Asked) -> Iterator[FoundDevice]:
     line_format = rtu.LINE_FORMAT
-    for unit in _answering(opened, line_format, "Modbus RTU", units, rtu.report_id, asked):
+    for unit in _answering(opened, line_format, "Modbus RTU", units, rtu.report_id, on_request):
         yield FoundDevice("PCL601", unit, "Modbus RTU", line_format)
 
 
-def _pmc006(opened: Opened, sites: Iterable[int], asked: Asked) -> Iterator[FoundDevice]:
-    for site in _answering(opened, pmc006.LINE_FORMAT, "PMC006", sites, _ask_status, asked):
+def _pmc006(opened: Opened, sites: Iterable[int], on_request: Asked) -> Iterator[FoundDevice]:
+    for site in _answering(opened, pmc006.LINE_FORMAT, "PMC006", sites, _ask_status, on_request):
         yield FoundDevice("PMC006", site, "its own frames", pmc006.LINE_FORMAT)
 
 
@@ -111,24 +111,24 @@ def _answering(
     language: str,
     addresses: Iterable[int],
     question: Callable[[int], LineRequest],
-    asked: Asked,
+    on_request: Asked,
 ) -> Iterator[int]:
     link = opened(line_format)
     try:
         for address in addresses:
-            asked(language, address)
+            on_request(language, address)
             if answer_to(link, question(address)):
                 yield address
     finally:
         link.close()
 
 
-def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iterator[FoundDevice]:
+def _ascii(opened: Opened, chosen: tuple[int, ...] | None, on_request: Asked) -> Iterator[FoundDevice]:
     """Ask units in ASCII for their address; simultaneous answers garble each other."""
     line_format = ascii.LINE_FORMAT
     link = opened(line_format)
     try:
-        asked("AA ASCII", 0)
+        on_request("AA ASCII", 0)
         drain(link, SILENCE_S)
         link.send(ascii.ASK)
         heard = link.receive(ascii.ANSWER_MAX, ANSWER_S)

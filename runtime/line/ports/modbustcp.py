@@ -5,7 +5,7 @@
 Requests may follow each other without waiting: each is answered, in order. Bytes that are
 not Modbus TCP end their connection.
 
-pymodbus's own framer takes a byte of the request behind a request 11h. Its server answers the first of
+pymodbus's own framer takes a byte of the request after a request 11h. Its server answers the first of
 several requests in one packet, refuses a function that it lacks with 80h in place of the function, and serves
 functions that no device here has (tests/unit/line/test_pymodbus.py).
 """

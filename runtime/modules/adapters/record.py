@@ -62,8 +62,8 @@ def _refusals(kind: AdapterKind[Any]) -> Iterator[str]:
         yield f"| configuration: {limit.name} | {limit.reason} | {_names(CONFIG_ERROR)} |"
     for row in kind.command_rows:
         one = row.features
-        asked = one.value if isinstance(one, Feature) else f"{row.name} of any motion"
-        yield f"| {asked} | {row.reason} | {_names(row.bits)} |"
+        request = one.value if isinstance(one, Feature) else f"{row.name} of any motion"
+        yield f"| {request} | {row.reason} | {_names(row.bits)} |"
 
 
 def _names(bits: int) -> str:

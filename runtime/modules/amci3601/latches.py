@@ -1,7 +1,7 @@
 """The latched status bits of word 0, and the rules that set them.
 
 A real module shows only the bits. This one also keeps the id of the rule
-behind each error bit, so that a user can find the broken sentence of the
+of each error bit, so that a user can find the broken sentence of the
 manual.
 """
 

@@ -188,16 +188,16 @@ class CardOptions(Options):
             self.check_value(press.input, press.value)
 
     def _check_ranges(self, kind: CardKind) -> None:
-        for name, wanted in self.ranges.items():
-            _check_choice(f"ranges: {name!r}", wanted, kind.ranges, kind.name)
+        for name, chosen in self.ranges.items():
+            _check_choice(f"ranges: {name!r}", chosen, kind.ranges, kind.name)
             if name not in self.inputs and name not in self.outputs:
                 known = ", ".join((*self.inputs, *self.outputs)) or "none"
                 raise ValueError(f"ranges: no channel {name!r}: channels are {known}")
-        for name, wanted in self.formats.items():
-            _check_choice(f"formats: {name!r}", wanted, tuple(kind.formats), kind.name)
+        for name, chosen in self.formats.items():
+            _check_choice(f"formats: {name!r}", chosen, tuple(kind.formats), kind.name)
             if name not in self.ranges:
                 raise ValueError(f"formats: {name!r} has no range: name one in ranges")
-            if wanted == "percent" and RANGES[self.ranges[name]].low < 0:
+            if chosen == "percent" and RANGES[self.ranges[name]].low < 0:
                 raise ValueError(f"formats: {name!r}: a range of {self.ranges[name]} has no percent")
 
     def check_value(self, name: str, value: Decimal) -> None:
@@ -225,8 +225,8 @@ class CardOptions(Options):
     def channels(self, kind: CardKind) -> dict[tuple[str, int], Channel]:
         """Return the channels with a range, by image and number."""
         return {
-            self.channel_of(name): Channel(RANGES[wanted], kind.formats[self.formats.get(name, "raw")])
-            for name, wanted in self.ranges.items()
+            self.channel_of(name): Channel(RANGES[chosen], kind.formats[self.formats.get(name, "raw")])
+            for name, chosen in self.ranges.items()
         }
 
     @property
@@ -320,10 +320,10 @@ def _check_presses(timeline: Sequence[InputPress]) -> None:
             )
 
 
-def _check_choice(where: str, wanted: str, allowed: Sequence[str], card: str) -> None:
-    if wanted not in allowed:
+def _check_choice(where: str, chosen: str, allowed: Sequence[str], card: str) -> None:
+    if chosen not in allowed:
         what = f"a {card} has {', '.join(allowed)}" if allowed else f"a {card} has no channels"
-        raise ValueError(f"{where} = {wanted!r}: {what}")
+        raise ValueError(f"{where} = {chosen!r}: {what}")
 
 
 def _check_names(field: str, names: Mapping[str, int]) -> None:

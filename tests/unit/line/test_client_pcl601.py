@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from bench601 import PORT_TIMING
 from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from modbus_standard import rtu
 from pymodbus.pdu.register_message import WriteSingleRegisterRequest
@@ -15,7 +16,7 @@ from scanrack.commands import build
 from scanrack.io_images.pcl601 import Code, Error
 from scanrack.io_images.pcl601.registers import firmware_text
 from scanrack.runtime import Clock, Contact
-from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
+from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.controllers.pcl601.motor import EncoderModel
 from scanrack.runtime.line.clients.link import (
     BadResponseError,
@@ -116,7 +117,7 @@ def test_what_the_controller_refuses_is_told_with_its_reason() -> None:
     client, link = client_of(Pcl601())
     client.set("base_speed", 5000)
     client.set("max_speed", 5000)
-    with pytest.raises(RefusedError, match="GO is refused; MOTOR: motion asked for with base speed"):
+    with pytest.raises(RefusedError, match="GO is refused; MOTOR: motion requested with base speed"):
         client.move(100)
     client.command(Code.CLEAR_ERRORS)
     assert client.errors == Error(0)

@@ -169,7 +169,7 @@ SUBSTITUTION_ROWS: tuple[SubstitutionRow[Pcl601Options], ...] = (
             and counts_too_early(request.configuration, request.minimum_registration, options)
         ),
         "input 2 would count from the external input at once: the move stops when the input counts, "
-        "and goes on by the steps that are left; option registration = jumper does without the stop",
+        "and continues with the steps that are left; option registration = jumper does without the stop",
     ),
 )
 

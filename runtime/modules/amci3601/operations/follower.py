@@ -160,16 +160,16 @@ class EncoderFollower(Operation):
 
     def _ramp_speed(self, owed: int, elapsed_ns: int, acceleration: int, deceleration: int) -> None:
         """Ramp the speed toward that of the owed steps, within the rates."""
-        wanted = self._allowed_speed(owed, deceleration)
+        target = self._allowed_speed(owed, deceleration)
         before = self._speed_msps
-        growing = abs(wanted) > abs(before) and wanted * before >= 0
+        growing = abs(target) > abs(before) and target * before >= 0
         rate = acceleration if growing else deceleration
         if rate == 0:
-            self._speed_msps = wanted
+            self._speed_msps = target
             return
         change = rate * MILLI * MILLI * elapsed_ns // 1_000_000_000
-        self._speed_msps = max(before - change, min(before + change, wanted))
-        if 0 < change <= abs(wanted - before):  # else it only keeps up with the encoder
+        self._speed_msps = max(before - change, min(before + change, target))
+        if 0 < change <= abs(target - before):  # else it only keeps up with the encoder
             self.shown_ramp = 1 if growing else -1
 
     def _allowed_speed(self, owed: int, deceleration: int) -> int:
