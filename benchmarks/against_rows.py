@@ -185,7 +185,7 @@ def questions(_its: Any, folder: Path) -> Iterator[tuple[str, Callable[[], list[
         listener = proving.AnswerListener() if listens else None
         if listener is not None:
             listener.found = lambda _answer: first.append(process_time())
-            listener.left = lambda _count, _most_s: first.append(process_time())
+            listener.left = lambda *_: first.append(process_time())
         start = process_time()
         with proving.ScenarioFolder(folder / rack.stem) as scenarios:
             found = proving.ask_questions(subject, scenarios, (), *([listener] if listens else []))

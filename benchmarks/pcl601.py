@@ -24,12 +24,15 @@ from pymodbus.framer import FramerRTU
 from pymodbus.pdu import DecodePDU
 from pymodbus.pdu.register_message import ReadHoldingRegistersResponse
 from scanrack.io_images.pcl601 import MAP, Register, word_of
-from scanrack.runtime.controllers.pcl601.line import FORMATS, PORT_TIMING, SERIAL_TIMING, Pcl601
+from scanrack.runtime.controllers.pcl601.line import FORMATS, SERIAL_TIMING, Pcl601
 from scanrack.runtime.line.rtu import Timing, crc, frame
 from scanrack.runtime.line.wire import SerialBus
 from scanrack.runtime.machine.contacts import Contact
 
 MS = 1_000_000
+PORT_TIMING = Timing(
+    gap_ns=5 * MS, by_length=True
+)  # of a port that does not keep the time between characters
 READ_ALL = frame(1, bytes.fromhex("03 00 00 00 26"))
 WORDS = [word_of(row.default, word) for row in MAP for word in range(row.words)]
 ALL = frame(1, bytes((3, 76)) + b"".join(word.to_bytes(2, "big") for word in WORDS))

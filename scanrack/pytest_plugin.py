@@ -4,7 +4,7 @@
         feeder = rack("feeder.toml")          # beside the test's file
         feeder.run_until("Out.Done", within="3 s")
 
-    pytest --scanrack-keep failed|all|never --scanrack-artifacts FOLDER --rung-coverage
+    pytest --scanrack-keep failed|all|never --scanrack-artifacts FOLDER --rung-coverage --scanrack-debug
 
 A failed test leaves the recording of each of its benches; its report says why the tags that it was about are
 as they are, and the command that opens the recording at the last scan. Nothing of scanrack is imported before
@@ -31,6 +31,7 @@ OpenRack = Callable[[str | Path], "Bench"]
 _Report = Generator[None, pytest.TestReport, pytest.TestReport]
 
 ARTIFACTS = pytest.StashKey["TestArtifacts"]()
+
 RUNNING = pytest.StashKey[bool]()
 """Whether the function of a test runs: a report that comes meanwhile is one of a subtest."""
 
@@ -60,13 +61,24 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         help="Write rung-coverage.html: what the tests went through of rungs, structured text and Python on "
         "the bench.",
     )
+    group.addoption(
+        "--scanrack-debug",
+        action="store_true",
+        help="Debug the racks of the tests in an editor: prints a port and a key, and waits for a client.",
+    )
     parser.addini("scanrack_rack", "The rack of the fixture `bench`, from this folder on.", default="")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Say what the marker is, and begin to gather coverage if it is wanted."""
+    """Register the marker, and start the debugger and the coverage that the options request."""
     config.addinivalue_line("markers", "rack(path): the rack file of the fixture `bench`")
     config.pluginmanager.register(_HiddenFrames(), "scanrack-frames")
+    if config.getoption("--scanrack-debug"):
+        from scanrack.dap.in_test import PortOfTests
+        from scanrack.dap.stash import DEBUG
+
+        waits: Callable[[Bench], object] = PortOfTests(config)
+        config.stash[DEBUG] = waits
     if config.getoption("--rung-coverage"):
         from scanrack.testing.rung_coverage import KEY, CoverageReport
 

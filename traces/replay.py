@@ -1,29 +1,19 @@
-"""Replay: plays a recording to a module, a program or a whole rack, and compares the outcome.
-
-    recording ---> receiver ---> its images in each scan
-        |                                |
-        +---------- Follower ------------+   stops at the first scan that differs
-
-The receiver knows nothing of traces: its owner runs it scan by scan, and a
-`Follower` listens to that run like a recorder.
-"""
+"""A trace in memory, packed: to be replayed, or to answer questions about it."""
 
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Sequence
 from functools import cached_property
 
+import numpy as np
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.memory_layout import MemoryLayout
 
-from .compare import EXACT, Comparison, Tolerance, compare_parts
 from .format.layout import SlotInfo, block_layout
 from .read.arrays import column_chunks_and_events, extent
 from .read.columns import Columns
-from .read.event_text import describe
-from .read.packed import NotedScans, PackedScans, memory_blocks
+from .read.packed import PackedScans, memory_blocks
 from .read.reader import Trace, TraceEvent
 
 Image = tuple[int, str]
@@ -81,6 +71,11 @@ class PackedTrace:
         """The CPU's flags in the scans."""
         return self.scans.view(lambda columns: columns.flags.tolist())
 
+    @cached_property
+    def distinct_flags(self) -> frozenset[int]:
+        """The values that the CPU's flags have in any scan."""
+        return frozenset(flag for each in self.scans.chunks() for flag in np.unique(each.flags).tolist())
+
     @property
     def memory(self) -> Sequence[bytes]:
         """The rack's memory block in each scan."""
@@ -99,93 +94,3 @@ class PackedTrace:
     def span(self, image: Image) -> slice:
         """Return the place of an image in the memory block, bytes; KeyError for no such slot."""
         return self.layout.places[image[0]].image(image[1])
-
-
-class Follower:
-    """Follows a replay and compares it with the recording; a listener of the scan loop.
-
-    Args:
-        memory: the memory block of the receiver, with the layout of the recording.
-
-    Attributes:
-        stop: called at the first scan that differs, without a tolerance; a comparison with tolerance
-            reads the whole recording, since late changes may still be in time. None: continue.
-        stopped: whether it has been called.
-    """
-
-    def __init__(
-        self,
-        recording: PackedTrace,
-        memory: bytearray,
-        images: Sequence[Image],
-        *,
-        tolerance: Tolerance = EXACT,
-    ) -> None:
-        self._recording = recording
-        self._memory = memory
-        self._images = tuple(images)
-        self._tolerance = tolerance
-        self.stop: Callable[[], None] | None = None
-        self.stopped = False
-        self._spans = [recording.span(image) for image in self._images]
-        self._recorded = recording.memory
-        self._replayed = NotedScans(recording.layout.words)
-        self._rules: list[tuple[int, object, str]] = []
-
-    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, object]) -> None:
-        """Note the rules that fire."""
-        if fields.get("kind") == "rule":
-            self._rules.append((scan, fields.get("slot"), describe(topic, scan, fields)))
-
-    def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Note a scan, and stop the replay if it differs."""
-        block, recorded = bytes(self._memory), self._recorded[self.scans]
-        self._replayed.add(scan, now_ns, flags, block)
-        if self.stop is not None and self._tolerance.exact and self._differ(block, recorded):
-            self.stop()
-            self.stopped, self.stop = True, None
-
-    def _differ(self, block: bytes, recorded: bytes) -> bool:
-        return block != recorded and any(block[span] != recorded[span] for span in self._spans)
-
-    def close(self) -> None:
-        """Do nothing: nothing is open."""
-
-    @property
-    def scans(self) -> int:
-        """Number of replayed scans."""
-        return len(self._replayed)
-
-    def comparison(self) -> Comparison:
-        """Return the comparison, the recording first, the replay second.
-
-        A replay that was not stopped here and is not at its end is the shorter of the two.
-        """
-        slots, recorded = self._recording.slots, self._recording.scans.chunks()
-        found = compare_parts(
-            (slots, _first_scans(recorded, self.scans) if self.stopped else recorded),
-            (slots, self._replayed.packed().chunks()),
-            self._tolerance,
-            only=frozenset(self._images),
-        )
-        if found.first is None:
-            return found
-        involved = {detail.slot for detail in found.first.details}
-        rules = [
-            (event.scan, event.fields.get("slot"), describe(event.topic, event.scan, event.fields))
-            for event in self._recording.events
-            if event.fields.get("kind") == "rule"
-        ]
-        rules_a, rules_b = (
-            tuple(text for number, slot, text in fired if number == scan and slot in involved)
-            for fired, scan in ((rules, found.first.scan), (self._rules, found.first.scan_b))
-        )
-        return replace(found, first=replace(found.first, rules_a=rules_a, rules_b=rules_b))
-
-
-def _first_scans(chunks: Iterator[Columns], count: int) -> Iterator[Columns]:
-    for columns in chunks:
-        yield columns.rows(0, count)
-        count -= len(columns.scan)
-        if count <= 0:
-            return

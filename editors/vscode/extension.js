@@ -27,17 +27,18 @@ async function begin() {
 }
 
 /** Returns how the debug adapter is started: by the command of the language server, which names the installation. */
-function adapter() {
+function adapter(session) {
   const [command] = vscode.workspace.getConfiguration("scanrack").get("command");
-  return new vscode.DebugAdapterExecutable(command, ["debug"]);
+  const cwd = session.configuration.cwd ?? session.workspaceFolder?.uri.fsPath;
+  return new vscode.DebugAdapterExecutable(command, ["debug"], { cwd });
 }
 
-async function activate(context) {
+function activate(context) {
   context.subscriptions.push(
     vscode.debug.registerDebugAdapterDescriptorFactory("scanrack", { createDebugAdapterDescriptor: adapter }),
     vscode.workspace.onDidGrantWorkspaceTrust(begin),
     vscode.workspace.onDidChangeConfiguration((change) => change.affectsConfiguration("scanrack") && begin()));
-  await begin();
+  void begin(); // debugging does not wait for the language server
 }
 
 module.exports = { activate, deactivate: () => client?.stop() };

@@ -1,11 +1,11 @@
 """Debugging a running program: observe, stop, force, and ask for causes."""
 
+from .answer_text import answer_text
 from .chains import Chains
 from .crossref import CrossReference, Mention, cross_reference
 from .debugger import BreakpointStop, Debugger
 from .links import CauseLink, Operand, linked
 from .remedies import Remedies
-from .telling import told
 from .watched import Blocker, Change
 
 __all__ = [
@@ -19,7 +19,7 @@ __all__ = [
     "Mention",
     "Operand",
     "Remedies",
+    "answer_text",
     "cross_reference",
     "linked",
-    "told",
 ]

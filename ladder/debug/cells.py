@@ -9,7 +9,7 @@ from scanrack.io_images.dataclass import dataclass
 from ..model.operands import Constant, Group, Place, leaves_in
 from ..model.tags import Leaf
 from ..model.types import COUNTER, HIDDEN, TIMER
-from ..state.memory import Value, element_text
+from ..state.memory import Memory, Value, element_text
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +44,17 @@ def cell_of(where: Place) -> Cell:
         raise ValueError(f"{where.text} has no fixed place: ask about one element")
     mask = 1 << int(where.bit.value) if isinstance(where.bit, Constant) else None
     return Cell(where.leaf, index, mask)
+
+
+def place_in_snapshot(memory: Memory, cell: Cell) -> tuple[str, int | None] | None:
+    """Return variable and place of the value of a cell in a snapshot; None if it is a part of bytes."""
+    leaf = cell.leaf
+    if leaf.ident in memory.cells:
+        return leaf.ident, cell.index if leaf.dims else None
+    spot = memory.layout.spot(leaf)
+    if spot is None or spot.view or spot.ident not in memory.cells:
+        return None
+    return spot.ident, spot.at(cell.index)
 
 
 def cells_of(where: Place | Group, *, counts: bool = False) -> list[Cell]:

@@ -17,18 +17,18 @@ from .causes import Cause, Causes, CellChange
 from .cells import Cell, cells_of
 from .executed import StepRun
 from .links import CauseLink, Operand, linked
-from .motions import COMPLETE, Motions, said_of
+from .motions import COMPLETE, Motions, motion_text
 from .never import NO_BLOCKS, AtRest, Blocks, Never, at_rest_unknown
 from .watched import shown
 
 EARLIER = "earlier scans are not kept"
-"""Text of a link behind which nothing can be repeated."""
+"""Text of a link whose earlier scans can't be repeated."""
 
 DEEPEST = 200
-"""Most links one behind the other."""
+"""Most links of a chain, one the cause of the other."""
 
 NESTED = 8
-"""Most links that call one another in Python; those behind them are made first."""
+"""Most links that call one another in Python; their causes are made first."""
 
 Outside = Callable[[CellChange, str, Value], CauseLink | None]
 """Explains an input, from the cell's change, its name and its value; None if nothing is known of it."""
@@ -54,10 +54,10 @@ class Chains:
         causes: of changes in its past.
         deep: whether rungs of add-on instructions are links, too; without it their calls are.
         outside: explains inputs.
-        most: links one behind the other, those through modules counted.
+        most: links of a chain, those through modules counted.
         at_rest: explains inputs that have not changed.
         blocks: explains the blocks of an axis.
-        run_mode: says what was before a first scan in run mode; "" if that is unknown.
+        run_mode: returns what was before a first scan in run mode; "" if that is unknown.
     """
 
     lowered: LoweredProgram
@@ -102,17 +102,17 @@ class Chains:
     def of(self, origin: CellChange, name: str) -> CauseLink:
         """Return the link of a change.
 
-        A link calls those behind it, `NESTED` at a time. One that is deeper ends the calls, is made here,
-        and stands in `_known` when the ones before it are made again.
+        A link calls its causes, `NESTED` at a time. One that is deeper ends the calls, is made here,
+        and is in `_known` when the ones before it are made again.
         """
         if self._nested:
-            return self._made(origin, name)
+            return self._link_once(origin, name)
         ahead = [(origin, name, self._depth)]
         while True:
             before = self._depth
             try:
                 origin, name, self._depth = ahead[-1]
-                link = self._made(origin, name)
+                link = self._link_once(origin, name)
             except _NestedError as deeper:
                 ahead.append((deeper.origin, deeper.name, deeper.depth))
             else:
@@ -122,7 +122,12 @@ class Chains:
             finally:
                 self._depth = before
 
-    def _made(self, origin: CellChange, name: str) -> CauseLink:
+    def _link_once(self, origin: CellChange, name: str) -> CauseLink:
+        """Return the link of a change; it is made once.
+
+        Raises:
+            _NestedError: too many links are being made that are causes of one another.
+        """
         key = origin.cell, origin.scan, origin.write.order if origin.write else 0
         known = self._known.get(key)
         if known is None:
@@ -138,6 +143,7 @@ class Chains:
         return known
 
     def _link(self, origin: CellChange, name: str) -> CauseLink:
+        """Make the link of a change, by what made it."""
         scan, motions = origin.scan, Motions(self.lowered, self.causes)
         now_ns = self.causes.now_ns(scan)
         if origin.write is None or self._is_set(origin):
@@ -149,27 +155,32 @@ class Chains:
         value = _value(origin.cell, write.after)
         if write.by is None:
             moved = self._of_motion(motions, origin, name, value)
-            return moved or self._of_nobody(origin, name, value, now_ns)
+            return moved or self._of_no_instruction(origin, name, value, now_ns)
         if self._depth > self.most:
             return CauseLink("unknown", name, value, scan, now_ns, f"more than {self.most} links")
+        return self._of_instruction(origin, write.by, name, value, _value(origin.cell, write.before))
+
+    def _of_instruction(
+        self, origin: CellChange, entry: StepRun, name: str, value: Value, before: Value
+    ) -> CauseLink:
+        """Return the link of a change that an instruction made."""
+        scan, site = origin.scan, self._site(entry)
         groups = self.causes.of(origin)
-        inner = self._site(write.by)
-        parts = [tuple(link for cause in group for link in self._behind(cause, scan)) for group in groups]
+        causes = [cause for group in groups for cause in group]
+        parts = [tuple(link for cause in group for link in self._causes_of(cause, scan)) for group in groups]
         if not any(parts):
-            parts = [(each,) for each in self._begin(write.by, scan)]
-        operands = _operands(write.by, [cause for group in groups for cause in group])
-        kind = "rung" if inner.unit == "rung" else "line"
+            parts = [(each,) for each in self._begin(entry, scan)]
         return linked(
-            self._failed(origin, value) or self._spliced(parts, write.by, scan),
-            kind=kind,
+            self._failed(origin, value) or self._spliced(parts, entry, scan),
+            kind="rung" if site.unit == "rung" else "line",
             name=name,
             value=value,
-            before=_value(origin.cell, write.before),
+            before=before,
             scan=scan,
-            now_ns=now_ns,
-            text=self._text(origin, write.by, [cause for group in groups for cause in group], value),
-            site=inner,
-            operands=operands,
+            now_ns=self.causes.now_ns(scan),
+            text=self._text(origin, entry, causes, value),
+            site=site,
+            operands=_operands(entry, causes),
         )
 
     def _failed(self, origin: CellChange, value: Value) -> list[tuple[CauseLink, ...]]:
@@ -205,7 +216,8 @@ class Chains:
             elif each.task.kind is TaskKind.EVENT:
                 yield from (self.of(origin, name) for origin in self.causes.triggers(each.pending, scan))
 
-    def _behind(self, cause: Cause, scan: int) -> Iterator[CauseLink]:
+    def _causes_of(self, cause: Cause, scan: int) -> Iterator[CauseLink]:
+        """Yield the links of the changes that made what an instruction has read."""
         try:
             origins = self.causes.origins([cause.read.cell], scan, cause.by.order)
             yield from (self.of(each, cause.read.text) for each in origins)
@@ -216,22 +228,22 @@ class Chains:
 
     def _of_motion(self, motions: Motions, origin: CellChange, name: str, value: Value) -> CauseLink | None:
         """Return the link of a change that motion made after a scan, None of any other one."""
-        found = list(motions.behind(origin))
+        found = list(motions.movers(origin))
         if not found:
             return None
-        scan, said = origin.scan, found[0][2]
-        behind = (self.of_cell(cell, own, scan - (said == COMPLETE)) for cell, own, _ in found)
+        scan, done = origin.scan, found[0][2]
+        movers = (self.of_cell(cell, own, scan - (done == COMPLETE)) for cell, own, _ in found)
         return linked(
-            [(each,) for each in behind if each],
+            [(each,) for each in movers if each],
             kind="rung",
             name=name,
             value=value,
             scan=scan,
             now_ns=self.causes.now_ns(scan),
-            text=said.format(", ".join(own.removesuffix(".IP") for _, own, _ in found)),
+            text=done.format(", ".join(own.removesuffix(".IP") for _, own, _ in found)),
         )
 
-    def _of_nobody(self, origin: CellChange, name: str, value: Value, now_ns: int) -> CauseLink:
+    def _of_no_instruction(self, origin: CellChange, name: str, value: Value, now_ns: int) -> CauseLink:
         """Return the link of a change that no instruction made: a sample of a consumed tag, or prescan."""
         assert origin.write is not None
         common = (name, value, origin.scan, now_ns)
@@ -307,10 +319,10 @@ class Chains:
     def _text(self, origin: CellChange, entry: StepRun, causes: Sequence[Cause], value: Value) -> str:
         """Return what decided; before it, what a motion instruction did."""
         writes = self.causes.execution(origin.scan).writes
-        said, text = said_of(entry, origin.cell, value, writes), self._decided(entry, causes)
-        if not said:
+        done, text = motion_text(entry, origin.cell, value, writes), self._decided(entry, causes)
+        if not done:
             return text
-        return said if text == self.lowered.sites[entry.number].instruction else f"{said}, by {text}"
+        return done if text == self.lowered.sites[entry.number].instruction else f"{done}, by {text}"
 
     def _decided(self, entry: StepRun, causes: Sequence[Cause]) -> str:
         """Return the contacts that changed; the instruction if it waited, or has none."""

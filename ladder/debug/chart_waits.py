@@ -15,7 +15,7 @@ def waits_of(lowered: LoweredProgram, tags: Tags, where: Place | Group) -> Itera
     for chart in lowered.charts.values():
         for node in chart.nodes:
             if _is_of(where, node):
-                yield from _told(chart, node, tags)
+                yield from _waits_of_step(chart, node, tags)
 
 
 def _is_of(where: Place | Group, node: ChartNode) -> bool:
@@ -25,7 +25,7 @@ def _is_of(where: Place | Group, node: ChartNode) -> bool:
     return where.leaf is x.leaf and where.bit == x.bit
 
 
-def _told(chart: LoweredChart, node: ChartNode, tags: Tags) -> Iterator[str]:
+def _waits_of_step(chart: LoweredChart, node: ChartNode, tags: Tags) -> Iterator[str]:
     active = bool(tags[node.bits["X"].text])
     if active and not node.stop:
         yield f"  step {node.name} is active; what ends it:"

@@ -135,7 +135,7 @@ def _path(operand: Place | Group) -> str:
 
 
 def _mentions(lowered: LoweredProgram, wanted: Callable[[Place | Group], bool]) -> Iterator[Mention]:
-    """Yield mentions; those inside an add-on instruction only if a wanted tag is passed to it."""
+    """Yield mentions; those inside an add-on instruction only if a matching tag is passed to it."""
     seen: set[object] = set()
     for routine in lowered.routines.values():
         if not routine.frame:

@@ -198,7 +198,7 @@ class Debugger:
         keeps = bool(self._remembered or self._on_rungs)
         if not engine.scans or not keeps:
             engine.scans = scan
-            self._journal.begin_anew(engine.memory, scan)
+            self._journal.restart(engine.memory, scan)
             return
         while engine.scans < scan:
             self._journal.note(rests)
@@ -323,7 +323,7 @@ class Debugger:
         """
         self._routine(routine).numbered(rung)
         if not self._remembered and not self._on_rungs:
-            self._journal.begin_anew(self._engine.memory, self.scans)
+            self._journal.restart(self._engine.memory, self.scans)
         line = routine.upper(), rung
         self._on_rungs[line, when] = None if when == "changes" else False
         self._settle()
@@ -370,7 +370,7 @@ class Debugger:
                 if when == "executes"
                 else before is not None and now != before and (now or when == "changes")
             ):
-                stops.append(self._told(line, runs=when == "executes", true=now))
+                stops.append(self._stop_text(line, runs=when == "executes", true=now))
         for tag, before in self._on_tags.items():
             value = self.tags[tag]
             if not same(value, before):
@@ -386,7 +386,7 @@ class Debugger:
         truth = self._noted_truths().get(line, ())
         return bool(truth) and truth[-1]
 
-    def _told(self, line: LineKey, *, runs: bool, true: bool) -> str:
+    def _stop_text(self, line: LineKey, *, runs: bool, true: bool) -> str:
         routine, rung = self._routine(line[0]), line[1]
         verb = (
             "runs"
@@ -583,12 +583,12 @@ class Debugger:
         return self.chains(deep=deep).of_tag(tag, self._journal.latest)
 
     def suggest_inputs(
-        self, tag: str, wanted: object = None, *, scans: int = 10, name: Name = terminal
+        self, tag: str, requested: object = None, *, scans: int = 10, name: Name = terminal
     ) -> Remedies:
         """Return the smallest sets of inputs that would give a tag a value within some scans, see `remedies`.
 
         Args:
-            wanted: of the tag's type; of a bit the other value by default.
+            requested: of the tag's type; of a bit the other value by default.
             name: names the terminals of input images.
 
         Raises:
@@ -597,9 +597,9 @@ class Debugger:
         where = self._resolver.named(tag)
         if not isinstance(where, Place):
             raise ValueError(f"{tag} is not a single value: ask about one of its members or elements")
-        if wanted is None and not where.type.is_bool:
+        if requested is None and not where.type.is_bool:
             raise ValueError(f"{tag} is of type {where.type.name}: give the value that it should have")
-        value = not self.tags[tag] if wanted is None else checked(tag, where.type, wanted)
+        value = not self.tags[tag] if requested is None else checked(tag, where.type, requested)
         if where.leaf.slot is not None and not where.leaf.output:
             return of_input(tag, value, _terminal_of(where, name))
         trials = Trials(self._engine, self._past, self.cross_reference, name, scans)

@@ -229,9 +229,9 @@ class TracedInterpreter(WatchedInterpreter):
         if power and step.name in COPIES:
             entry.copied = self._copied(step)
         try:
-            behind = super()._step(step, power)
-            entry.truth = behind if power or step.spec.decides else self._would_conduct(step)
-            return behind
+            power_after = super()._step(step, power)
+            entry.truth = power_after if power or step.spec.decides else self._would_conduct(step)
+            return power_after
         finally:
             entry.reads += [_bulk(leaf, index, value) for leaf, index, value in self.memory.noted or ()]
             self._steps.pop()

@@ -1,4 +1,4 @@
-"""Queries after a scan: the last change of a tag, and the cause of its value."""
+"""Answers after a scan: the last change of a tag, and the cause of its value."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .crossref import CrossReference
 from .replay import Replayer
 from .watched import Change, shown
 from .watching import WatchedEngine
-from .why import cause, changes_of, state_of, telling, told, untouched
+from .why import changes_of, explain_cause, explain_change, explain_unchanged, most_relevant, state_of
 
 
 class Inquiry:
-    """Answers queries about a program, from its engine, past scans, forces and cross reference."""
+    """Answers questions about a program, from its engine, past scans, forces and cross reference."""
 
     def __init__(
         self,
@@ -31,24 +31,24 @@ class Inquiry:
         self._resolver = Resolver(engine.lowered.layout)
 
     def last_change(self, tag: str) -> Change | None:
-        """Return the last remembered change of a tag from scan to scan, or None."""
+        """Return the last remembered change of a tag between scans, or None."""
         where = self._resolver.named(tag)
         scan = self._past.last_change_of(cells_of(where), self._latest)
-        if scan is None and is_counted(where):  # ACC changes in most scans, and says less than the bits
+        if scan is None and is_counted(where):  # ACC changes in most scans; the bits matter more
             scan = self._past.last_change_of(cells_of(where, counts=True), self._latest)
         if scan is None:
             return None
-        return telling(changes_of(self._past.again(scan).history, where), where)
+        return most_relevant(changes_of(self._past.again(scan).history, where), where)
 
     def cause(self, tag: str) -> tuple[int, str] | None:
         """Return the scan of the last change of a tag, and what made it; None if nothing is known."""
         change = self.last_change(tag)
-        return None if change is None else (change.scan, cause(self._engine.lowered, change))
+        return None if change is None else (change.scan, explain_cause(self._engine.lowered, change))
 
     def why(self, tag: str) -> str:
         """Explain a tag's value: scan and rung of its last change, and the false conditions there.
 
-        Of a step of a chart also say what would begin or end it.
+        The answer about a step of a chart has also what would begin or end it.
         """
         waits = waits_of(self._engine.lowered, self._engine.tags, self._resolver.named(tag))
         return "\n".join([self._why(tag), *waits])
@@ -62,11 +62,13 @@ class Inquiry:
         lowered = self._engine.lowered
         image = where.leaf if isinstance(where, Place) and where.leaf.slot is not None else None
         is_input = image is not None and not image.output
-        asked = image is None or image.output or image.ident in lowered.written_inputs
-        change = self.last_change(tag) if asked else None
+        can_change = image is None or image.output or image.ident in lowered.written_inputs
+        change = self.last_change(tag) if can_change else None
         if is_input and change is None:
-            return f"{tag} is {shown(value)} because the module says so: it is an input image."
+            return f"{tag} is {shown(value)} because the module reports it: it is an input image."
         if change is None:
-            said = state_of(where, value)
-            return untouched(tag, said, [each for each in self._cross_reference.of(tag) if each.writes])
-        return told(lowered, tag, where, change, value)
+            state = state_of(where, value)
+            return explain_unchanged(
+                tag, state, [each for each in self._cross_reference.of(tag) if each.writes]
+            )
+        return explain_change(lowered, tag, where, change, value)

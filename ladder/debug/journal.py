@@ -54,7 +54,7 @@ class Journal(Source):
         if not self._chapters or len(self._chapters[-1].entries) == EVERY:
             self._chapters.append(Chapter(scan, snapshot(memory), []))
 
-    def begin_anew(self, memory: Memory, scan: int) -> None:
+    def restart(self, memory: Memory, scan: int) -> None:
         """Forget all, and take a snapshot: the scans before were not noted."""
         self._chapters.clear()
         self.begin(memory, scan)
@@ -74,9 +74,9 @@ class Journal(Source):
     def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
         """Return the entries of scans, up to the latest one."""
         chapters, place = self._chapters, self._place(first)
-        wanted = (chapters[at] for at in range(place, self._place(last) + 1))
+        chosen = (chapters[at] for at in range(place, self._place(last) + 1))
         entries = chain.from_iterable(
-            each.entries[max(0, first - each.scan) : last - each.scan + 1] for each in wanted
+            each.entries[max(0, first - each.scan) : last - each.scan + 1] for each in chosen
         )
         return min(last, self.latest) - first + 1, entries
 
@@ -109,7 +109,7 @@ class RecordedPast:
     def begin(self, memory: Memory, scan: int) -> None:
         """Do nothing: the recording has its snapshots."""
 
-    begin_anew = begin
+    restart = begin
 
     def note(self, entry: ScanInputs) -> None:
         """Do nothing: the recording has its scans."""

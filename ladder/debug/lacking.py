@@ -89,9 +89,9 @@ class Lacking:
             line = next((each for each in routine.lines if any(one is step for one in each.all_steps)), None)
             if line is None:
                 continue
-            for head, wanted in _heads(routine.body or (), line):
+            for head, required in _heads(routine.body or (), line):
                 entry = self._run_of(head.steps[-1], instance)
-                if entry is not None and bool(entry.truth) is not wanted:
+                if entry is not None and bool(entry.truth) is not required:
                     yield from ((each, entry) for each in _blamed(entry))
                     return
             for caller in self._callers(key, instance):
@@ -162,27 +162,27 @@ def _blamed(entry: StepRun) -> list[Read]:
     expressions = [each for each in entry.step.operands if isinstance(each, Calculation)]
     if len(expressions) != 1:
         return list(entry.reads)
-    wanted = is_set or not entry.truth
-    texts = {place.text for place in _at_fault(expressions[0], wanted, values)}
+    required = is_set or not entry.truth
+    texts = {place.text for place in _at_fault(expressions[0], required, values)}
     return [each for each in entry.reads if each.text in texts] or list(entry.reads)
 
 
-def _at_fault(part: Any, wanted: bool, values: Mapping[str, Value]) -> list[Place]:
-    """Return the places that keep an expression from being as wanted, the fewest that would do."""
+def _at_fault(part: Any, required: bool, values: Mapping[str, Value]) -> list[Place]:
+    """Return the places that keep an expression from its required value, as few as possible."""
     if isinstance(part, Place):
-        return [part] if bool(values.get(part.text, not wanted)) is not wanted else []
+        return [part] if bool(values.get(part.text, not required)) is not required else []
     if not isinstance(part, Calculation):
         return []
     if part.name == "NOT":
-        return _at_fault(part.operands[0], not wanted, values)
+        return _at_fault(part.operands[0], not required, values)
     if part.name in ("AND", "OR", "&"):
-        parts = [_at_fault(each, wanted, values) for each in part.operands]
-        all_needed = (part.name != "OR") is wanted
+        parts = [_at_fault(each, required, values) for each in part.operands]
+        all_needed = (part.name != "OR") is required
         if all_needed:
             return [place for each in parts for place in each]
         return min(parts, key=len) if all(parts) else []
     if part.name in RELATIONS:
-        return [] if _holds(part, values) is wanted else list(_places(part))
+        return [] if _holds(part, values) is required else list(_places(part))
     return list(_places(part))
 
 

@@ -33,7 +33,7 @@ ROOTS = (
     "task",
     "unknown",
 )
-"""Kinds of links with nothing of the program behind them."""
+"""Kinds of links without a cause in the program."""
 
 
 OUTRANKING = ("force", "mode", "fault", "incident")
@@ -43,7 +43,7 @@ ROUND = "a round before"
 """What the end of a path says where the machine stood as it stands now."""
 
 NESTED = 8
-"""Most spaces of indentation of a chain as text; what is behind is left out, but for its end."""
+"""Most spaces of indentation of a chain as text; further links are left out, but for the last one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +73,7 @@ class CauseLink:
     depth: int = 1  # links from here to its end, on the shortest way
 
     def walk(self) -> Iterator[CauseLink]:
-        """Yield this link and all behind it, each once, the shortest way first."""
+        """Yield this link and all its causes, each once, the nearest first."""
         seen, ahead = set(), [self]
         while ahead:
             link = ahead.pop()
@@ -192,7 +192,7 @@ def ordered(groups: Iterable[tuple[CauseLink, ...]]) -> tuple[tuple[CauseLink, .
     return tuple(sorted(found, key=lambda group: group[0].depth))
 
 
-def said(link: CauseLink, routine: str = "") -> str:
+def link_text(link: CauseLink, routine: str = "") -> str:
     """Return one link: `Run off (20.002 s, rung 3: XIC(Stop))`; its routine unless it is `routine`."""
     site = link.site
     at = f"{seconds(link.now_ns)} s"
@@ -210,14 +210,14 @@ def _value(value: Value | str | None) -> str:
 
 
 def _lines(link: CauseLink, routine: str, indent: str, seen: set[CauseLink]) -> Iterator[str]:
-    line = f"{indent}{said(link, routine)}"
+    line = f"{indent}{link_text(link, routine)}"
     while len(link.causes) == 1 and len(link.causes[0]) == 1 and link not in seen:
         seen.add(link)
         routine = link.site.routine if link.site else routine
         (link,) = link.causes[0]
-        line += f" <- {said(link, routine)}"
+        line += f" <- {link_text(link, routine)}"
     if len(indent) > NESTED and link.causes:
-        yield f"{line} <- ... <- {said(link.first)}"
+        yield f"{line} <- ... <- {link_text(link.first)}"
         return
     if link in seen and link.causes:
         yield f"{line} <- as above"

@@ -32,7 +32,7 @@ _NAMES = {place: name for name, place in BITS.items()}
 
 @dataclass(frozen=True, slots=True)
 class Motions:
-    """Finds the motion instructions behind changes of axes and of other instructions."""
+    """Finds the motion instructions that changed axes and other instructions."""
 
     lowered: LoweredProgram
     causes: Causes
@@ -52,7 +52,7 @@ class Motions:
                 return replace(origin, write=replace(origin.write, by=each.by))
         return origin
 
-    def behind(self, origin: CellChange) -> Iterator[tuple[Cell, str, str]]:
+    def movers(self, origin: CellChange) -> Iterator[tuple[Cell, str, str]]:
         """Yield what changed a cell after a scan: a cell, its name, and what its motion did."""
         ideal: Ideal | None = self.lowered.ideal
         control = self._part(origin.cell, ideal.controls if ideal else ())
@@ -115,7 +115,7 @@ class Motions:
         return Cell(leaf, control.index, 1 << MOTION_BITS["IP"]), text
 
 
-def said_of(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write]) -> str:
+def motion_text(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write]) -> str:
     """Return what a motion instruction did to a cell; "" for any other instruction.
 
     It is named by axis and control, `MAM(Feed,Go)`. It may have been refused, with its error in words, or
@@ -132,7 +132,12 @@ def said_of(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write]) -
     name = f"{step.name}({','.join(dict.fromkeys((groups[0].text, own.text)))})"
     path, _, member = cell.leaf.path.rpartition(".")
     if value and (member == "ERR" or cell.mask == 1 << MOTION_BITS["ER"]):
-        errors = [int(each.after) for each in writes if each.cell.leaf.path == f"{path}.ERR" and each.after]
-        return f"{name}: ERR {errors[-1]}, {ERRORS[errors[-1]]}" if errors else name
+        return f"{name}{_error_text(f'{path}.ERR', writes)}"
     ends = not value and cell.mask is not None and path != own.path
     return f"{name} ends it" if ends else name
+
+
+def _error_text(path: str, writes: Sequence[Write]) -> str:
+    """Return the last error that was written to a member, after a colon; "" without one."""
+    errors = [int(each.after) for each in writes if each.cell.leaf.path == path and each.after]
+    return f": ERR {errors[-1]}, {ERRORS[errors[-1]]}" if errors else ""

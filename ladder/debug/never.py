@@ -1,22 +1,20 @@
 """Why a value has not changed: what the instructions that could write it lack, back to what is at rest.
 
 The instruction that lacks the fewest contacts came nearest, see `lacking`. Each of these contacts has a chain
-of its own if it ever changed; else it is asked the same question, down to an input, a timer that runs, or a
+of its own if it ever changed; else the same question is put to it, down to an input, a timer that runs, or a
 tag that has not been set.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Set
 from dataclasses import replace
 from typing import Any, Protocol
 
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import seconds
 
-from ..state.lowered import (
-    ADD_ON,
-)
+from ..state.lowered import ADD_ON
 from ..state.memory import Value
 from .causes import Causes, CellChange
 from .cells import Cell
@@ -26,7 +24,7 @@ from .lacking import Lack, Lacking
 from .links import CauseLink, Operand, linked
 
 DEEPEST = 24
-"""Most links one behind the other."""
+"""Most links of a chain, one the cause of the other."""
 
 PULSE = 2
 """Most scans of a pulse."""
@@ -34,7 +32,7 @@ PULSE = 2
 ONLY_ON, ONLY_OFF = frozenset({"OTL"}), frozenset({"OTU", "RES", "CLR"})
 """Instructions that write a bit in one way only."""
 
-Behind = Callable[[CellChange, str], CauseLink]
+ChainOfChange = Callable[[CellChange, str], CauseLink]
 """Returns the chain of a change."""
 
 AtRest = Callable[[Cell, str, Value, int], CauseLink | None]
@@ -48,7 +46,7 @@ class Blocks(Protocol):
         """Return what a block that is busy waits for; None of any other structure."""
 
     def failed(self, path: str, since: int, scan: int) -> CauseLink | None:
-        """Return the rule of the module behind an error of a block between two scans; None without one."""
+        """Return the rule of the module that made an error of a block between two scans, or None."""
 
 
 class NoBlocks:
@@ -78,13 +76,13 @@ class Never:
     Args:
         causes: of the program's past.
         scan: the scan of the question.
-        behind: makes the chain of what has changed.
+        chain_of: makes the chain of a change.
         at_rest: explains inputs.
     """
 
     causes: Causes
     scan: int
-    behind: Behind
+    chain_of: ChainOfChange
     at_rest: AtRest = at_rest_unknown
     blocks: Blocks = NO_BLOCKS
     _lacking: Lacking | None = None
@@ -107,7 +105,7 @@ class Never:
             return self.of(cell, name, (*seen, cell))
         value = self._value(cell)
         found = self._of_number(origins[0], name, seen) or self._counted(cell, name, value)
-        return found or self._of_block(cell, value, seen) or self.behind(origins[0], name)
+        return found or self._of_block(cell, value, seen) or self.chain_of(origins[0], name)
 
     def _of_block(self, cell: Cell, value: Value, seen: tuple[Cell, ...]) -> CauseLink | None:
         """Return what a block that is busy waits for, or its error; None of any other value."""
@@ -191,18 +189,14 @@ class Never:
     # --- instructions
 
     def _of_writers(self, cell: Cell, name: str, value: Value, seen: tuple[Cell, ...]) -> CauseLink:
-        writers = [each for each in self._writers(cell) if _could_change(each, value)]
-        writers = [each for each in writers if each.step is None or each.step.name != ADD_ON] or writers
+        """Return the link of a value by the instruction that came nearest to changing it."""
+        writers = self._possible_writers(cell, value)
         if not writers:
             return self._unwritten(name, value)
         if len(seen) > DEEPEST:
             return self._root("unknown", name, value, f"more than {DEEPEST} links")
-        found = [(each, self._lack(each)) for each in writers]
         own = {cell, *seen}
-        known = [
-            (each, lack) for each, lack in found if not any(read.cell in own for read, _ in lack)
-        ] or found
-        mention, lack = min(known, key=lambda pair: (not pair[1], len(pair[1])))
+        mention, lack = self._nearest_writer(writers, own)
         scan, lack = self._nearest(mention, lack)
         there = self if scan == self.scan else replace(self, scan=scan, _lacking=None)
         causes = [(there._of_read(read, (*seen, cell)),) for read, _ in lack if read.cell not in own]
@@ -221,6 +215,20 @@ class Never:
             site=site,
             operands=tuple(Operand(each.text, each.value, changed=False) for each, _ in lack),
         )
+
+    def _possible_writers(self, cell: Cell, value: Value) -> list[Mention]:
+        """Return what could change a value; calls of add-on instructions only if nothing else could."""
+        writers = [each for each in self._writers(cell) if _could_change(each, value)]
+        return [each for each in writers if each.step is None or each.step.name != ADD_ON] or writers
+
+    def _nearest_writer(self, writers: Sequence[Mention], own: Set[Cell]) -> tuple[Mention, Lack]:
+        """Return the instruction that lacks the fewest values in the scan of the question.
+
+        One that lacks a value of the chain itself (`own`) explains nothing: it counts only if all do.
+        """
+        found = [(each, self._lack(each)) for each in writers]
+        others = [(each, lack) for each, lack in found if own.isdisjoint(read.cell for read, _ in lack)]
+        return min(others or found, key=lambda pair: (not pair[1], len(pair[1])))
 
     def _lack(self, mention: Mention) -> Lack:
         if self._lacking is None:

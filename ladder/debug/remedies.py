@@ -1,7 +1,7 @@
 """What it would take: the smallest sets of inputs that give a value, found by running scans with them.
 
 Sets of one input are tried first, then of two and three. Of a number the value nearest to the present one is
-told that does it: between the two it is searched by halves, each half a run.
+given that does it: between the two it is searched by halves, each half a run.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ class Remedies:
     """
 
     tag: str
-    wanted: Value
+    requested: Value
     found: tuple[Remedy, ...]
     candidates: tuple[str, ...]
     tried: int
@@ -115,8 +115,8 @@ class Remedies:
 
     def __str__(self) -> str:
         if self.found:
-            is_bit = isinstance(self.wanted, bool)
-            what = ("goes off", "comes on")[int(self.wanted)] if is_bit else f"becomes {self.wanted}"
+            is_bit = isinstance(self.requested, bool)
+            what = ("goes off", "comes on")[int(self.requested)] if is_bit else f"becomes {self.requested}"
             return "\n".join(f"{self.tag} {what} {_condition(each)}" for each in self.found)
         if self.terminal:
             way = "switch it there (timeline of the rack file, a button of the page, set_input of a bench)"
@@ -126,7 +126,7 @@ class Remedies:
         if not self.candidates:
             return f"{self.tag} depends on no input"
         some = f"none of the first {self.tried} sets" if self.left else f"no set of up to {MOST_INPUTS}"
-        of = f"of the inputs it depends on gives it {shown(self.wanted)}"
+        of = f"of the inputs it depends on gives it {shown(self.requested)}"
         return f"{self.tag}: {some} {of}: {', '.join(self.candidates)}"
 
     def as_json(self) -> dict[str, Any]:
@@ -140,16 +140,16 @@ class Remedies:
             }
             for each in self.found
         ]
-        return {"wanted": self.wanted, "sets": sets, "tried": self.tried, "complete": not self.left}
+        return {"wanted": self.requested, "sets": sets, "tried": self.tried, "complete": not self.left}
 
 
-def of_input(tag: str, wanted: Value, terminal: str | None) -> Remedies:
+def of_input(tag: str, requested: Value, terminal: str | None) -> Remedies:
     """Return the answer for an input: nothing of the program gives it a value.
 
     Args:
         terminal: where it is wired; None for what a module reports.
     """
-    return Remedies(tag, wanted, (), (), 0, left=False, terminal=terminal or "")
+    return Remedies(tag, requested, (), (), 0, left=False, terminal=terminal or "")
 
 
 Attempt = Callable[[Sequence[InputChange]], int | None]
@@ -165,7 +165,7 @@ class Search:
     """
 
     tag: str
-    wanted: Value
+    requested: Value
     attempt: Attempt
     tried: int = 0
 
@@ -179,9 +179,9 @@ class Search:
                 if any({one.name for one in known.changes} <= own for known in found):
                     continue
                 if self.tried >= MOST_TRIES:
-                    return Remedies(self.tag, self.wanted, tuple(found), names, self.tried, left=True)
+                    return Remedies(self.tag, self.requested, tuple(found), names, self.tried, left=True)
                 found += self._with(chosen)
-        return Remedies(self.tag, self.wanted, tuple(found), names, self.tried, left=False)
+        return Remedies(self.tag, self.requested, tuple(found), names, self.tried, left=False)
 
     def _with(self, chosen: Sequence[Candidate]) -> Iterator[Remedy]:
         """Yield the first values of some inputs that do it, if any."""

@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
-from itertools import islice, pairwise
+from itertools import chain, islice, pairwise
 from typing import Any, Protocol
 
 from ..compiler.observed import LineKey
@@ -22,7 +22,7 @@ from ..model.errors import LadderFault
 from ..model.tags import Leaf
 from ..state.memory import Memory, Value, same
 from ..state.snapshots import restore
-from .cells import Cell
+from .cells import Cell, place_in_snapshot
 from .forces import Forces
 from .stretch import PlainInputs, ReplayStretch, ScanInputs
 from .watching import WatchedEngine
@@ -34,7 +34,10 @@ Truths = Mapping[LineKey, tuple[bool, ...]]
 
 
 ONE_BY_ONE = 24
-"""Stretches of the latest scans that are searched one by one."""
+"""Most stretches with equal values at their ends that are searched one by one."""
+
+FIRST_ONE_BY_ONE = 4
+"""The latest of more stretches: they are searched one by one before the others are searched at once."""
 
 MOST_FOUND = 256
 """Most results of searches that are kept."""
@@ -77,7 +80,7 @@ class Replayer:
         self.engine = engine  # the engine after scan `at`
         self.at: int | None = None  # the scan that was run last; None before the first
         self._found: dict[tuple[Cell, ...], tuple[int, int | None]] = {}  # last changes up to a scan
-        self.truths: Truths = {}  # the power of the scan that was asked for last
+        self.truths: Truths = {}  # the power of the scan that was shown last
         self.source, self._most, self._stretches = source, most, stretches
         self.images = input_leaves(engine.memory)  # what `ScanInputs.images` are of
         self._images = [engine.memory.cells[leaf.ident].cell_contents.cast("B") for leaf in self.images]
@@ -152,8 +155,7 @@ class Replayer:
     def last_change_of(self, cells: Sequence[Cell], end: int) -> int | None:
         """Return the last scan that changed one of some values, up to one; None without one.
 
-        The latest scans run one by one; the ones before from all snapshots at once, see `lanes`. What was
-        found is kept: a sentence and a chain ask the same.
+        What was found is kept: a sentence and a chain need the same.
         """
         until, found = self._found.get(tuple(cells), (-1, None))
         none_left = found is None and self._stretches is not None and end < until
@@ -165,19 +167,50 @@ class Replayer:
         return found
 
     def _search(self, cells: Sequence[Cell], end: int) -> int | None:
+        """Return the last change, without what was found before.
+
+        A stretch whose snapshots have other values holds a change. In the stretches after it the values can
+        only have changed and changed back.
+        """
+
         def read(engine: WatchedEngine) -> list[Value]:
             return [each.of(engine.memory.read(each.leaf, each.index)) for each in cells]
 
         starts = list(islice((each for each in self.source.snapshots(end) if each <= end), self._stretches))
-        for number, start in enumerate(starts[:ONE_BY_ONE]):
-            found = self._change_in(start, starts[number - 1] - 1 if number else end, read)
-            if found is not None:
-                return found
-        for at in range(ONE_BY_ONE, len(starts), SIDE_BY_SIDE):
-            found = self._change_in_many(starts[at - 1 : at + SIDE_BY_SIDE], cells, read)
-            if found is not None:
-                return found
+        lasts = [end, *(start - 1 for start in starts)]
+        begin = 0
+        for changing in chain(self._changing_stretches(cells, starts), [len(starts)]):
+            few = changing if changing - begin <= ONE_BY_ONE else begin + FIRST_ONE_BY_ONE
+            for number in range(begin, few):
+                found = self._change_in(starts[number], lasts[number], read)
+                if found is not None:
+                    return found
+            for number in range(few, changing, SIDE_BY_SIDE):
+                group = starts[number - 1 : min(number + SIDE_BY_SIDE, changing)]
+                found = self._change_in_many(group, cells, read)
+                if found is not None:
+                    return found
+            if changing < len(starts):
+                found = self._change_in(starts[changing], lasts[changing], read)
+                if found is not None:
+                    return found
+            begin = changing + 1
         return None
+
+    def _changing_stretches(self, cells: Sequence[Cell], starts: Sequence[int]) -> Iterator[int]:
+        """Yield the numbers of the stretches whose two snapshots have other values, the latest first."""
+        places = [place_in_snapshot(self.engine.memory, each) for each in cells]
+        after: list[Value] | None = None
+        for number, start in enumerate(starts if None not in places else ()):
+            snapshot = self.source.snapshot(start)[0]
+            values = [
+                each.of(snapshot[place[0]] if place[1] is None else snapshot[place[0]][place[1]])
+                for each, place in zip(cells, places, strict=True)
+                if place is not None
+            ]
+            if after is not None and not same(values, after):
+                yield number
+            after = values
 
     def _change_in_many(
         self, starts: Sequence[int], cells: Sequence[Cell], read: Callable[[WatchedEngine], Any]

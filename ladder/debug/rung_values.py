@@ -28,17 +28,17 @@ def _element(element: Element, tags: Tags, specs: Mapping[str, Spec]) -> Element
     if spec is None or not spec.members:
         return element
     shown = [
-        _value(element.operands[spec.members[place][0]], spec.members[place][1], tags, said)
+        _value(element.operands[spec.members[place][0]], spec.members[place][1], tags, written)
         if place in spec.members
-        else said
-        for place, said in enumerate(element.operands)
+        else written
+        for place, written in enumerate(element.operands)
     ]
     return Instruction(element.name, tuple(shown))
 
 
-def _value(structure: Operand, part: str, tags: Tags, said: Operand) -> Operand:
+def _value(structure: Operand, part: str, tags: Tags, written: Operand) -> Operand:
     assert isinstance(structure, Address)
     try:
         return number(tags[str(Address(structure.name, (*structure.steps, MemberStep(part))))])
     except ValueError:  # see `with_values`
-        return said
+        return written

@@ -55,13 +55,13 @@ class TagValues:
 
     def matching(self, pattern: str) -> list[TagValue]:
         """Return the values that a pattern matches; a LadderError for an image, or without a match."""
-        wanted = without_ranges(normal(pattern))
-        one_element = "[" in wanted and not {"*", "?"} & set(wanted)
-        matches = [self.known[place] for place in self._names.places(wanted)]
+        plain = without_ranges(normal(pattern))
+        one_element = "[" in plain and not {"*", "?"} & set(plain)
+        matches = [self.known[place] for place in self._names.places(plain)]
         if matches and not one_element:
             return matches
-        address = Resolver(self._layout).meant(wanted)
-        return self.matching(str(address)) if str(address) != wanted else self._at(address)
+        address = Resolver(self._layout).meant(plain)
+        return self.matching(str(address)) if str(address) != plain else self._at(address)
 
     def _at(self, address: Address) -> list[TagValue]:
         layout, resolver = self._layout, Resolver(self._layout)

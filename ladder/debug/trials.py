@@ -49,16 +49,16 @@ class Trials:
     _images: Sequence[bytes] = ()
     _period_ns: int = 10_000_000
 
-    def of(self, tag: str, cell: Cell, wanted: Value) -> Remedies:
+    def of(self, tag: str, cell: Cell, requested: Value) -> Remedies:
         """Return the smallest sets of inputs after which a tag has a value; `cell` is the tag's.
 
         What modules report is tried if no terminal and no tag does it.
         """
         self._begin()
-        search = Search(tag, wanted, lambda changes: self._try(changes, cell, wanted))
+        search = Search(tag, requested, lambda changes: self._try(changes, cell, requested))
         own: list[Candidate] = []
         reported: list[Candidate] = []
-        for each in islice(self.candidates(tag, wanted), MOST_CANDIDATES):
+        for each in islice(self.candidates(tag, requested), MOST_CANDIDATES):
             (reported if each.place.endswith(REPORTED) else own).append(each)
         found = search.among(own)
         return found if found.found or not reported else search.among([*own, *reported])
@@ -71,7 +71,7 @@ class Trials:
         if before is not None:
             self._period_ns = self.live.now_ns - before.now_ns
 
-    def _try(self, changes: Sequence[InputChange], cell: Cell, wanted: Value) -> int | None:
+    def _try(self, changes: Sequence[InputChange], cell: Cell, requested: Value) -> int | None:
         """Return after how many scans a cell has a value; None if it has not."""
         engine = self.past.engine
         engine.hold({})
@@ -95,7 +95,7 @@ class Trials:
                 engine.memory.cells[leaf.ident].cell_contents.cast("B")[:] = data
             with suppress(LadderFault):
                 engine.do(self.live.now_ns + scan * self._period_ns, first=False)
-            if _read(engine.memory, cell) == wanted:
+            if _read(engine.memory, cell) == requested:
                 return scan
         return None
 
@@ -110,7 +110,7 @@ class Trials:
 
     # --- inputs that may matter
 
-    def candidates(self, tag: str, wanted: Value) -> Iterator[Candidate]:
+    def candidates(self, tag: str, requested: Value) -> Iterator[Candidate]:
         """Yield the inputs that a tag depends on by the text of the program, the nearest first."""
         mentions = self.cross_reference.mentions
         by_line: dict[tuple[str, int | None], list[Mention]] = {}
@@ -119,7 +119,7 @@ class Trials:
         written = [each for each in mentions if each.writes]
         ahead: list[Place | Group] = [each.where for each in self.cross_reference.of(tag) if each.writes]
         seen: dict[str, Place | Group] = {}
-        compared = [] if isinstance(wanted, bool) else [wanted]
+        compared = [] if isinstance(requested, bool) else [requested]
         while ahead:
             where = ahead.pop(0)
             lines = {

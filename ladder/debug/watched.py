@@ -221,11 +221,11 @@ class WatchedInterpreter(Interpreter):
         self.power = power
         running = self.running[-1]
         self.read = self._values(step) if self.lowered.sites[step.site].unit != "rung" else ()
-        behind = super()._step(step, power)
-        running.truth.append(behind)
-        if power and not behind and step.kind is InstructionKind.INPUT:
+        power_after = super()._step(step, power)
+        running.truth.append(power_after)
+        if power and not power_after and step.kind is InstructionKind.INPUT:
             running.blocked.append(step)
-        return behind
+        return power_after
 
     def _branch(self, branch: Parallel, power: bool) -> bool:
         """Where one leg conducts, the others do not block."""
@@ -233,10 +233,10 @@ class WatchedInterpreter(Interpreter):
             return super()._branch(branch, power)
         blocked = self.running[-1].blocked
         before = len(blocked)
-        behind = super()._branch(branch, power)
-        if behind:
+        power_after = super()._branch(branch, power)
+        if power_after:
             del blocked[before:]
-        return behind
+        return power_after
 
     def copy_parameters(self, copies: tuple[tuple[Node, ...], ...], *, prescan: bool = False) -> None:
         """Copy parameters without noting them: those rungs are no part of the program."""
@@ -257,11 +257,13 @@ class WatchedInterpreter(Interpreter):
         """Return the tags that a step reads, with their values."""
         read = step.operands[1:] if step.name in (":=", "[:=]") else step.operands
         places = [place for each in read for place in _places(each)]
-        told = [each for place in places for each in (place, *self._beside(place))]
+        shown_places = [each for place in places for each in (place, *self._beside(place))]
         site = self.site
         self.site = step.site
         try:
-            return tuple({each.text: self.get(each) for each in told if HIDDEN not in each.leaf.path}.items())
+            return tuple(
+                {each.text: self.get(each) for each in shown_places if HIDDEN not in each.leaf.path}.items()
+            )
         except LadderFault:
             return ()  # a subscript is out of range: the step itself stops the scan
         finally:

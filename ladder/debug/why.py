@@ -1,4 +1,4 @@
-"""The cause of a tag's value in a sentence, from the remembered changes."""
+"""The explain_cause of a tag's value in a sentence, from its last change."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def changes_of(history: Iterable[Change], where: Place | Group) -> list[Change]:
     return [each for each in history if HIDDEN not in each.leaf.path and _concerns(each, where)]
 
 
-def telling(changes: Sequence[Change], where: Place | Group) -> Change | None:
+def most_relevant(changes: Sequence[Change], where: Place | Group) -> Change | None:
     """Return the most relevant change: of a timer or counter the last one of a status bit, else the last."""
     bits = [each for each in changes if each.leaf.type.is_bool] if is_counted(where) else []
     ranked = bits or changes
@@ -60,7 +60,7 @@ def _same_element(change: Change, group: Group) -> bool:
     return change.index // rest == place
 
 
-def untouched(tag: str, value: object, writers: Sequence[Mention]) -> str:
+def explain_unchanged(tag: str, value: object, writers: Sequence[Mention]) -> str:
     """Return the sentence for an unchanged tag, with its possible writers."""
     if not writers:
         return f"{tag} is {shown(value)}: no rung writes it."
@@ -68,23 +68,25 @@ def untouched(tag: str, value: object, writers: Sequence[Mention]) -> str:
     return f"{tag} is {shown(value)} and has not changed while it was watched. What writes it:\n{listed}"
 
 
-def told(lowered: LoweredProgram, tag: str, where: Place | Group, change: Change, value: object) -> str:
+def explain_change(
+    lowered: LoweredProgram, tag: str, where: Place | Group, change: Change, value: object
+) -> str:
     """Explain a tag's value: time and rung of its last change, and the false conditions of the rung."""
-    said = _told(lowered, tag, where, change)
-    return f"{tag}: {state_of(where, value)}\n{said}" if is_counted(where) else said
+    head = _change_sentence(lowered, tag, where, change)
+    return f"{tag}: {state_of(where, value)}\n{head}" if is_counted(where) else head
 
 
-def _told(lowered: LoweredProgram, tag: str, where: Place | Group, change: Change) -> str:
+def _change_sentence(lowered: LoweredProgram, tag: str, where: Place | Group, change: Change) -> str:
     name = tag if isinstance(where, Place) else _element(change)
     after: object = change.after
     if isinstance(where, Place) and isinstance(where.bit, Constant):
         after = bool(int(change.after) >> int(where.bit.value) & 1)
     when = f"scan {change.scan:,} ({seconds(change.now_ns)} s)"
-    return f"{name} is {shown(after)} since {when}: {cause(lowered, change)}"
+    return f"{name} is {shown(after)} since {when}: {explain_cause(lowered, change)}"
 
 
-def cause(lowered: LoweredProgram, change: Change) -> str:
-    """Say which rung or statement made a change, and what was false there."""
+def explain_cause(lowered: LoweredProgram, change: Change) -> str:
+    """Return which rung or statement made a change, and what was false there."""
     if change.site is None:
         return "it was set from outside of the rungs."
     site = change.site
@@ -101,10 +103,10 @@ def cause(lowered: LoweredProgram, change: Change) -> str:
     return "\n".join(lines)
 
 
-def _by_statement(change: Change, said: str) -> Iterator[str]:
+def _by_statement(change: Change, head: str) -> Iterator[str]:
     """Report what a statement has read, and the conditions around it."""
     values = ", ".join(f"{tag} = {shown(value)}" for tag, value in change.read)
-    yield f"{said}, with {values}" if values else said
+    yield f"{head}, with {values}" if values else head
     yield from (f"  inside of {each}" for each in reversed(change.inside))
 
 

@@ -29,7 +29,7 @@ from .solving.solver import SAT, UNSAT, Solver
 from .system import RUN_ONLY, STOPPED, HeldNumber, Key, ProgramSystem, Runnable, ScanBounds, System, shown
 
 LIMITS = Limits(scans=5, k=2, work=300_000, fuse=16_000, helped=False)
-"""Limits for one value that random runs do not tell apart."""
+"""Limits for one value that no random run makes different."""
 
 IsOutput = Callable[[Key], bool]
 
@@ -160,21 +160,37 @@ class _Comparison:
 
     def difference(self) -> Difference:
         """Compare."""
-        mine, its = _written(self.old), _written(self.new)
-        both = self._in_both(mine | its)
-        shown_ones = [key for key in both if key != FAULT and _is_shown(key) and self.is_output(key)]
-        result = Difference(compared=len(shown_ones))
-        result.removed = sorted(_name(key) for key in mine - its if _is_shown(key) and self.is_output(key))
-        result.added = sorted(_name(key) for key in its - mine if _is_shown(key) and self.is_output(key))
+        old, new = _written(self.old), _written(self.new)
+        both = self._in_both(old | new)
+        outputs = self._outputs(key for key in both if key != FAULT)
+        result = Difference(compared=len(outputs))
+        result.removed, result.added = (
+            sorted(map(_name, self._outputs(keys))) for keys in (old - new, new - old)
+        )
         if form_of(self.old.lowered) == form_of(self.new.lowered) and self._begin_alike():
             return result
         result.uncompared = sorted({*self.old.machine.partly_lost, *self.new.machine.partly_lost})
-        result.unfollowed = tuple(
-            each for problem in (self.old, self.new) for each in self._unfollowed(problem)
-        )
+        result.unfollowed = (*self._unfollowed(self.old), *self._unfollowed(self.new))
         self._keep_apart(both)
         now = set(both) if result.unfollowed else self._now(both)
         dirty = self._ever(both, now)
+        self._add_changes(result, both, [key for key in (*outputs, FAULT) if key in dirty], now, dirty)
+        return result
+
+    def _outputs(self, keys: Iterable[Key]) -> list[Key]:
+        """Return the values that are compared."""
+        return [key for key in keys if _is_shown(key) and self.is_output(key)]
+
+    def _add_changes(
+        self, result: Difference, both: Sequence[Key], asked: Sequence[Key], now: set[Key], dirty: set[Key]
+    ) -> None:
+        """Decide values one by one; add those that are not proved equal, and what the proofs assume.
+
+        Args:
+            asked: values that may differ.
+            now: values that one scan after equal states may make different.
+            dirty: all values that may ever differ.
+        """
         for key in sorted(dirty - {FAULT}):
             v = self.new.machine.vars[key]
             self.unlike.setdefault(v.val, own(v))
@@ -182,15 +198,13 @@ class _Comparison:
         system = self._together()
         self.base = _Base(system, self.limits, [self._differ(key) for key in dirty])
         result.held = self._held(system, both)
-        asked = [key for key in (*shown_ones, FAULT) if key in dirty]
         self.runs = random_runs(self.old, self.new, asked)
         for key in asked:
-            found = self._one(system, key, key in now, surely=not result.unfollowed)
+            found = self._changed(system, key, now=key in now, surely=not result.unfollowed)
             if found is not None and key == FAULT:
                 result.fault = found
             elif found is not None:
                 result.changed.append(found)
-        return result
 
     def _in_both(self, keys: Iterable[Key]) -> list[Key]:
         """Return the values among some that both programs have, and their faults if there can be any."""
@@ -348,7 +362,7 @@ class _Comparison:
             system.late |= {place} if name in new.late else set()
         return system
 
-    def _one(self, system: System, key: Key, now: bool, *, surely: bool) -> ChangedValue | None:
+    def _changed(self, system: System, key: Key, *, now: bool, surely: bool) -> ChangedValue | None:
         """Return how a value differs; None if it is proved equal in every run.
 
         Args:
@@ -380,17 +394,17 @@ class _Base:
     Args:
         system: both programs.
         limits: of each question.
-        roots: all that is asked about.
+        roots: all truths of which runs are requested.
     """
 
     def __init__(self, system: System, limits: Limits, roots: Sequence[T]) -> None:
-        self._system, self._limits, self._contract = system, limits, system.narrowed(roots)
+        self._system, self._limits, self._roots = system, limits, roots
         self._solver = Solver(limits.fuse)
         self._frames: list[Frame] = []
 
     @property
     def work(self) -> int:
-        """Terms that questions asked about."""
+        """Work of the questions, see `Solver`."""
         return self._solver.work
 
     def run_to(self, t: T) -> tuple[ScanOf, ...] | None:
@@ -406,12 +420,9 @@ class _Base:
 
     def _frame(self, number: int) -> Frame:
         if number == len(self._frames):
-            own, self._system.contract = self._system.contract, self._contract
-            try:
-                before = self._frames[-1] if self._frames else None
+            before = self._frames[-1] if self._frames else None
+            with self._system.narrowing(self._roots):
                 self._frames.append(Frame(self._system, self._solver, before, first=before is None))
-            finally:
-                self._system.contract = own
         return self._frames[number]
 
 

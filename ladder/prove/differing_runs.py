@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from random import Random
 from typing import Any
 
@@ -11,11 +11,10 @@ from ..run.engine import Engine
 from .algebra.meaning import BOOL, INT, same_float
 from .algebra.terms import T
 from .replaying import ScanOf
-from .system import STOPPED, Key, ProgramSystem
+from .system import STOPPED, Key, ProgramSystem, ScanBounds
 
 RUNS, SCANS = 24, 12
 """Random runs, and scans of each."""
-
 
 FAULT: Key = (STOPPED, 0)
 """The place of the value that says that a major fault has stopped a program."""
@@ -25,34 +24,37 @@ def random_runs(
     old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key], runs: int = RUNS
 ) -> dict[Key, tuple[ScanOf, ...]]:
     """Run both compiled programs with equal random inputs; return a run for each value that differs."""
-    free = _free(new) | _free(old)
-    places = {name: (new if name in new.key_of else old).key_of[name] for name in free}
     found: dict[Key, tuple[ScanOf, ...]] = {}
-    rng, left = Random(1), list(keys)
+    free = _free(new) | _free(old)
+    inputs = {(new if name in new.key_of else old).key_of[name]: v for name, v in free.items()}
+    rng = Random(1)
     for _ in range(runs if keys else 0):
-        both = Stopping(old), Stopping(new)
-        likely = {name: rng.choice((0.1, 0.5, 0.9)) for name in free}
+        both = StoppingRun(old), StoppingRun(new)
         scans: list[ScanOf] = []
-        for number in range(SCANS):
-            inputs = {
-                places[name]: _any(rng, v, likely[name])
-                for name, v in free.items()
-                if number == 0 or rng.random() < 0.3
-            }
-            ms = _clipped(rng.choice((1, 10, 100, 1000)), old.bounds.low_ms, old.bounds.high_ms)
-            scans.append(ScanOf(ms if number else 0, inputs))
+        for scan in _random_scans(rng, inputs, old.bounds):
+            scans.append(scan)
             for each in both:
-                each.do(scans[-1])
-            for key in left:
-                if not _same(both[0].value(key), both[1].value(key)):
+                each.do(scan)
+            for key in keys:
+                if key not in found and _differ(both, key):
                     found[key] = tuple(scans)
-            left = [key for key in left if key not in found]
             if both[0].stopped or both[1].stopped:
                 break
     return found
 
 
-class Stopping:
+def _random_scans(rng: Random, inputs: Mapping[Key, T], bounds: ScanBounds) -> Iterator[ScanOf]:
+    """Yield the scans of a run with random inputs."""
+    likely = {key: rng.choice((0.1, 0.5, 0.9)) for key in inputs}
+    for number in range(SCANS):
+        changed = {
+            key: _any(rng, v, likely[key]) for key, v in inputs.items() if number == 0 or rng.random() < 0.3
+        }
+        ms = _clipped(rng.choice((1, 10, 100, 1000)), bounds.low_ms, bounds.high_ms)
+        yield ScanOf(ms if number else 0, changed)
+
+
+class StoppingRun:
     """A run of a compiled program that stops with a major fault."""
 
     def __init__(self, problem: ProgramSystem) -> None:
@@ -76,11 +78,12 @@ class Stopping:
         return self.stopped if key == FAULT else _value(self._engine, key)
 
 
-def _same(one: Any, other: Any) -> bool:
-    """Whether two values are the same; of floats the sign of zero counts, and NaN is NaN."""
+def _differ(both: tuple[StoppingRun, StoppingRun], key: Key) -> bool:
+    """Whether a value differs now; of floats the sign of zero counts, and NaN is NaN."""
+    one, other = both[0].value(key), both[1].value(key)
     if isinstance(one, float) and isinstance(other, float):
-        return same_float(one, other)
-    return bool(one == other)
+        return not same_float(one, other)
+    return bool(one != other)
 
 
 def _free(problem: ProgramSystem) -> dict[str, T]:
@@ -108,10 +111,10 @@ def _value(engine: Engine, key: Key) -> Any:
 
 def differs(old: ProgramSystem, new: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> bool:
     """Run both compiled programs; return whether a value differs at the end, before one of them stops."""
-    both = Stopping(old), Stopping(new)
+    both = StoppingRun(old), StoppingRun(new)
     for each in scans:
         if both[0].stopped or both[1].stopped:
             return False
         for run in both:
             run.do(each)
-    return not _same(both[0].value(key), both[1].value(key))
+    return _differ(both, key)

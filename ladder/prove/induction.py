@@ -30,7 +30,7 @@ from .stretching import STRETCHED_MS, in_short_scans, stretched
 from .system import CLOCK, RETAINED, THEN, TURNED, HeldNumber, Key, ProgramSystem, System, shown
 
 MOST_TRIES = 10
-"""Maximum runs of the program for one property."""
+"""Maximum replays for one property."""
 
 HELPED_FROM = 3
 """Scans after which invariants are searched: what breaks early is found without them."""
@@ -133,7 +133,6 @@ class _Proof:
     target: T | Key
     limits: Limits
     fault: Site | None = None
-    tries: int = MOST_TRIES
     result: Verdict = field(default_factory=Verdict)
     key: Key | None = None
     bad: T = FALSE
@@ -146,11 +145,8 @@ class _Proof:
             self.key, self.bad = self.target, system.after(self.target)
         else:
             self.bad = self.target
-        own, system.contract = system.contract, system.narrowed([self.bad])
-        try:
+        with system.narrowing([self.bad]):
             self._answer(system.cone([self.bad]))
-        finally:
-            system.contract = own
         return result
 
     def _answer(self, cone: dict[str, T]) -> None:
@@ -181,15 +177,8 @@ class _Proof:
             if answer == SAT:
                 self._refute(base, run, broken)
                 return
-            if answer == UNKNOWN or self.result.steps > FUSES * limits.fuse:
-                self._unknown(f"{fuse_text()}, in scan {k + 1}")
-                return
-            if self.result.work > (limits.work if k < SCANS else min(limits.work, FURTHER)):
-                self._unknown(f"the limit of work, in scan {k + 1}")
-                return
-            if system.contract is not TRUE and (kept := base.check()) != SAT:
-                why = f"no run of {k + 1} scans keeps what is assumed"
-                self._unknown(why if kept == UNSAT else f"{fuse_text()}, in scan {k + 1}")
+            if why := self._reason_to_stop(base, answer, k + 1):
+                self._unknown(why)
                 return
             base.state(base.apply("not", [broken]))
             if limits.helped and k == min(HELPED_FROM, limits.k, limits.scans - 1):
@@ -200,6 +189,18 @@ class _Proof:
             if k == STRETCHED_FROM and self._refute_stretched(cone):
                 return
         self._unknown(f"the limit of {limits.scans} scans", *[fuse_text()] * steps.blown)
+
+    def _reason_to_stop(self, base: Solver, answer: str, scan: int) -> str:
+        """Return the limit that is met in a scan, or that no run keeps what is assumed; "" if neither."""
+        limits = self.limits
+        kept = UNKNOWN
+        if answer != UNKNOWN and self.result.steps <= FUSES * limits.fuse:
+            if self.result.work > (limits.work if scan <= SCANS else min(limits.work, FURTHER)):
+                return f"the limit of work, in scan {scan}"
+            kept = SAT if self.system.contract is TRUE else base.check()
+        if kept == UNSAT:
+            return f"no run of {scan} scans keeps what is assumed"
+        return f"{fuse_text()}, in scan {scan}" if kept == UNKNOWN else ""
 
     def _count(self, base: Solver, steps: _Steps) -> None:
         self.result.work = base.work + steps.work
@@ -234,41 +235,41 @@ class _Proof:
         self.result.blame = (*self.result.blame, *blame)
 
     def _refute(self, base: Solver, run: Frame, broken: Any) -> None:
-        """Run what the solver found; learn from a run that does not break the property."""
-        frames = list(run)
-        in_run = [base.apply("not", [made]) for each in frames for made in self._prescans(each)]
-        ways = [way for way in (in_run, _read_by_prescan(base, frames)) if way]
-        if ways and not any(base.check(broken, *way) == SAT for way in ways):
-            base.check(broken)  # the first answer again
-        pins: list[Any] = []
-        while True:
-            scans = [frame.values() for frame in frames]
-            for before, scan in pairwise(scans):  # what prescan reads is there in the scan
-                for name in [each for each in before if each.startswith(THEN)]:
-                    scan.setdefault(name.removeprefix(THEN), before[name])
-            if not isinstance(self.system, ProgramSystem) or not self.limits.replays:
-                self._refuted(scans)
-                return
-            self.tries -= 1
-            replayed = replay(self.system, scans, breaks(self.system, self.bad, self.key))
+        """Replay the run that the solver found; learn from a replay that does not break the property."""
+        frames, system = list(run), self.system
+        self._prefer_plain_run(base, frames, broken)
+        scans = _values_of(frames)
+        if not isinstance(system, ProgramSystem) or not self.limits.replays:
+            self._refuted(scans)
+            return
+        for left in reversed(range(MOST_TRIES)):
+            replayed = replay(system, scans, breaks(system, self.bad, self.key))
             if replayed.confirmed or self._is_the_fault(replayed, len(scans)):
                 self._refuted(scans)
                 return
-            pins = self._learnt(base, frames, replayed)
-            if not pins or self.tries <= 0 or base.check(broken, *pins) != SAT:
+            learned = self._learn(base, frames, replayed)
+            if not learned or not left or base.check(broken, *learned) != SAT:
                 self._blame_processor(replayed)
                 return
+            scans = _values_of(frames)
 
     @staticmethod
-    def _prescans(frame: Frame) -> list[Any]:
-        return [frame.chosen[name][1] for name in (TURNED, RETAINED) if name in frame.chosen]
+    def _prefer_plain_run(base: Solver, frames: Sequence[Frame], broken: Any) -> None:
+        """Let the model be a run without prescan if there is one, else one whose prescans are plain."""
+        prescans = [
+            frame.chosen[name][1] for frame in frames for name in (TURNED, RETAINED) if name in frame.chosen
+        ]
+        ways = [[base.apply("not", [made]) for made in prescans], _read_by_prescan(base, frames)]
+        ways = [way for way in ways if way]
+        if ways and not any(base.check(broken, *way) == SAT for way in ways):
+            base.check(broken)  # the first answer again
 
     def _is_the_fault(self, replayed: ReplayedRun, scans: int) -> bool:
         fault = replayed.fault
         return fault is not None and fault.site == self.fault and replayed.done == scans - 1
 
-    def _learnt(self, base: Solver, frames: list[Frame], replayed: ReplayedRun) -> list[Any]:
-        """Return what a run says of values that the solver chose; none if it can't help."""
+    def _learn(self, base: Solver, frames: list[Frame], replayed: ReplayedRun) -> list[Any]:
+        """Return what a replay computed in place of values that the solver chose; none if it can't help."""
         if replayed.fault is not None and not replayed.computed:
             self._unknown(f"a fault ends the run: {replayed.fault}")
         if replayed.differs and not replayed.computed:
@@ -332,6 +333,15 @@ class _Proof:
                 self._refuted(short[: number + 1])
                 return True
         return False
+
+
+def _values_of(frames: Sequence[Frame]) -> list[dict[str, Any]]:
+    """Return the values of the solver's model in each scan; what prescan reads is there in the next scan."""
+    scans = [frame.values() for frame in frames]
+    for before, scan in pairwise(scans):
+        for name in [each for each in before if each.startswith(THEN)]:
+            scan.setdefault(name.removeprefix(THEN), before[name])
+    return scans
 
 
 def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:

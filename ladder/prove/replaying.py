@@ -51,11 +51,15 @@ class ScanOf:
 
     def do(self, engine: Engine) -> None:
         """Do it on an engine; may raise a LadderFault."""
-        for (path, index), value in self.inputs.items():
-            engine.memory.write(engine.lowered.layout.leaf(path), index, value)
+        self.write_inputs(engine)
         if self.turned:
             engine.prescan()
         engine.step(self.ms)
+
+    def write_inputs(self, engine: Engine) -> None:
+        """Write the inputs that change."""
+        for (path, index), value in self.inputs.items():
+            engine.memory.write(engine.lowered.layout.leaf(path), index, value)
 
 
 def done_by(program: Runnable, scans: Sequence[ScanOf]) -> tuple[Engine, LadderFault | None]:

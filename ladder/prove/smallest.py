@@ -1,12 +1,12 @@
 """The smallest inputs of a run that still break a claim: what the solver chose for no reason is left out.
 
-First whole values, each in all scans; then single bits of words of modules. The program decides. What is left
-is a part of the run that the prover found: the inputs left out may have been anything.
+First whole values are left out, each in all scans; then single bits of words of modules. The program decides.
+The result is a part of the run that the prover found: the inputs left out may have been anything.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import islice
@@ -15,6 +15,7 @@ from ..lowering.runnable import LadderLogic
 from ..model.errors import LadderFault
 from ..model.tags import Layout
 from ..run.edit import started_again
+from ..run.engine import Engine
 from .contracts import KeptBy
 from .monitors import Key, run_claims
 from .replaying import ScanOf
@@ -49,7 +50,7 @@ def smallest(
 def _simplifications(
     layout: Layout, scans: Sequence[ScanOf]
 ) -> Iterator[Callable[[Sequence[ScanOf]], tuple[ScanOf, ...]]]:
-    """Yield what stays in run, leaves out an input, then, of a module's word, each of its bits."""
+    """Yield functions that simplify a run: stay in run mode, drop an input, drop a bit of a module's word."""
     for number, each in enumerate(scans):
         if each.turned or each.again:
             yield partial(_in_run, number)
@@ -103,13 +104,10 @@ def breaks(
     """Whether the last scan of a run sets a bit, and each scan those that are assumed."""
     engine = program.compile()
     watches = [each.watch(engine) for each in modules]
-    layout, memory = engine.lowered.layout, engine.memory
     for number, each in enumerate(scans):
         if each.again:
             engine = started_again(engine, program.compile())
-            memory = engine.memory
-        for (path, index), value in each.inputs.items():
-            memory.write(layout.leaf(path), index, value)
+        each.write_inputs(engine)
         if each.turned or each.again:
             watches = [module.watch(engine) for module in modules]
         if not all(keeps() for keeps in watches):
@@ -120,6 +118,12 @@ def breaks(
             if number + 1 < len(scans):
                 return False
             run_claims(engine)
-        if not all(memory.read(layout.leaf(path), index) for path, index in assume):
+        if not _are_set(engine, assume):
             return False
-    return bool(memory.read(layout.leaf(bit[0]), bit[1]))
+    return _are_set(engine, [bit])
+
+
+def _are_set(engine: Engine, bits: Iterable[Key]) -> bool:
+    """Whether bits are true now."""
+    layout, memory = engine.lowered.layout, engine.memory
+    return all(memory.read(layout.leaf(path), index) for path, index in bits)

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Container, Mapping, Sequence
+from functools import partial
+from operator import getitem
 from types import CellType, MappingProxyType
 from typing import Any, Protocol
 
@@ -159,6 +161,18 @@ class Memory:
             return values[spot.at(index)]  # type: ignore[no-any-return]
         found = cell.cell_contents
         return found[index] if leaf.dims else found  # type: ignore[no-any-return]
+
+    def reader(self, leaf: Leaf, index: int = 0) -> Callable[[], Value]:
+        """Return a function that reads a value, for who reads it in each scan."""
+        cell = self.cells.get(leaf.ident)
+        if cell is None:
+            values, spot = self._listed(leaf)
+            at = spot.at(index)
+            read: Callable[[], Any] = (
+                partial(values.get, spot.view, at) if spot.view else partial(getitem, values, at)
+            )
+            return read
+        return (lambda: cell.cell_contents[index]) if leaf.dims else (lambda: cell.cell_contents)
 
     def elements(self, leaf: Leaf, begin: int, count: int) -> list[Value]:
         """Return values of an array that are side by side."""

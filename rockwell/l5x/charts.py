@@ -50,7 +50,6 @@ QUALIFIERS: Mapping[str, Qualifier] = {
 """Qualifiers by name in capitals, without `And`; also their letters, and what other programs write."""
 
 _NODES = ("Step", "Stop", "Transition", "Branch", "Leg")
-_COUNTED = (*_NODES, "Action")
 
 
 class ChartRefusedError(LadderError):

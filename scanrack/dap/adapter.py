@@ -49,6 +49,7 @@ class Adapter:
         breakpoints: those that are set, by kind.
         start: what runs after launch or attach; None before.
         over: whether the client has ended the session.
+        waits: whether a test of pytest waits for launch or attach.
         searching, breaks_off: whether the past is searched for a breakpoint, and the client pauses that.
     """
 
@@ -63,7 +64,7 @@ class Adapter:
         self.breakpoints: dict[str, list[Breakpoint]] = {}
         self.numbers = 0
         self.start: Start | None = None
-        self.over = False
+        self.over = self.waits = False
         self.tree: Tree | None = None
         self.reason: Json = {}
         self.asked_past = False
@@ -96,7 +97,7 @@ class Adapter:
         Args:
             seconds: longest wait for the first one; None = without limit.
         """
-        served = False
+        served, was = False, self.waits
         while not self.over:
             try:
                 message = self.wire.next(seconds)
@@ -109,7 +110,7 @@ class Adapter:
                 break
             self.answer(message)
             served, seconds = True, 0
-            if self.start is not None:
+            if self.start is not None or (was and not self.waits):
                 break
         return served
 

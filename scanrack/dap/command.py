@@ -5,14 +5,22 @@ from __future__ import annotations
 import hmac
 import os
 import secrets
+import socket
 import sys
-from contextlib import redirect_stdout
-from typing import Annotated
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack, redirect_stdout, suppress
+from functools import partial
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from scanrack.terminal.status import BAD_INPUT, complain
 
+if TYPE_CHECKING:
+    from .wire import Wire
+
 KEY_BYTES = 16
+CHUNK = 1 << 16
 
 
 def _debug_command(
@@ -27,11 +35,27 @@ def _debug_command(
             show_default=False,
         ),
     ] = None,
+    connect: Annotated[
+        int | None,
+        typer.Option(
+            "--connect",
+            metavar="PORT",
+            help="Pass on to the adapter of a test, see pytest --scanrack-debug.",
+            min=1,
+            max=65535,
+            show_default=False,
+        ),
+    ] = None,
+    key: Annotated[
+        str, typer.Option("--key", metavar="KEY", help="The key of that test.", show_default=False)
+    ] = "",
 ) -> None:
     from .adapter import Adapter
     from .requests import REQUESTS
     from .wire import Wire
 
+    if connect is not None:
+        raise typer.Exit(_relay(connect, key))
     if port is not None:
         raise typer.Exit(_serve_port(port))
     asked, told = os.dup(0), os.dup(1)
@@ -46,24 +70,84 @@ def _serve_port(port: int) -> int:
 
     from .adapter import Adapter
     from .requests import REQUESTS
+
+    key = key_line()
+    with ExitStack() as stack:
+        try:
+            listening = stack.enter_context(listen(port))
+        except ValueError as error:
+            return complain(str(error), BAD_INPUT)
+        say(f"{HOST}:{listening.getsockname()[1]} {key}")
+        wire = client_of(listening, key, stack)
+        with redirect_stdout(sys.stderr):
+            Adapter(wire, REQUESTS).run()
+    return 0
+
+
+def key_line() -> str:
+    """Return a new line that a client has to send first."""
+    return f"key {secrets.token_hex(KEY_BYTES)}"
+
+
+def client_of(listening: socket.socket, key: str, stack: ExitStack, wait_s: float | None = None) -> Wire:
+    """Return the connection to the first client that sends the key.
+
+    Args:
+        stack: closes it.
+        wait_s: longest wait for each client; None = without limit.
+
+    Raises:
+        TimeoutError: none has come.
+    """
     from .wire import Wire
 
-    key = secrets.token_hex(KEY_BYTES)
-    try:
-        listening = listen(port)
-    except ValueError as error:
-        return complain(str(error), BAD_INPUT)
-    say(f"{HOST}:{listening.getsockname()[1]} key {key}")
+    listening.settimeout(wait_s)
     while True:
         connection, _address = listening.accept()
+        connection.settimeout(wait_s)
         stream = connection.makefile("rb")
-        if hmac.compare_digest(stream.readline(200).strip(), f"key {key}".encode()):
+        if hmac.compare_digest(stream.readline(200).strip(), key.encode()):
             break
         stream.close()
         connection.close()
-    with connection, stream, connection.makefile("wb") as answers, redirect_stdout(sys.stderr):
-        Adapter(Wire(stream, answers), REQUESTS).run()
+    connection.settimeout(None)
+    for each in (connection, stream, answers := connection.makefile("wb")):
+        stack.enter_context(each)
+    stack.callback(_shut, connection)  # ends the reading thread, which the end of the stream waits for
+    return Wire(stream, answers)
+
+
+def _shut(connection: socket.socket, how: int = socket.SHUT_RDWR) -> None:
+    with suppress(OSError):  # the other side has gone
+        connection.shutdown(how)
+
+
+def _relay(port: int, key: str) -> int:
+    """Connect a client on standard input and output to an adapter on a port, such as that of a test."""
+    from scanrack.watch.gate import HOST
+
+    with socket.create_connection((HOST, port)) as connection:
+        connection.sendall(f"key {key}\n".encode())
+        threading.Thread(target=_pass_on, args=(connection,), daemon=True).start()
+        _pump(connection.recv, _write)
     return 0
+
+
+def _pass_on(connection: socket.socket) -> None:
+    _pump(partial(os.read, sys.stdin.fileno()), connection.sendall)
+    _shut(connection, socket.SHUT_WR)
+
+
+def _write(data: bytes) -> None:
+    sys.stdout.buffer.write(data)
+    sys.stdout.buffer.flush()
+
+
+def _pump(read: Callable[[int], bytes], write: Callable[[bytes], object]) -> None:
+    """Pass bytes on until the stream ends."""
+    with suppress(OSError):
+        while data := read(CHUNK):
+            write(data)
 
 
 _HELP = """Debug a rack or a trace in an editor, forwards and backwards.

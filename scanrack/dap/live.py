@@ -9,7 +9,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from pathlib import Path
 from types import FrameType
+from typing import Protocol
 
 from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.record.logic_wrapper import unwrapped
@@ -18,14 +20,19 @@ from scanrack.jobs.trust.attachments import files_of
 from scanrack.jobs.why.journal import Journal
 from scanrack.jobs.why.traced_run import Load
 from scanrack.ladder import LadderLogic
+from scanrack.ladder.debug import Debugger
 from scanrack.ladder.debug.journal import Journal as LadderJournal
 from scanrack.ladder.debug.replay import Replayer
 from scanrack.ladder.files.steps import Steps
+from scanrack.ladder.python.online.fields import Fields
+from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live import actions
 from scanrack.runtime.live.session import Inbox, Session
+from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.loop.listeners import QuietListener
-from scanrack.runtime.loop.scan import ScanFlag
+from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
 from scanrack.traces.replay import PackedTrace
 from scanrack.watch.python_stops import LineTrace, Observer, PythonStops
 from typing_extensions import override
@@ -47,13 +54,42 @@ WAIT_S = 0.02
 """Longest single wait for requests during a pause: pages have orders, too."""
 
 
+class Program(Protocol):
+    """The program of a session, or of a bench."""
+
+    debugger: Debugger | None
+
+    @property
+    def logic(self) -> ScanLogic:
+        """What the CPU calls."""
+
+    @property
+    def edits(self) -> int:
+        """Number of edits."""
+
+    @property
+    def operated(self) -> Debugger | Fields | None:
+        """Its values, as far as they can be set and forced."""
+
+
+class Scanned(Protocol):
+    """A rack that runs, of a session or of a bench."""
+
+    rack: Rack
+    cpu: Cpu
+
+    @property
+    def program(self) -> Program:
+        """Its program."""
+
+
 class LiveSubject(SomeSubject):
     """The scans of a session so far."""
 
     live = True
 
-    def __init__(self, run: JobRun, job: LoadedRack) -> None:
-        self.run, self.job = run, job
+    def __init__(self, run: Scanned) -> None:
+        self.run = run
         self.words = {slot.number: slot.words for slot in run.rack.slots.values()}
         self.last = -1
         self.first = 0
@@ -124,8 +160,8 @@ class LiveSubject(SomeSubject):
 class LiveRungs(RungSubject, LiveSubject):
     """A ladder program that runs."""
 
-    def __init__(self, run: JobRun, job: LoadedRack) -> None:
-        super().__init__(run, job)
+    def __init__(self, run: Scanned) -> None:
+        super().__init__(run)
         assert run.program.debugger is not None
         self._debugger = run.program.debugger
         self._places: tuple[LadderLogic, Places] | None = None
@@ -163,16 +199,12 @@ class LiveRungs(RungSubject, LiveSubject):
 class LiveText(TextSubject, LiveSubject):
     """A program without rungs that runs."""
 
-    def __init__(self, run: JobRun, job: LoadedRack, trace: LineTrace) -> None:
-        LiveSubject.__init__(self, run, job)
-        editions, steps = run.program.editions, is_steps(job.logic)
-        assert editions is not None
-        load = Load(
-            job.program,
-            lambda: editions.again(0).logic,
-            lambda number: editions.again(number).logic,
-        )
-        TextSubject.__init__(self, load, job.spec, steps=steps)
+    def __init__(
+        self, run: Scanned, load: Load, spec: RackSpec, files: Sequence[Path], trace: LineTrace
+    ) -> None:
+        LiveSubject.__init__(self, run)
+        TextSubject.__init__(self, load, spec, steps=is_steps(run.program.logic))
+        self._program, self._files = load.program, files
         self._trace, self._points = trace, LinePoints({}, in_frames=False)
         self._line = 0  # of a list of steps
         self._stepping: _AnyLine | None = None
@@ -186,8 +218,7 @@ class LiveText(TextSubject, LiveSubject):
     def places(self, scan: int) -> Places:
         if self._texts is None or self._texts[0] != self.edits:
             lines = [each.line for each in self._list.steps] if self._steps else []
-            files = [each for each in files_of(self.job).values() if each.suffix == self.job.program.suffix]
-            self._texts = self.edits, TextPlaces(files, lines)
+            self._texts = self.edits, TextPlaces(self._files, lines)
         return self._texts[1]
 
     @property
@@ -225,7 +256,7 @@ class LiveText(TextSubject, LiveSubject):
             self._line = self._list.line
             for each in (self._points, self._stepping):
                 if each is not None:
-                    each.began(str(self.job.program), self._line)
+                    each.began(str(self._program), self._line)
         super().note_scan(scan, now_ns, flags)
 
     @property
@@ -248,79 +279,41 @@ class _AnyLine(Observer):
         self.ran = True
 
 
-class Live(QuietListener, Driver):
-    """Drives a session for an adapter: a listener after its other listeners."""
+class ScanDriver(QuietListener, Driver):
+    """Looks for breakpoints after each scan of a rack that runs; a listener after the other ones.
 
-    def __init__(
-        self, adapter: Adapter, session: Session, run: JobRun, job: LoadedRack, *, page: bool
-    ) -> None:
-        self._adapter, self._session, self._run, self._page = adapter, session, run, page
-        self._subject: LiveRungs | LiveText
-        stops = session.stops
-        if isinstance(stops, PythonStops):
-            self._subject = LiveText(run, job, stops.trace)
-        else:
-            self._subject = LiveRungs(run, job)
+    Attributes:
+        subject: the scans so far.
+    """
+
+    def __init__(self, adapter: Adapter, subject: LiveRungs | LiveText) -> None:
+        self._adapter, self.subject = adapter, subject
         self._looker: Looker | None = None
-        self._hits: list[Hit] = []
-        self._wanted: list[Breakpoint] = []
-        self._stepping = False
-        self._seen: list[str] = []  # breakpoints of the session, as the editor knows them
-        self._attend, session.attend = session.attend, self._rest
-        session.inbox = _PatientInbox(session.inbox)
-        run.cpu.add_listener(self)
-        adapter.begin(self._subject, self)
-        adapter.running = session.live  # a real controller does not wait
-
-    # --- after a scan
 
     @override
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
-        self._subject.note_event(scan, now_ns, topic, fields)
+        self.subject.note_event(scan, now_ns, topic, fields)
 
-    @override
-    def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        self._subject.note_scan(scan, now_ns, flags)
-        if self._subject.is_edited():
-            self._follow_edit()
-        if self._looker is not None:
-            self._look(self._looker, scan)
-        if isinstance(self._subject, LiveText) and self._subject.arrived and not self._session.state.paused:
-            self._order(actions.Pause())
-        adapter = self._adapter
-        if self._subject.is_edited():
-            self._follow_edit()
-        if self._session.state.breakpoints != self._seen:
-            self._take_breakpoints()
-        if adapter.wire.waiting:
-            adapter.serve(0)
-        if not adapter.running and not self._session.state.paused:
-            adapter.leave()
-            adapter.running = True  # a page has let it go on
-            adapter.event("continued", threadId=1, allThreadsContinued=True)
-
-    def _look(self, looker: Looker, scan: int) -> None:
-        hits = looker.stops(scan, self._say)
-        if hits and not self._session.repeats:
-            self._hits = hits
-            if not self._session.state.paused:
-                self._order(actions.Pause())
+    def look(self, scan: int, now_ns: int, flags: int) -> list[Hit]:
+        """Note a scan; return the breakpoints at which it stops."""
+        self.subject.note_scan(scan, now_ns, flags)
+        self.follow_edit()
+        return [] if self._looker is None else self._looker.stops(scan, self._say)
 
     def _say(self, one: Breakpoint, text: str) -> None:
         where = {"source": {"path": one.path}, "line": one.line} if one.line else {}
         self._adapter.output(f"{text}\n", more=where)
 
-    def _order(self, order: actions.Action) -> None:
-        cpu, subject = self._run.cpu, self._subject
-        scan = subject.extent[1] + 1
-        self._session.obey(order, scan * cpu.period_ns, scan)
+    def follow_edit(self) -> None:
+        """Continue with an edited program, if there is one."""
+        if self.subject.is_edited():
+            self._adapter.output("the program was edited; the scans before can't be stepped back to\n")
+            self.place_again()
 
-    def _follow_edit(self) -> None:
-        """Set the breakpoints in the edited program; one whose line has gone is taken from the editor."""
-        adapter = self._adapter
+    def place_again(self) -> None:
+        """Set the breakpoints of lines in another program; one without its line is taken from the editor."""
+        adapter, places = self._adapter, self.subject.places(0)
         adapter.forget_views()
-        places, self._wanted = self._subject.places(0), []
-        adapter.output("the program was edited; the scans before can't be stepped back to\n")
         for kind in adapter.breakpoints.values():
             for each in [each for each in kind if each.path]:
                 try:
@@ -332,12 +325,65 @@ class Live(QuietListener, Driver):
                     adapter.event("breakpoint", reason="changed", breakpoint=gone)
         self.set_breakpoints(adapter.all_breakpoints())
 
+    @override
+    def set_breakpoints(self, wanted: list[Breakpoint]) -> None:
+        try:
+            looker = self.subject.looker(wanted)
+        except ExpressionError as error:
+            raise DebugError(str(error)) from error
+        if self.subject.last >= 0:
+            looker.prime(self.subject.last)
+        self._looker = looker if wanted else None
+
+
+class Live(ScanDriver):
+    """Drives a session for an adapter: a listener after its other listeners."""
+
+    def __init__(
+        self, adapter: Adapter, session: Session, run: JobRun, job: LoadedRack, *, page: bool
+    ) -> None:
+        super().__init__(adapter, _subject_of(session, run, job))
+        self._session, self._run, self._page = session, run, page
+        self._hits: list[Hit] = []
+        self._wanted: list[Breakpoint] = []
+        self._stepping = False
+        self._seen: list[str] = []  # breakpoints of the session, as the editor knows them
+        self._attend, session.attend = session.attend, self._rest
+        session.inbox = _PatientInbox(session.inbox)
+        run.cpu.add_listener(self)
+        adapter.begin(self.subject, self)
+        adapter.running = session.live  # a real controller does not wait
+
+    # --- after a scan
+
+    @override
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        hits, adapter = self.look(scan, now_ns, flags), self._adapter
+        arrived = isinstance(self.subject, LiveText) and self.subject.arrived
+        if (hits or arrived) and not self._session.repeats:
+            self._hits = hits
+            if not self._session.state.paused:
+                self._order(actions.Pause())
+        if self._session.state.breakpoints != self._seen:
+            self._take_breakpoints()
+        if adapter.wire.waiting:
+            adapter.serve(0)
+        if not adapter.running and not self._session.state.paused:
+            adapter.leave()
+            adapter.running = True  # a page has let it go on
+            adapter.event("continued", threadId=1, allThreadsContinued=True)
+
+    def _order(self, order: actions.Action) -> None:
+        cpu, subject = self._run.cpu, self.subject
+        scan = subject.extent[1] + 1
+        self._session.obey(order, scan * cpu.period_ns, scan)
+
     # --- breakpoints of pages
 
     def _share_breakpoints(self, wanted: list[Breakpoint]) -> None:
         """Set the editor's breakpoints on the pages, too, as far as pages have such."""
         there = self._session.state.breakpoints
-        spelled = self._subject.spelled
+        spelled = self.subject.spelled
         _others, before = foreign(there, self._wanted, spelled)
         _others, names = foreign(there, wanted, spelled)
         for name in before.keys() - names.keys() & set(there):
@@ -350,7 +396,7 @@ class Live(QuietListener, Driver):
     def _take_breakpoints(self) -> None:
         """Follow pages: tell the editor what they have set and removed."""
         adapter, there = self._adapter, self._session.state.breakpoints
-        spelled, places = self._subject.spelled, self._subject.places(0)
+        spelled, places = self.subject.spelled, self.subject.places(0)
         others, names = foreign(there, self._wanted, spelled)
         for name in names.keys() - set(there):
             gone = names[name]
@@ -370,8 +416,7 @@ class Live(QuietListener, Driver):
     def _rest(self) -> None:
         self._attend()
         adapter = self._adapter
-        if self._subject.is_edited():
-            self._follow_edit()
+        self.follow_edit()
         if self._session.state.breakpoints != self._seen and adapter.configured:
             self._take_breakpoints()
         if adapter.running:
@@ -379,11 +424,11 @@ class Live(QuietListener, Driver):
         adapter.serve(WAIT_S if not self._session.inbox.pending() else 0)
 
     def _tell_stop(self) -> None:
-        adapter, scan = self._adapter, self._subject.extent[1]
+        adapter, scan = self._adapter, self.subject.extent[1]
         hits, self._hits = [(each.breakpoint, each.text) for each in self._hits], []
         stepping, self._stepping = self._stepping, False
-        if isinstance(self._subject, LiveText):
-            self._subject.step(on=False)
+        if isinstance(self.subject, LiveText):
+            self.subject.step(on=False)
         fault = self._session.state.fault
         if scan < 0:
             adapter.stopped("entry")
@@ -425,8 +470,8 @@ class Live(QuietListener, Driver):
 
     @override
     def step(self) -> None:
-        if isinstance(self._subject, LiveText):
-            self._subject.step(on=True)
+        if isinstance(self.subject, LiveText):
+            self.subject.step(on=True)
             self._order(actions.Continue())
         else:
             self._order(actions.Step(1))
@@ -437,16 +482,10 @@ class Live(QuietListener, Driver):
     def set_breakpoints(self, wanted: list[Breakpoint]) -> None:
         if self._session.live and not all(each.log for each in wanted):
             raise DebugError("a real controller does not wait: on a real port only log points are possible")
-        subject = self._subject
-        try:
-            looker = subject.looker(wanted)
-        except ExpressionError as error:
-            raise DebugError(str(error)) from error
-        if subject.last >= 0:
-            looker.prime(subject.last)
+        super().set_breakpoints(wanted)
         if self._page and not self._session.live:
             self._share_breakpoints(wanted)
-        self._looker, self._wanted = looker if wanted else None, wanted
+        self._wanted = wanted
 
     @override
     def give(self, order: actions.Action) -> None:
@@ -460,6 +499,16 @@ class Live(QuietListener, Driver):
     @override
     def end(self) -> None:
         self._session.end()
+
+
+def _subject_of(session: Session, run: JobRun, job: LoadedRack) -> LiveRungs | LiveText:
+    stops, editions = session.stops, run.program.editions
+    if not isinstance(stops, PythonStops):
+        return LiveRungs(run)
+    assert editions is not None
+    load = Load(job.program, lambda: editions.again(0).logic, lambda number: editions.again(number).logic)
+    files = [each for each in files_of(job).values() if each.suffix == job.program.suffix]
+    return LiveText(run, load, job.spec, files, stops.trace)
 
 
 class _PatientInbox(Inbox):

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 LAUNCH = {
     "program": (str, "rack file, export or trace"),
+    "pytest": (str, "in place of a program: arguments of pytest, such as test_line.py::test_round"),
     "stopOnEntry": (bool, "stop before the first scan; false = run to the first breakpoint"),
     "speed": (str, "times real time, 0.01 to 1000, or max"),
     "record": (str, "trace file; without it a temporary one"),
@@ -32,17 +33,28 @@ def launch(adapter: Adapter, said: Json) -> None:
     from scanrack.jobs.load.loading import load_job, runs
 
     wanted = _checked(adapter, said)
+    adapter.stop_on_entry = wanted.get("stopOnEntry", True) is True
+    if adapter.waits:
+        adapter.waits = False
+        return
+    if "pytest" in wanted:
+        from .in_test import run_tests
+
+        adapter.start = lambda adapter: run_tests(adapter, wanted["pytest"])
+        return
     program = text(said, "program")
     if not runs(program):
         attach(adapter, said)
         return
     job = load_job(program)
-    adapter.stop_on_entry = wanted.get("stopOnEntry", True) is True
     adapter.start = lambda adapter: _play(adapter, job, wanted)
 
 
 def attach(adapter: Adapter, said: Json) -> None:
-    """Open a trace."""
+    """Open a trace, or a test that waits."""
+    if adapter.waits:
+        launch(adapter, said)
+        return
     from .recorded import debug_trace
 
     wanted = _checked(adapter, said)

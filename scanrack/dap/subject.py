@@ -13,7 +13,7 @@ from scanrack.ladder.debug.cells import cells_of
 from scanrack.ladder.debug.chains import Chains
 from scanrack.ladder.debug.crossref import CrossReference
 from scanrack.ladder.debug.inquiry import Inquiry
-from scanrack.ladder.debug.links import said
+from scanrack.ladder.debug.links import link_text
 from scanrack.ladder.debug.replay import Replayer
 from scanrack.ladder.model.tree import Origin
 from typing_extensions import override
@@ -187,7 +187,7 @@ class RungSubject(SomeSubject):
         if found is None:
             inquiry = Inquiry(engine, replayer, scan, self.forced(scan), CrossReference(engine.lowered))
             return [(inquiry.why(tag), Origin())]
-        return [(said(each), _origin(each.site)) for each in found.path]
+        return [(link_text(each), _origin(each.site)) for each in found.path]
 
 
 def _origin(site: Any) -> Origin:

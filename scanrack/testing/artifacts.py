@@ -11,6 +11,7 @@ from pathlib import Path
 from time import process_time
 from typing import TYPE_CHECKING, NamedTuple
 
+from scanrack.dap.stash import DEBUG
 from scanrack.io_images.times import seconds
 from scanrack.jobs.bench import Bench, NotReachedError
 from scanrack.jobs.bench.opening import open_bench
@@ -53,6 +54,7 @@ class TestArtifacts:
 
     def __init__(self, item: pytest.Item, base: Path) -> None:
         self._test = item.nodeid
+        self._config = item.config
         self._near = item.config.invocation_params.dir
         self._keep = item.config.getoption("--scanrack-keep")
         self.folder = ArtifactFolder(base, item.nodeid)
@@ -72,6 +74,8 @@ class TestArtifacts:
         """
         trace = None if self._keep == "never" else self._new_trace(name)
         bench = opened(trace)
+        if (debug := self._config.stash.get(DEBUG, None)) is not None:
+            debug(bench)
         self._opened.append(OpenedBench(name, bench, trace, process_time()))
         return bench
 

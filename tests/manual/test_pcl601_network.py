@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import pytest
+from bench601 import PORT_TIMING
 from programs601 import MS, sample
 from scanrack.io_images.pcl601 import Code, Error, Register
 from scanrack.io_images.pcl601.program import parse_program
 from scanrack.runtime import SerialBus
-from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
+from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.controllers.pcl601.program import ProgramMachine
 from scanrack.runtime.controllers.pcl601.wiring import Wiring
 from scanrack.runtime.line.ports import BusSegment

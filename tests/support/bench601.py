@@ -7,8 +7,11 @@ from struct import pack, unpack
 from scanrack.io_images.pcl601 import ROWS, Register
 from scanrack.runtime import Contact, SerialBus
 from scanrack.runtime.controllers.pcl601.line import FORMATS, Pcl601
-from scanrack.runtime.line.rtu import crc, frame
+from scanrack.runtime.line.rtu import Timing, crc, frame
 from scanrack.runtime.machine.contacts import GROUND, OPEN
+
+PORT_TIMING = Timing(gap_ns=5_000_000, by_length=True)
+"""Framing for transports that do not keep the time between characters."""
 
 MS = 1_000_000
 SWITCH_TO_ASCII = bytes.fromhex("00 06 00 00 00 0b c9 dc")

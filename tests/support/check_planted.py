@@ -142,7 +142,6 @@ TAGS = {
     "Halt": "MC_Halt",
     "On": "BOOL",
     "OutC": "CONTROL",
-    "Hold": "BOOL",
     "Blend": "ProgramBlend3601",
     "Curve": "RunBlend3601",
     "Lengths": "DINT[17] := [1000, 1000, 1000]",
@@ -240,8 +239,6 @@ SHARED = [
         "Drain,Rinse,5000,Local:3:O.Data.1",
         "Drain,Rinse,5000,Local:3:O.Data.0",
     ),
-    ("cartoner.rung", "latch-never-cleared", "XIC(Cartons.DN)XIC(LS_Retract)RES(Cartons);\n", ""),
-    ("cartoner.rung", "coil-and-latch", "MOV(1,Alarm);", "MOV(1,Alarm)OTU(Cycle);"),
     ("regulator.rung", "lossy-conversion", "Index := TRUNC(Output / 10.0);", "Index := Output / 10.0;"),
     ("regulator.rung", "lossy-conversion", "Mode := 1;", "Mode := 200;"),
     ("regulator.rung", "never-waits", "    J := J + 1;\nEND_WHILE", "END_WHILE"),
@@ -251,20 +248,7 @@ SHARED = [
     ("boolsteps.rung", "move-interrupted", "XIC(S[4])OTE(DropGo);", "XIC(S[2])OTE(DropGo);"),
     ("pumps.rung", "subscript", "FOR Idx := 0 TO 2 DO", "FOR Idx := 1 TO 3 DO"),
     ("pumps.rung", "division-by-zero", "Speed + 0.5", "Speed + 1.0 / 0.0"),
-    ("lift.rung", "subscript", "FOR J := 1 TO 3 DO", "FOR J := 1 TO 40 DO"),
-    (
-        "lift.rung",
-        "never-waits",
-        "Goal := 0;\nFOR",
-        "Goal := 0;\nWHILE Goal < 3 DO Floor := Goal; END_WHILE;\nFOR",
-    ),
     ("press_st.rung", "never-waits", "FOR K := 0 TO 15 DO", "FOR K := 0 TO 15 BY 0 DO"),
-    (
-        "lift.rung",
-        "never-written",
-        "IF Call1 THEN Calls.0 := 1; END_IF;",
-        "IF Call1 AND Hold THEN Calls.0 := 1; Hold := 0; END_IF;",
-    ),
     (
         "drill.rung",
         "move-interrupted",
@@ -676,7 +660,7 @@ def text_of(planted):
     assert planted.old in text, planted
     text = text.replace(planted.old, planted.new, 1 if planted.anywhere else -1)
     for name, kind in TAGS.items():
-        if name in ("OutC", "Hold") and re.search(rf"\b{name}\b", planted.new):
+        if name == "OutC" and re.search(rf"\b{name}\b", planted.new):
             text = text.replace("TAG ", f"TAG {name} : {kind}\nTAG ", 1)
         elif planted.program.endswith(".rung") and re.search(rf"\b{name}\b", planted.new):
             text = text.replace("TAG Run : BOOL", f"TAG Run : BOOL\nTAG {name} : {kind}", 1)

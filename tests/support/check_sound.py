@@ -339,45 +339,6 @@ GRT(Taken,250)CLR(Taken);
 END
 """
 
-ADDONS = """\
-CONTROLLER mill
-INSTRUCTION Motor
-INPUT Start : BOOL REQUIRED
-INPUT Stop : BOOL REQUIRED
-INPUT Trip : BOOL REQUIRED
-OUTPUT Run : BOOL REQUIRED
-OUTPUT Fault : BOOL
-LOCAL Check : TIMER
-ROUTINE Logic
-[XIC(Start),XIC(Run)]XIO(Stop)XIO(Fault)OTE(Run);
-XIC(Run)XIC(Trip)TON(Check,200,0);
-XIC(Check.DN)OTL(Fault);
-XIC(Stop)XIO(Trip)OTU(Fault);
-END
-ROUTINE EnableInFalse
-OTU(Run);
-END
-END INSTRUCTION
-TAG Main1 : Motor
-TAG Main2 : Motor
-TAG One : BOOL
-TAG Two : BOOL
-TASK Cycle : CONTINUOUS RUNS Drive, Lamps
-PROGRAM Drive MAIN Start
-ROUTINE Start
-Motor(Main1,Local:2:I.Data.0,Local:2:I.Data.1,Local:2:I.Data.2,One);
-Motor(Main2,One,Local:2:I.Data.1,Local:2:I.Data.3,Two);
-END
-END PROGRAM
-PROGRAM Lamps MAIN Start
-ROUTINE Start
-XIC(One)OTE(Local:3:O.Data.0);
-XIC(Two)OTE(Local:3:O.Data.1);
-[XIC(Main1.Fault),XIC(Main2.Fault)]OTE(Local:3:O.Data.2);
-END
-END PROGRAM
-"""
-
 CLASS = f"""\
 from dataclasses import dataclass, field
 
@@ -587,7 +548,6 @@ SOUND = {
     "blocks_st.rung": BLOCKS_ST,
     "blend.rung": BLEND,
     "bits.rung": BITS,
-    "addons.rung": ADDONS,
     "state.py": CLASS,
     "lights.py": LIGHTS,
     "pick.py": PICK,

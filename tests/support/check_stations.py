@@ -475,60 +475,6 @@ class Deburr(Logic):
 """
 """Sequences with a blend."""
 
-LIFT_ST = """\
-PROGRAM lift
-ALIAS Call1 : Local:2:I.Data.0
-ALIAS Call2 : Local:2:I.Data.1
-ALIAS Call3 : Local:2:I.Data.2
-ALIAS Door : Local:2:I.Data.3
-ALIAS FloorPulse : Local:2:I.Data.4
-ALIAS MotorUp : Local:3:O.Data.0
-ALIAS MotorDown : Local:3:O.Data.1
-ALIAS DoorOpen : Local:3:O.Data.2
-TAG Calls : DINT
-TAG Floor : DINT := 1
-TAG Goal : DINT
-TAG J : DINT
-TAG Pulse : FBD_ONESHOT
-TAG Wait : FBD_TIMER := {"PRE": 3000}
-TAG Direction : DINT
-TAG Names : STRING[3]
-TAG Shown : STRING
-
-ROUTINE Main ST
-IF Call1 THEN Calls.0 := 1; END_IF;
-IF Call2 THEN Calls.1 := 1; END_IF;
-IF Call3 THEN Calls.2 := 1; END_IF;
-Pulse.InputBit := FloorPulse;
-OSRI(Pulse);
-IF Pulse.OutputBit THEN
-    Floor := Floor + Direction;
-    IF Floor < 1 THEN Floor := 1; END_IF;
-    IF Floor > 3 THEN Floor := 3; END_IF;
-END_IF;
-Goal := 0;
-FOR J := 1 TO 3 DO
-    IF Calls.[J - 1] THEN Goal := J; EXIT; END_IF;
-END_FOR;
-IF Goal = 0 OR Goal = Floor THEN
-    Direction := 0;
-ELSIF Goal > Floor AND Door THEN
-    Direction := 1;
-ELSIF Door THEN
-    Direction := -1;
-END_IF;
-Wait.TimerEnable := Goal = Floor;
-TONR(Wait);
-IF Wait.DN THEN Calls.[Floor - 1] := 0; END_IF;
-MotorUp := Direction > 0;
-MotorDown := Direction < 0;
-DoorOpen := Direction = 0 AND Goal = Floor;
-COP(Names[Floor - 1], Shown, 1);
-IF Shown.LEN = 0 THEN Names[0].LEN := 1; END_IF;
-END
-"""
-"""A lift: calls as bits, a loop that leaves."""
-
 TRACKING = """\
 PROGRAM tracking
 // Reject tracking: a FIFO of weights and a shift register, SLC style arrays
@@ -917,68 +863,6 @@ class Winder(Base):
 """
 """Sequences with a base class."""
 
-CARTONER = """\
-PROGRAM cartoner
-// Carton erector with two timers and an alternate stroke; classic three-wire control
-ALIAS PB_Start : Local:2:I.Data.0
-ALIAS PB_Stop : Local:2:I.Data.1
-ALIAS EStop_OK : Local:2:I.Data.2
-ALIAS PE_Carton : Local:2:I.Data.3
-ALIAS LS_Extend : Local:2:I.Data.4
-ALIAS LS_Retract : Local:2:I.Data.5
-ALIAS SS_Auto : Local:2:I.Data.6
-ALIAS PB_Jog : Local:2:I.Data.7
-ALIAS M_Belt : Local:3:O.Data.0
-ALIAS SV_Pusher : Local:3:O.Data.1
-ALIAS PL_Run : Local:3:O.Data.2
-ALIAS PL_Alarm : Local:3:O.Data.3
-TAG Master : BOOL
-TAG Auto : BOOL
-TAG Cycle : BOOL
-TAG JamTimer : TIMER
-TAG PushTimer : TIMER
-TAG OffDelay : TIMER
-TAG Runtime : TIMER
-TAG Cartons : COUNTER
-TAG Batch : COUNTER
-TAG Alarm : DINT
-TAG LastAlarm : DINT
-TAG FlashOn : TIMER
-TAG FlashOff : TIMER
-TAG Toggle : BOOL
-TAG ToggleOS : BOOL
-TAG Pressed : BOOL
-TAG Hours : DINT
-
-ROUTINE Main
-XIC(EStop_OK)[XIC(PB_Start),XIC(Master)]XIC(PB_Stop)EQU(Alarm,0)OTE(Master);
-XIC(Master)XIC(SS_Auto)OTE(Auto);
-XIC(Auto)[XIC(PE_Carton)XIC(LS_Retract),XIC(Cycle)XIO(PushTimer.DN)]OTE(Cycle);
-XIC(Cycle)TON(PushTimer,1200,0);
-XIC(Cycle)XIO(PushTimer.DN)OTE(SV_Pusher);
-XIC(Cycle)XIO(LS_Extend)TON(JamTimer,2500,0);
-XIC(JamTimer.DN)MOV(1,Alarm);
-XIO(EStop_OK)MOV(2,Alarm);
-XIC(PB_Start)XIC(EStop_OK)XIC(LS_Retract)NEQ(Alarm,0)MOV(Alarm,LastAlarm)CLR(Alarm);
-XIC(Auto)XIO(Cycle)TOF(OffDelay,3000,0);
-[XIC(OffDelay.DN)XIC(Master),XIO(SS_Auto)XIC(PB_Jog)XIC(EStop_OK)]OTE(M_Belt);
-XIC(LS_Extend)CTU(Cartons,12,0);
-XIC(Cartons.DN)CTU(Batch,1000,0);
-XIC(Cartons.DN)XIC(LS_Retract)RES(Cartons);
-XIC(Batch.DN)RES(Batch);
-XIO(FlashOff.DN)TON(FlashOn,500,0);
-XIC(FlashOn.DN)TON(FlashOff,500,0);
-XIC(PB_Jog)OSR(ToggleOS,Pressed);
-[XIC(Pressed)XIO(Toggle),XIO(Pressed)XIC(Toggle)]OTE(Toggle);
-XIC(Master)RTO(Runtime,3600000,0);
-XIC(Runtime.DN)ADD(Hours,1,Hours)RES(Runtime);
-XIC(Master)[XIC(Toggle),GRT(Hours,0)]OTE(PL_Run);
-NEQ(Alarm,0)XIC(FlashOn.DN)OTE(PL_Alarm);
-EQU(LastAlarm,2)GRT(Hours,40000)CLR(Hours);
-END
-"""
-"""A carton erector with three-wire control."""
-
 REGULATOR = """\
 PROGRAM regulator
 ALIAS Enable : Local:2:I.Data.15
@@ -1226,13 +1110,11 @@ STATIONS = {
     "gantry.py": GANTRY,
     "washer.rung": WASHER,
     "deburr.py": DEBURR,
-    "lift.rung": LIFT_ST,
     "tracking.rung": TRACKING,
     "boolsteps.rung": BOOLSTEPS,
     "pumps.rung": MISC,
     "dispenser.py": PYCLASS,
     "winder.py:Winder": SEQ2,
-    "cartoner.rung": CARTONER,
     "regulator.rung": REGULATOR,
     "palletizer.py": PALLETIZER,
     "raw.py": RAW,

@@ -6,9 +6,7 @@ whose motion the bit is about, the configuration, or the errors of chapter 6, wh
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from enum import Enum
-from types import MappingProxyType
 
 from ...dataclass import dataclass
 from ..bits import MOTIONS, CommandMsw, StatusLsw, StatusMsw
@@ -108,9 +106,6 @@ ROWS: tuple[BitCause, ...] = (
              "the proximity bit has arrived", "the proximity bit is off"),
 )
 # fmt: on
-
-CAUSES: Mapping[StatusMsw | StatusLsw, BitCause] = MappingProxyType({row.bit: row for row in ROWS})
-"""The rows by bit."""
 
 
 def cause_of(word: int, bit: int) -> BitCause | None:

@@ -20,7 +20,7 @@ from ...model.collector import collector_paused
 from ...model.tags import Leaf
 from ...state.lowered import LoweredProgram
 from ...state.memory import Memory
-from ..cells import Cell
+from ..cells import Cell, place_in_snapshot
 from ..stretch import PlainInputs, ReplayStretch
 from .translation import code_of
 from .vectors import Vectors
@@ -55,11 +55,15 @@ class Lanes:
         """Return the last scan of each stretch that changed one of some values."""
         found = [UNKNOWN] * len(stretches)
         plain = [at for at, each in enumerate(stretches) if each.inputs is not None]
-        places = [self._place(each.leaf, each.index) for each in cells]
-        if self._code is None or not plain or None in places:
+        places = [place_in_snapshot(self._memory, each) for each in cells]
+        watched = [
+            (*place, each.mask)
+            for place, each in zip(places, cells, strict=True)
+            if place is not None and place[0] in self._loaded
+        ]
+        if not plain or len(watched) < len(cells) or self._code is None:
             return found
         chosen = [stretches[at] for at in plain]
-        watched = [(*place, each.mask) for place, each in zip(places, cells, strict=True) if place]
         for at, known in zip(plain, self._run(watched, chosen), strict=True):
             found[at] = known
         return found
@@ -72,15 +76,6 @@ class Lanes:
     @cached_property
     def _code(self) -> Any:
         return code_of(self._lowered, self._loaded)
-
-    def _place(self, leaf: Leaf, index: int) -> tuple[str, int | None] | None:
-        """Return variable and place of a value; None if it has none on arrays."""
-        if leaf.ident in self._loaded:
-            return leaf.ident, index if leaf.dims else None
-        spot = self._memory.layout.spot(leaf)
-        if spot is None or spot.view or spot.ident not in self._loaded:
-            return None
-        return spot.ident, spot.at(index)
 
     def _run(self, watched: Sequence[_Watched], stretches: Sequence[ReplayStretch]) -> list[LastChange]:
         try:
@@ -124,7 +119,7 @@ class Lanes:
         for number in range(-1, int(lengths.max())):
             if number >= 0:
                 for ident, words in zip(self._images, images, strict=True):
-                    vectors.values[ident] = list(words[number])
+                    vectors.values[ident] = _words(words[number])
                 vectors.scan(None if number < lengths.min() else number < lengths, times[number])
             for at, each in enumerate(watched):
                 value = _value(vectors, *each)
@@ -152,7 +147,16 @@ def _padded(inputs: Sequence[PlainInputs], most: int) -> tuple[Any, list[Any]]:
 
     times = together([each.times for each in inputs]).T
     images = [together(words) for words in zip(*(each.images for each in inputs), strict=True)]
-    return times, [np.ascontiguousarray(each.transpose(1, 2, 0), np.int64) for each in images]
+    return times, [np.ascontiguousarray(each.transpose(1, 2, 0)) for each in images]
+
+
+def _words(rows: Any) -> list[Any]:
+    """Return the words of an image: an array over the lanes, or one number if all lanes share it."""
+    shared = (rows == rows[:, :1]).all(axis=1).tolist()
+    return [
+        int(word[0]) if is_shared else word.astype(np.int64)
+        for word, is_shared in zip(rows, shared, strict=True)
+    ]
 
 
 def _repeating(count: int, most: int) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from typing import Any
 
@@ -28,19 +29,67 @@ def code_of(lowered: LoweredProgram, loaded: Set[str]) -> Any:
     names = {each.name for each in routines}
     if "scan" not in names:
         return None
-    text = "\n".join(line for each in routines for line in _Translator(each, used, loaded, names).lines())
+    assigned = {each.name: {*filter(None, map(_assigned, ast.walk(each)))} for each in routines}
+    constants = _constant_arguments(routines, assigned)
+    translators = (
+        _Translator(each, used, loaded, assigned[each.name], names, constants[each.name]) for each in routines
+    )
+    text = "\n".join(line for each in translators for line in each.lines())
     return compile(text, "<lanes>", "exec")
+
+
+def _constant_arguments(
+    routines: Sequence[ast.FunctionDef], assigned: Mapping[str, Set[str]]
+) -> dict[str, dict[str, int]]:
+    """Return by routine the arguments that are the same whole number in all calls.
+
+    They are mostly places where a tag begins.
+    """
+    calls = _calls(routines)
+    found: dict[str, dict[str, int]] = {each.name: {} for each in routines}
+    size = -1
+    while size < sum(map(len, found.values())):  # a routine passes its own arguments on
+        size = sum(map(len, found.values()))
+        for routine in routines:
+            for place, argument in enumerate(routine.args.args):
+                values = {_whole(call, place, found[caller]) for caller, call in calls[routine.name]}
+                if argument.arg not in assigned[routine.name] and len(values) == 1 and None not in values:
+                    found[routine.name][argument.arg] = values.pop()  # type: ignore[assignment]
+    return found
+
+
+def _calls(routines: Sequence[ast.FunctionDef]) -> dict[str, list[tuple[str, ast.Call]]]:
+    """Return the calls of each routine, with the names of the routines that call."""
+    found: dict[str, list[tuple[str, ast.Call]]] = {each.name: [] for each in routines}
+    for routine in routines:
+        for node in ast.walk(routine):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in found:
+                found[node.func.id].append((routine.name, node))
+    return found
+
+
+def _whole(call: ast.Call, place: int, constants: Mapping[str, int]) -> int | None:
+    """Return the whole number that an argument of a call always is, or None."""
+    given = call.args[place] if place < len(call.args) else None
+    if isinstance(given, ast.Constant) and type(given.value) is int:
+        return given.value
+    return constants.get(given.id) if isinstance(given, ast.Name) else None
 
 
 class _Translator:
     """Translates one function."""
 
     def __init__(
-        self, function: ast.FunctionDef, used: Set[str], loaded: Set[str], routines: Set[str]
+        self,
+        function: ast.FunctionDef,
+        used: Set[str],
+        loaded: Set[str],
+        assigned: Set[str],
+        routines: Set[str],
+        constants: Mapping[str, int],
     ) -> None:
-        self._function, self._routines = function, routines
+        self._function, self._routines, self._constants = function, routines, constants
         self._given = [each.arg for each in function.args.args]
-        assigned = set(filter(None, map(_assigned, ast.walk(function))))
         self._shared = sorted(used & loaded - {*self._given})
         self._locals = sorted(assigned - used)
         self._known = {*self._shared, *self._given, *self._locals}
@@ -88,7 +137,7 @@ class _Translator:
 
     def _if(self, node: ast.If, mask: str) -> Iterator[str]:
         met, then = self._new_mask(), self._new_mask()
-        yield f"{met} = truth({self._expression(node.test, mask)})"
+        yield f"{met} = {self._truth(node.test, mask)}"
         yield f"{then} = both({mask}, {met})"
         yield f"if some({then}):"
         yield from ("    " + line for line in self._body(node.body, then))
@@ -99,7 +148,7 @@ class _Translator:
 
     def _while(self, node: ast.While, mask: str) -> Iterator[str]:
         inner, passes = self._new_mask(), self._new_mask()
-        test = f"{inner} = both({inner}, truth({self._expression(node.test, inner)}))"
+        test = f"{inner} = both({inner}, {self._truth(node.test, inner)})"
         yield from (f"{inner} = {mask}", test, f"{passes} = 0", f"while loop({inner}, {passes}):")
         yield from ("    " + line for line in (*self._body(node.body, inner), f"{passes} += 1", test))
 
@@ -115,8 +164,10 @@ class _Translator:
         if isinstance(target.slice, ast.Slice):
             first, end = self._bounds(target.slice, mask)
             return f"put_rows({mask}, {rows}, {first}, {end}, {self._many(value, mask)})"
-        index = self._expression(target.slice, mask)
-        return f"store({mask}, {rows}, {index}, {self._expression(value, mask)})"
+        index, new = self._expression(target.slice, mask), self._expression(value, mask)
+        if index.isdigit():
+            return f"{rows}[{index}] = put({mask}, {new}, {rows}[{index}])"
+        return f"store({mask}, {rows}, {index}, {new})"
 
     def _bounds(self, node: ast.Slice, mask: str) -> tuple[str, str]:
         if node.lower is None or node.upper is None or node.step is not None:
@@ -139,6 +190,17 @@ class _Translator:
             raise NotTranslatedError
         return written(self, node, mask)
 
+    def _truth(self, node: ast.expr, mask: str) -> str:
+        """Return an expression that is a bool, or an array of them."""
+        text = self._expression(node, mask)
+        return text if text.startswith(("and_(", "or_(", "not_(")) else f"truth({text})"
+
+    def _number(self, node: ast.expr, mask: str) -> str:
+        """Return an expression that is a number, or an array of them."""
+        text = self._expression(node, mask)
+        is_number = _WHOLE.fullmatch(text) or (isinstance(node, ast.BinOp) and type(node.op) not in _BITWISE)
+        return text if is_number else f"number({text})"
+
     def _constant(self, node: ast.Constant, _mask: str) -> str:
         return repr(node.value)
 
@@ -150,13 +212,13 @@ class _Translator:
     def _name(self, node: ast.Name, _mask: str) -> str:
         if node.id not in self._known:
             raise NotTranslatedError
-        return node.id
+        return str(self._constants[node.id]) if node.id in self._constants else node.id
 
     def _subscript(self, node: ast.Subscript, mask: str) -> str:
         if isinstance(node.slice, ast.Slice):
             raise NotTranslatedError
         rows, index = self._expression(node.value, mask), self._expression(node.slice, mask)
-        return f"{rows}[{index}]" if isinstance(node.slice, ast.Constant) else f"at({mask}, {rows}, {index})"
+        return f"{rows}[{index}]" if index.isdigit() else f"at({mask}, {rows}, {index})"
 
     def _bool_op(self, node: ast.BoolOp, mask: str) -> str:
         if any(isinstance(each, ast.Call) for value in node.values[1:] for each in ast.walk(value)):
@@ -165,20 +227,24 @@ class _Translator:
         return f"{name}({', '.join(self._expression(each, mask) for each in node.values)})"
 
     def _unary_op(self, node: ast.UnaryOp, mask: str) -> str:
-        value = self._expression(node.operand, mask)
         if isinstance(node.op, ast.Not):
-            return f"not_({value})"
+            return f"not_({self._expression(node.operand, mask)})"
         sign = "-" if isinstance(node.op, ast.USub) else "~"
-        return f"({sign}number({value}))"
+        return f"({sign}{self._number(node.operand, mask)})"
 
     def _bin_op(self, node: ast.BinOp, mask: str) -> str:
-        left, right = self._expression(node.left, mask), self._expression(node.right, mask)
-        sign = _SIGNS.get(type(node.op))
+        bitwise = _BITWISE.get(type(node.op))
+        if bitwise is not None:
+            return f"({self._expression(node.left, mask)} {bitwise} {self._expression(node.right, mask)})"
+        left, right = self._number(node.left, mask), self._number(node.right, mask)
         if isinstance(node.op, ast.Mult):
             return f"times({mask}, {left}, {right})"
+        sign = _SIGNS.get(type(node.op))
         if sign is None or (sign in _CONSTANT and not isinstance(node.right, ast.Constant)):
             raise NotTranslatedError
-        return f"({left} {sign} {right})" if sign in "&|^" else f"(number({left}) {sign} number({right}))"
+        if sign == "+" and left.isdigit() and right.isdigit():
+            return str(int(left) + int(right))
+        return f"({left} {sign} {right})"
 
     def _compare(self, node: ast.Compare, mask: str) -> str:
         values = [self._expression(each, mask) for each in (node.left, *node.comparators)]
@@ -247,13 +313,12 @@ def _is_copy(node: ast.expr) -> bool:
 _SIGNS: Mapping[type[ast.operator], str] = {
     ast.Add: "+",
     ast.Sub: "-",
-    ast.BitAnd: "&",
-    ast.BitOr: "|",
-    ast.BitXor: "^",
     ast.FloorDiv: "//",
     ast.Mod: "%",
     ast.RShift: ">>",
 }
+_BITWISE: Mapping[type[ast.operator], str] = {ast.BitAnd: "&", ast.BitOr: "|", ast.BitXor: "^"}
+_WHOLE = re.compile(r"\d+|\(-\d+\)")
 _CONSTANT = ("//", "%", ">>")
 _RELATIONS: Mapping[type[ast.cmpop], str] = {
     ast.Eq: "==",

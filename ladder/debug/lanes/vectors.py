@@ -27,6 +27,10 @@ MOST_PLACES = 16
 
 _EXACT = float(1 << 60)
 
+_BOOL = np.dtype(bool)
+
+_WHOLE = (bool, int)
+
 Mask = Any
 """Lanes as an array of bool; None for all, False for none."""
 
@@ -87,8 +91,8 @@ class Vectors:
             rows[place] = put(both(mask, index == place), value, rows[place])
 
     def _places(self, mask: Mask, rows: Any, index: Any) -> list[int]:
-        wanted = index if mask is None else np.broadcast_to(index, self.lost.shape)[mask]
-        places: list[int] = np.unique(wanted).tolist()
+        used = index if mask is None else np.broadcast_to(index, self.lost.shape)[mask]
+        places: list[int] = np.unique(used).tolist()
         if len(places) > MOST_PLACES or any(not 0 <= each < len(rows) for each in places):
             self._lose(mask)
             return []
@@ -190,14 +194,16 @@ OWN = ("lose", "loop", *WITH_MASK)
 def truth(value: Any) -> Any:
     """Return the truth of a value: an array of bool, or a bool."""
     if value.__class__ is np.ndarray:
-        return value if value.dtype == bool else value != 0
+        return value if value.dtype is _BOOL else value != 0
     return bool(value)
 
 
 def number(value: Any) -> Any:
     """Return a value as a number to calculate with: True as 1."""
+    if value.__class__ is int:
+        return value
     if value.__class__ is np.ndarray:
-        return value.astype(np.int64) if value.dtype == bool else value
+        return value.astype(np.int64) if value.dtype is _BOOL else value
     return int(value) if isinstance(value, (bool, np.bool_)) else value
 
 
@@ -245,12 +251,24 @@ def less(mask: Mask, condition: Any) -> Mask:
 
 def some(mask: Mask) -> bool:
     """Whether a mask has a lane."""
-    return mask is None or (mask is not False and bool(mask.any()))
+    return mask is None or (mask is not False and bool(np.count_nonzero(mask)))
 
 
 def put(mask: Mask, new: Any, old: Any) -> Any:
-    """Return new values in the lanes of a mask, the old ones in the others."""
-    return new if mask is None or old is None or new is old else np.where(mask, new, old)
+    """Return new values in the lanes of a mask, the old ones in the others.
+
+    What all lanes share stays one number.
+    """
+    if mask is None or old is None or new is old:
+        return new
+    if new.__class__ in _WHOLE and new.__class__ is old.__class__ and (mask is False or new == old):
+        return old
+    if new.__class__ is bool:
+        if old.__class__ is bool:
+            return mask if new else not_(mask)
+        if old.__class__ is np.ndarray and old.dtype is _BOOL:
+            return old | mask if new else old > mask
+    return np.where(mask, new, old)
 
 
 def least(*values: Any) -> Any:

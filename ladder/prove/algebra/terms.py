@@ -11,7 +11,7 @@ is smaller than its term's.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import count
 from typing import Any
 
@@ -207,3 +207,28 @@ def reach(roots: Iterable[T]) -> list[T]:
 def variables(roots: Iterable[T]) -> list[T]:
     """Return the variables below the roots."""
     return [t for t in reach(roots) if t.op == "var"]
+
+
+def variables_by_root(roots: Iterable[T]) -> dict[T, list[T]]:
+    """Return the variables below each root, from one walk over all of them."""
+    roots, found, masks = list(roots), list[T](), dict[int, int]()
+    for t in reach(roots):
+        mask = 0
+        for each in t.args:
+            mask |= masks[each.id]
+        if t.op == "var":
+            mask = 1 << len(found)
+            found.append(t)
+        masks[t.id] = mask
+    return {root: [found[number] for number in numbers_in(masks[root.id])] for root in roots}
+
+
+def numbers_in(mask: int) -> Iterator[int]:
+    """Yield the numbers of the bits of a mask.
+
+    >>> list(numbers_in(0b1010))
+    [1, 3]
+    """
+    while mask:
+        yield (mask & -mask).bit_length() - 1
+        mask &= mask - 1

@@ -15,7 +15,8 @@
 |---|---|
 | `of_program` | these questions of a program |
 | `points` | the same for a search: what of each contact and coil can't happen, and a run in which it does |
-| `asking` | answers questions |
+| `asking` | answers questions, in rounds |
+| `deciding` | decides truths |
 """
 
 from __future__ import annotations
@@ -23,7 +24,8 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 
 from ..system import ProgramSystem
-from .asking import LIMITS, RULES, Answers, Finding, Listener, Question, QuestionLimits, Seen, answered
+from .asking import LIMITS, RULES, Answers, Finding, Listener, Question, answer_questions
+from .deciding import KnownRun, QuestionLimits
 from .of_program import questions_of
 
 __all__ = ["LIMITS", "RULES", "Answers", "Finding", "Listener", "Question", "QuestionLimits", "ask"]
@@ -34,7 +36,7 @@ def ask(
     rules: Sequence[str] = RULES,
     limits: QuestionLimits = LIMITS,
     routines: Collection[str] | None = None,
-    seen: Seen | None = None,
+    known_run: KnownRun | None = None,
     listener: Listener | None = None,
 ) -> Answers:
     """Answer the questions of some rules; the findings are in the order of the program.
@@ -43,7 +45,7 @@ def ask(
         problem: a program.
         rules: ids of rules.
         routines: see `questions_of`.
-        limits, seen, listener: see `answered`.
+        limits, known_run, listener: see `answer_questions`.
     """
     questions = [each for each in questions_of(problem, routines) if each.rule in rules]
-    return answered(problem, questions, limits, seen, listener)
+    return answer_questions(problem, questions, limits, known_run, listener)

@@ -21,7 +21,8 @@ from ..induction import Limits, prove
 from ..relation.noting import Passage
 from ..replaying import ScanOf
 from ..system import CLOCK, FIRST_SCAN, ProgramSystem
-from .asking import QuestionLimits, impossible
+from .asking import find_impossible
+from .deciding import QuestionLimits
 from .of_program import any_of
 
 
@@ -88,7 +89,7 @@ def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint
         budget: the work for all of them; what is undecided then is not among them.
     """
     points = points_of(problem)
-    dead = impossible(problem, list(points.values()), QuestionLimits(LIMITS, budget, states=0))
+    dead = find_impossible(problem, list(points.values()), QuestionLimits(LIMITS, budget, states=0))
     return tuple(point for point, t in points.items() if t in dead)
 
 

@@ -1,4 +1,4 @@
-"""Truths of the state after a scan that hold in every run: random scans suggest them, the solver keeps some.
+"""Truths of the state after a scan that hold in every run: random scans suggest them, the solver proves some.
 
 | suggested | of |
 |---|---|
@@ -9,9 +9,9 @@
 | DN only from PRE on, TT only below it | timers |
 | an enabled timer is done, or its time has been counted | timers |
 
-Suggestions that the first scan breaks are dropped. Of the others those are dropped that a scan breaks before
-which all of them held, until none is: what is left is inductive together. The solver gets them in groups: one
-that blows its fuse is dropped, and the others stay.
+Candidates that the first scan breaks are dropped. Then those are dropped that a scan breaks before which all
+candidates held, until no scan breaks one: the others are inductive together. The solver gets them in groups.
+A group that blows its fuse is dropped; the other groups stay.
 """
 
 from __future__ import annotations
@@ -188,7 +188,7 @@ def _of_clock(system: System, name: str) -> Iterator[Invariant]:
 
 @dataclass(slots=True)
 class _Search:
-    """Asks which candidates hold; runs of the solver are judged by computing all of them."""
+    """Finds which candidates hold: each model of the solver is a scan in which all of them are computed."""
 
     system: System
     fuse: int
@@ -218,22 +218,32 @@ class _Search:
         holds = Evaluator([each.term for each in candidates])
         left = set(range(len(candidates)))
         for begin in range(0, len(candidates), GROUP):
-            while group := [number for number in range(begin, begin + GROUP) if number in left]:
-                self.rounds += 1
-                answer = solver.check(_some_broken(solver, [made[number] for number in group]))
-                if answer == UNSAT:
-                    break
-                if answer != SAT or self.rounds > MOST_ROUNDS:
-                    left -= set(group)
-                    self.blown = True
-                    break
-                truths = holds(self._values(frame))
-                broken = {number for number in left if not truths[number]}
-                if broken.isdisjoint(group):  # the solver sees a difference that computing does not
-                    broken = {number for number in group if not solver.found(made[number], TRUE)}
-                left -= broken
+            group = left.intersection(range(begin, begin + GROUP))
+            left -= self._broken(frame, made, holds, group)
         self.steps += solver.steps
         return [candidates[number] for number in sorted(left)]
+
+    def _broken(self, frame: Frame, made: list[Any], holds: Evaluator, group: set[int]) -> set[int]:
+        """Return numbers of candidates that a scan breaks: all of a group, and others that the models show.
+
+        Args:
+            made: the solver's terms of all candidates in the scan.
+            holds: computes all candidates.
+        """
+        solver, broken = frame.solver, set[int]()
+        while left := sorted(group - broken):
+            self.rounds += 1
+            answer = solver.check(_some_broken(solver, [made[number] for number in left]))
+            if answer == UNSAT:
+                break
+            if answer != SAT or self.rounds > MOST_ROUNDS:
+                self.blown = True
+                return broken | group
+            shown = {number for number, truth in enumerate(holds(self._values(frame))) if not truth}
+            if shown.isdisjoint(left):  # the solver sees a difference that computing does not
+                shown = {number for number in left if not solver.found(made[number], TRUE)}
+            broken |= shown
+        return broken
 
     def _values(self, frame: Frame) -> dict[str, Any]:
         """Return the values of variables in the last scan that the solver chose."""

@@ -24,15 +24,23 @@ class Runs:
         cone: the variables that count.
         roots: what is watched.
         seed: of the random values.
+        lanes: how many runs, a multiple of 8.
     """
 
-    def __init__(self, system: System, cone: Mapping[str, T], roots: Sequence[T], seed: int = 0) -> None:
-        self._system, self._cone, self._rng = system, cone, Random(seed)
+    def __init__(
+        self,
+        system: System,
+        cone: Mapping[str, T],
+        roots: Sequence[T],
+        seed: int = 0,
+        lanes: int = LANES,
+    ) -> None:
+        self._system, self._cone, self._rng, self._lanes = system, cone, Random(seed), lanes
         self._states = [name for name in cone if name in system.next]
         self._free = [name for name in cone if system.role(name) == "free"]
         self._roots = roots
         every = [*[system.next[name] for name in self._states], *roots, system.contract]
-        self._terms = BatchEvaluator(every)
+        self._terms = BatchEvaluator(every, lanes)
         self._chances = {name: self._rare_and_often() for name in self._free}
         self.restart()
 
@@ -44,7 +52,9 @@ class Runs:
     def restart(self) -> None:
         """Power up all runs."""
         initial = self._system.initial
-        self._values = {name: filled(v, initial[name]) for name, v in self._cone.items() if name in initial}
+        self._values = {
+            name: filled(v, initial[name], self._lanes) for name, v in self._cone.items() if name in initial
+        }
         self._first = True
 
     def scan(self) -> tuple[list[Array], Array]:
@@ -80,22 +90,22 @@ class Runs:
 
     def _rare_and_often(self) -> tuple[int, int]:
         """Return the runs in which a bit is rarely on, and those in which it is often."""
-        one, other = self._rng.getrandbits(LANES), self._rng.getrandbits(LANES)
+        one, other = self._rng.getrandbits(self._lanes), self._rng.getrandbits(self._lanes)
         return one & other, one & ~other
 
     def _changing(self) -> Array:
         """Return truths that hold in every fourth run."""
-        return self._bits(self._rng.getrandbits(LANES) & self._rng.getrandbits(LANES))
+        return self._bits(self._rng.getrandbits(self._lanes) & self._rng.getrandbits(self._lanes))
 
     def _bits(self, pattern: int) -> Array:
-        packed = np.frombuffer(pattern.to_bytes(LANES // 8, "big"), dtype=np.uint8)
+        packed = np.frombuffer(pattern.to_bytes(self._lanes // 8, "big"), dtype=np.uint8)
         return np.unpackbits(packed).view(np.bool_)
 
     def _any(self, name: str, v: T, before: Array | None) -> Array:
         if v.kind == BOOL:
             return self._bits(self._truths(name))
         if v.kind != INT:
-            return np.array([self._real() for _ in range(LANES)], dtype_of(v))
+            return np.array([self._real() for _ in range(self._lanes)], dtype_of(v))
         if is_wide(v):
             low = max(v.lo, min(-(1 << 63), v.hi + 1 - (1 << 64)))  # 64 bits are enough of a wider one
             return self._raw().astype(object) % (v.hi - low + 1) + low
@@ -103,10 +113,14 @@ class Runs:
 
     def _truths(self, name: str) -> int:
         """Return truths that are rare in some runs and frequent in others."""
-        draw, (rare, often) = self._rng.getrandbits, self._chances[name]
-        one, few = draw(LANES), draw(LANES) & draw(LANES)
+        rare, often = self._chances[name]
+
+        def draw() -> int:
+            return self._rng.getrandbits(self._lanes)
+
+        one, few = draw(), draw() & draw()
         if name == TURNED:
-            return few & draw(LANES) & draw(LANES) & draw(LANES) & rare
+            return few & draw() & draw() & draw() & rare
         return one & ~rare & ~often | one & few & rare | (one | ~few) & often
 
     def _real(self) -> float:
@@ -130,8 +144,8 @@ class Runs:
 
     def _raw(self) -> Array:
         """Return numbers of 64 bits."""
-        return np.frombuffer(self._rng.randbytes(8 * LANES), np.uint64)
+        return np.frombuffer(self._rng.randbytes(8 * self._lanes), np.uint64)
 
     def _draws(self) -> Array:
         """Return numbers from 0 to 255."""
-        return np.frombuffer(self._rng.randbytes(LANES), np.uint8).astype(np.int64)
+        return np.frombuffer(self._rng.randbytes(self._lanes), np.uint8).astype(np.int64)

@@ -40,6 +40,7 @@ from .transition import (
     ScanBounds,
     System,
     ms_of,
+    name_of,
     shown,
 )
 
@@ -63,6 +64,7 @@ __all__ = [
     "ScanBounds",
     "System",
     "ms_of",
+    "name_of",
     "refuse",
     "shown",
 ]

@@ -27,11 +27,6 @@ def is_length(layout: Layout, path: str) -> bool:
     return path.endswith(".LEN") and layout.find(f"{path[:-4]}.POS") is not None
 
 
-def numbers_in(mask: int) -> Iterator[int]:
-    """Yield the numbers of the bits of a mask."""
-    return (number for number in range(mask.bit_length()) if mask >> number & 1)
-
-
 def named_bits(lowered: LoweredProgram) -> dict[Key, int]:
     """Return masks of the bits that operands name in numbers; not of what an add-on instruction is passed."""
     found: dict[Key, int] = {}

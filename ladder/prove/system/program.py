@@ -14,7 +14,7 @@ from ...state.lowered import LoweredProgram
 from ..algebra import terms
 from ..algebra.meaning import BOOL, INT
 from ..algebra.numbers import add, bit, least, setbit
-from ..algebra.terms import FALSE, T, and_, const, ite, not_, or_, var
+from ..algebra.terms import FALSE, T, and_, const, ite, not_, numbers_in, or_, var
 from ..relation.noting import NotingMachine
 from ..relation.places import kind_of
 from .happenings import Happenings
@@ -24,7 +24,6 @@ from .outside import (
     is_length,
     named_bits,
     named_paths,
-    numbers_in,
     refuse,
     written_beside,
     written_bits,

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
+from contextlib import contextmanager
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any, NamedTuple
 
-from ..algebra.terms import FALSE, TRUE, T, and_, variables
+from ..algebra.terms import FALSE, TRUE, T, and_, variables_by_root
 
 Key = tuple[str, int]
 """A place: path of the leaf in capitals, flat index."""
+
+Fact = tuple[frozenset[str], T]
+"""A truth of each scan about unknown values, with their names."""
 
 CLOCK = "~LAST_NS"
 """End of the path of a hidden member whose term is the ms since an instant."""
@@ -132,6 +137,7 @@ class System:
         least: least time between scans, in units of `tick_ns`.
         follows: the verdict whether `deep` never holds; None before it is known.
         invariants: found so far, with their work, by contract and cone.
+        variables_known: the variables below terms that were walked, see `cone`.
     """
 
     next: dict[str, T] = field(default_factory=dict)
@@ -140,7 +146,7 @@ class System:
     late: set[str] = field(default_factory=set)
     contract: T = TRUE
     kept: list[T] = field(default_factory=list)
-    facts: list[tuple[frozenset[str], T]] = field(default_factory=list)
+    facts: list[Fact] = field(default_factory=list)
     deep: T = FALSE
     havocs: dict[str, str] = field(default_factory=dict)
     key_of: dict[str, Key] = field(default_factory=dict)
@@ -149,6 +155,7 @@ class System:
     tick_ns: int = MS
     follows: Any = None
     invariants: dict[tuple[T, frozenset[str]], Any] = field(default_factory=dict)
+    variables_known: dict[T, list[T]] = field(default_factory=dict)
 
     def role(self, name: str) -> str:
         """`state`, `held`, or `free`."""
@@ -159,10 +166,16 @@ class System:
         seen: dict[str, T] = {}
         todo = [*roots, *([] if self.contract is TRUE else [self.contract])]
         while todo:
-            fresh = [v for v in variables(todo) if v.val not in seen]
+            fresh = [v for v in self._variables(todo) if v.val not in seen]
             seen.update((v.val, v) for v in fresh)
             todo = [self.next[v.val] for v in fresh if v.val in self.next]
         return seen
+
+    def _variables(self, terms: Sequence[T]) -> list[T]:
+        """Return the variables below terms, as `variables` does; no term is walked twice."""
+        known = self.variables_known
+        known.update(variables_by_root([t for t in terms if t not in known]))
+        return sorted({v for t in terms for v in known[t]}, key=attrgetter("id"))
 
     def narrowed(self, roots: Iterable[T]) -> T:
         """Return the contract with what counts for terms.
@@ -170,18 +183,31 @@ class System:
         These are the contracts of modules whose inputs decide them, and facts about two unknown values that
         do.
         """
-        roots, contract, left, facts = list(roots), self.contract, [*self.kept], [*self.facts]
+        roots, contract = list(roots), self.contract
+        left: list[T | Fact] = [*self.kept, *self.facts]
         while True:
-            cone = self.cone([*roots, contract])
-            inputs = {name for name in cone if self.role(name) == "free"}
-            counts = [each for each in left if any(v.val in inputs for v in variables([each]))]
-            known = [each for each in facts if each[0] <= inputs]
-            if not counts and not known:
+            inputs = {name for name in self.cone([*roots, contract]) if self.role(name) == "free"}
+            counting = [each for each in left if self._counts(each, inputs)]
+            if not counting:
                 return contract
-            left = [each for each in left if each not in counts]
-            facts = [each for each in facts if each not in known]
-            for each in (*counts, *[fact for _, fact in known]):
-                contract = and_(contract, each)
+            left = [each for each in left if each not in counting]
+            for each in counting:
+                contract = and_(contract, each[1] if isinstance(each, tuple) else each)
+
+    def _counts(self, part: T | Fact, inputs: Set[str]) -> bool:
+        """Whether a contract of a module, or a fact, counts for what some inputs decide."""
+        if isinstance(part, tuple):
+            return part[0] <= inputs
+        return any(v.val in inputs for v in self._variables([part]))
+
+    @contextmanager
+    def narrowing(self, roots: Iterable[T]) -> Iterator[None]:
+        """Assume only what counts for terms, see `narrowed`."""
+        own, self.contract = self.contract, self.narrowed(roots)
+        try:
+            yield
+        finally:
+            self.contract = own
 
     def blame(self, cone: Iterable[str]) -> tuple[str, ...]:
         """Return the instructions that are not modeled and decide a cone."""

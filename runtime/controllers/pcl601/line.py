@@ -32,9 +32,6 @@ _BIT_NS = 1_000_000_000 / pcl601_frames.LINE_FORMAT.baud
 SERIAL_TIMING = Timing(gap_ns=round(3.5 * 11 * _BIT_NS), pause_ns=round(1.5 * 11 * _BIT_NS))
 """3.5 t_char ends a frame, 1.5 t_char within one spoils it [Message Framing]."""
 
-PORT_TIMING = Timing(gap_ns=5_000_000, by_length=True)
-"""Framing for transports that do not keep the time between characters."""
-
 
 class Pcl601:
     """A simulated PCL601 (a `wire.Device`).

@@ -218,11 +218,10 @@ class _Printing(AnswerListener):
         for line in found_lines(answer):
             say(line)
 
-    def left(self, count: int, most_s: float) -> None:
-        """Print how many questions are left, and how long they may take."""
+    def left(self, count: int) -> None:
+        """Print how many questions are left."""
         if not self._quiet:
-            most = f"{max(1, round(most_s)):,} s"
-            say(f"proving: {count:,} of them are left, about {most} at most", err=True)
+            say(f"proving: {count:,} of them are left", err=True)
 
     def next(self, question: Question, count: int) -> None:
         """Print the next question that is left."""

@@ -73,6 +73,7 @@ class Bench:
         slot: the modules by slot number.
         events: the events, oldest first.
         recorder: what records it, if anything.
+        load: reloads a Python program; None without its file.
         read: the tags that `bench[tag]` has read since the latest scan, oldest first.
 
     Args:
@@ -97,7 +98,7 @@ class Bench:
         self.spec = spec
         self._editions, self._edits = editions, 0
         self._order: dict[str, str] = {}  # of the edit that is being made, if its files are known
-        self._load = load
+        self.load = load
         self.logic: Any = logic
         self._observed = isinstance(logic, ObservedLogic)
         if self._observed:
@@ -368,7 +369,7 @@ class Bench:
     def _why(self) -> Why:
         recording = self._journal.recording()
         debugger = self.logic if self._observed else None
-        return Why(recording, len(recording.scans) - 1, self.spec, self._load, debugger)
+        return Why(recording, len(recording.scans) - 1, self.spec, self.load, debugger)
 
     def force(self, address: str, value: int) -> None:
         """Hold a bit or word of an image, a tag, or a field of a class of `Logic`, at a value.

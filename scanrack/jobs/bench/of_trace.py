@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from scanrack.io_images.dataclass import dataclass
 from scanrack.ladder import LadderLogic
@@ -15,17 +16,14 @@ from scanrack.traces.read.snapshots import snapshots_of
 from scanrack.traces.replay import PackedTrace
 
 from ..load.loading import LoadedRack
-from ..record.order_repeater import orders_of
-from ..record.program_versions import versions_of
-from ..replay.replaying import edit_notes, score_of
-from ..replay.tag_orders import TagOrders, first_few
 from ..trust.attachments import job_of
 from ..why.answer import Why
 from ..why.followed import can_follow, follow
-from ..why.input_replay import InputReplay
-from ..why.source.lines import Line
-from ..why.traced_run import Load
 from .moment import NotReachedError, ScanChoice
+
+if TYPE_CHECKING:
+    from ..why.source.lines import Line
+    from ..why.traced_run import Load
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +72,12 @@ def why_of_trace(
     job = job_of(trace, folder, trust=trust)
     if isinstance(job.logic, LadderLogic):
         return _of_ladder(recording, job, what, moment, deep, want, snapshots_of(trace))
+    from ..record.order_repeater import (
+        orders_of,
+    )  # with the modules of a session: a ladder program needs none
+    from ..record.program_versions import versions_of
+    from ..why.traced_run import Load
+
     given = orders_of(trace.events())
     editions = versions_of(trace, given, job, folder / "edits", trust=trust)
     load = Load(
@@ -118,6 +122,10 @@ def _of_ladder(
         done = follow(recording, debugger, last, until, snapshots)
         found, departs = done.row if done.met or until is None else None, done.departs
     else:
+        from ..replay.replaying import edit_notes, score_of  # with a CPU: most recordings need none
+        from ..replay.tag_orders import TagOrders, first_few
+        from ..why.input_replay import InputReplay
+
         over = bool if until is None else lambda: debugger.tags[until]
         following = InputReplay(recording, job.spec, last, over)
         orders = TagOrders(score_of(recording), recording.events)
@@ -176,6 +184,8 @@ def _answer(
 
 def _lines(chain: CauseLink, load: Load | None) -> Iterator[Line]:
     """Yield the lines of a Python program that an answer names."""
+    from ..why.source.lines import Line
+
     for each in chain.path if load is not None else ():
         if load is not None and each.site is not None and each.site.file and each.site.line:
             yield Line(str(load.folder / each.site.file), each.site.line, each.site.routine)

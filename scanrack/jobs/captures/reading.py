@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
@@ -93,8 +93,7 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
     for chunk in streams.chunks(_segments(capture, port, cut)):
         asked = chunk.target[1] == port
         if not asked and chunk.source[1] != port:
-            if len(ports) < PORTS_SHOWN:
-                ports.add(min(chunk.source[1], chunk.target[1]))
+            ports.update([min(chunk.source[1], chunk.target[1])] if len(ports) < PORTS_SHOWN else ())
             continue
         connection = (chunk.source, chunk.target) if asked else (chunk.target, chunk.source)
         if connection not in pairings:
@@ -107,12 +106,9 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
     for one in pairings.values():
         _add(found, one.finish())
     if not found.exchanges:
-        seen = f"; its ports are {', '.join(map(str, sorted(ports)))}" if ports else ""
-        others = next(filter(None, (one.passed_over for one in pairings.values())), "")
-        frames = cut if cut.count else capture.cut_frames
-        if frames.count:
-            others = f"no whole exchange at port {port}: {_cut(frames)}"
-        raise ValueError(others or f"no exchange at port {port}{seen}")
+        raise ValueError(
+            _nothing_found(port, ports, pairings.values(), cut if cut.count else capture.cut_frames)
+        )
     if capture.cut_off is not None:
         found.notes.append(f"the file ends within a packet, at byte {capture.cut_off:,}")
     if cut.count:
@@ -120,6 +116,20 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
     if streams.gaps:
         found.notes.append(f"places at which the capture lacks bytes: {streams.gaps:,}")
     return found
+
+
+def _nothing_found(port: int, others: set[int], pairings: Iterable[Pairing], cut: CutFrames) -> str:
+    """Return why a capture has no exchange at a port.
+
+    Args:
+        others: the ports that it has.
+        cut: its frames that are not whole.
+    """
+    if cut.count:
+        return f"no whole exchange at port {port}: {_cut(cut)}"
+    seen = f"; its ports are {', '.join(map(str, sorted(others)))}" if others else ""
+    passed_over = next(filter(None, (each.passed_over for each in pairings)), "")
+    return passed_over or f"no exchange at port {port}{seen}"
 
 
 def _segments(capture: Capture, port: int, cut: CutFrames) -> Iterator[Segment]:

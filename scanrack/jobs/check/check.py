@@ -1,4 +1,4 @@
-"""Checks a rack and its program: facts, rules, and what the user has said to ignore."""
+"""Checks a rack and its program: facts, rules, and suppressions."""
 
 from __future__ import annotations
 

@@ -154,7 +154,7 @@ class Command:
         execute: the bit that starts it, in capitals; "1" if it is always on, "" if there is none.
         starts: the condition of the bit that starts it, as a text; "" if it is not of bits and steps alone.
         on: the condition of its Execute; UNKNOWN if it is not known.
-        implies: what holds whenever its Execute is on, with what is behind coils.
+        implies: what holds whenever its Execute is on, with the conditions of coils.
         segments: of a blend: length, speed and rate of each, as far as they are known.
     """
 
@@ -238,7 +238,7 @@ class OutputWrite(NamedTuple):
     Attributes:
         name: as the user writes it; the bit's name for a command of a 3601.
         key: the same in conditions.
-        free: the condition, of what is behind coils and local names; inputs of cards begin with `INPUT`.
+        free: the condition, without coils and local names; inputs of cards begin with `INPUT`.
         commands: the 3601 of which it is a command; "" for another output.
     """
 

@@ -5,8 +5,8 @@
     GRT(Count,40000)              never, if Count is an INT
     [XIC(A),XIO(A)]               always
 
-A condition is brought into alternatives of parts that hold together; beyond `MOST` alternatives nothing is
-said. A bit has one value in a condition: readers give a bit another name once the program has written it.
+A condition is split into alternatives of parts that hold together. Beyond `MOST` of them the answer is no.
+A bit has one value in a condition: readers give a bit another name once the program has written it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What a 3601 refuses of eight output words, whatever its state: asked of the module's own table of refusals.
+"""What a 3601 refuses of eight output words, whatever its state: by the module's own table of refusals.
 
 Words that the text does not determine are tried with several values: a rule counts if all of them break it.
 """
@@ -84,7 +84,7 @@ class _State:
 
 @dataclass(frozen=True, slots=True)
 class _AtRest:
-    """A module at rest, as far as `LAST_WORD`'s rules ask it."""
+    """A module at rest: what the rules of `LAST_WORD` read of it."""
 
     state: _State
     firmware: Firmware
@@ -150,8 +150,8 @@ def _reasons(host: Host, command: CommandWords) -> refusals.Refusals:
 
 
 def _of_words(host: Host, command: CommandWords, reasons: refusals.Refusals) -> list[refusals.RefusalRule]:
-    asked = [each for each in reasons if each.rule in LAST_WORD and each.broken is not refusals.busy]
-    return [each for each in asked if each.broken(host, command)]
+    of_words = [each for each in reasons if each.rule in LAST_WORD and each.broken is not refusals.busy]
+    return [each for each in of_words if each.broken(host, command)]
 
 
 def _breach(rule: str, words: Sequence[int | None], profile: Profile) -> Breach:

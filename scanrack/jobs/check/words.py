@@ -6,8 +6,8 @@ images with which commands are given: what each word is then, as far as the text
     EQU(Step,10)MOV(4,O.Data[2])MOV(500,O.Data[3])    step 10: word 2 is 4, word 3 is 500
     EQU(Step,20)OTL(O.Data[0].0)                      step 20: the words of step 10, and ABSOLUTE_MOVE
 
-A word that only some scans of a step write is unknown behind it; so is one that has different values on two
-ways to a step. A bit of the command word is on behind a write that sets it until anything may clear it.
+A word that only some scans of a step write is unknown after the step. So is a word with different values on
+two ways to a step. A bit of the command word is on after a write that sets it, until anything may clear it.
 """
 
 from __future__ import annotations
@@ -132,7 +132,7 @@ class _Flow:
                 yield each.goes, self._after(step, each.when)
 
     def _after(self, step: Step, when: Condition) -> _Words:
-        """Return the words behind a scan of a step in which a condition holds."""
+        """Return the words after a scan of a step in which a condition holds."""
         before = self._before.get(step, _Words())
         return self._written(before, step, when, self._in(step))
 

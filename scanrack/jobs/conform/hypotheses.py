@@ -16,7 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import takewhile
-from typing import Any
+from typing import Any, NamedTuple
 
 from scanrack.runtime.modules.amci3601.module import Amci3601
 
@@ -100,32 +100,22 @@ def search(
     """
     found = Search()
     turns = _turns(moments)
-    known = moments[0] if moments and isinstance(moments[0], KnownState) else None
-    begin = 0 if known else _configured_at(turns)
-    if begin == len(turns):
+    start = _start_of(moments, turns, model, timing)
+    if start is None:
         return found
-    if known:
-        live = [Branch(model(), known.window.high_ns).resume(known)]
-        known_ns = known.window.high_ns
-    else:
-        live = [Branch(model(), turns[0][0].window.low_ns)]
-        known_ns = turns[begin][0].window.high_ns + 2 * timing.lag_ns
-    waiting: list[SeenImage] = []
-    adopted = known is not None
-    for place, (sent, seen) in enumerate(turns):
+    live, waiting, adopted = [start.branch], list[SeenImage](), start.is_whole
+    limits = [*(sent.window.low_ns for sent, _ in turns[1:]), None]
+    for place, ((sent, seen), limit) in enumerate(zip(turns, limits, strict=True)):
         instants = (
-            _instants(sent, timing, single=place <= begin) if given is None else given[place : place + 1]
+            _instants(sent, timing, single=place <= start.turn) if given is None else given[place : place + 1]
         )
         live = _spread(live, sent, instants, _earliest(waiting, sent, timing), found, most)
         found.after = sent
         found.moving += 1
         if not live:
             return found
-        if place >= begin:
-            waiting += [each for each in seen if each.window.low_ns >= known_ns]
-        if not adopted and waiting and place > begin:
-            adopted = _adopt(live, waiting)
-        limit = turns[place + 1][0].window.low_ns if place + 1 < len(turns) else None
+        waiting += start.judged(place, seen)
+        adopted = adopted or (place > start.turn and _adopt(live, waiting))
         live, waiting = _sift(live, waiting, limit, sent, timing, found)
         if not live:
             return found
@@ -136,6 +126,43 @@ def search(
     found.left, found.instants = live, live[0].instants
     found.fired_anywhere = set().union(*(each.fired for each in live))
     return found
+
+
+class _Start(NamedTuple):
+    """Where a search begins.
+
+    Attributes:
+        turn: number of the turn from which on reads are judged.
+        known_ns: reads are judged from this instant on.
+        is_whole: whether the state is known, with what no configuration resets.
+    """
+
+    branch: Branch
+    turn: int
+    known_ns: int
+    is_whole: bool
+
+    def judged(self, place: int, seen: Sequence[SeenImage]) -> Sequence[SeenImage]:
+        """Return the reads of a turn that are judged."""
+        return [each for each in seen if place >= self.turn and each.window.low_ns >= self.known_ns]
+
+
+def _start_of(
+    moments: Sequence[Moment],
+    turns: Sequence[tuple[Transmission, list[SeenImage]]],
+    model: ModelFactory,
+    timing: Timing,
+) -> _Start | None:
+    """Return where a search begins: at a known state, or at the first configuration; None without one."""
+    known = moments[0] if moments and isinstance(moments[0], KnownState) else None
+    turn = 0 if known else _configured_at(turns)
+    if turn == len(turns):
+        return None
+    if known:
+        known_ns = known.window.high_ns
+        return _Start(Branch(model(), known_ns).resume(known), turn, known_ns, True)
+    known_ns = turns[turn][0].window.high_ns + 2 * timing.lag_ns
+    return _Start(Branch(model(), turns[0][0].window.low_ns), turn, known_ns, False)
 
 
 def _configured_at(turns: Sequence[tuple[Transmission, list[SeenImage]]]) -> int:

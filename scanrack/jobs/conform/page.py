@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from pathlib import Path
 
@@ -58,7 +58,7 @@ def save_report(path: Path, recorded: PlayedPlan, result: ConformResult, used: U
 
 
 def _parts(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[str]:
-    differing = [each for each in result.scenes if each.verdict is ConformVerdict.DIFFERS]
+    differing = _scenes_with(ConformVerdict.DIFFERS, result)
     yield (
         f'<p class="bad"><b>{len(differing)} of {len(result.scenes)} scenes differ.</b></p>'
         if differing
@@ -70,22 +70,14 @@ def _parts(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[s
     if factors:
         yield _section("Factors", _list(factors))
     if differing:
-        shown = (_difference(each, result) for each in differing[:MOST_DIFFERENCES])
-        yield _section("What differs", "".join(shown))
-        if len(differing) > MOST_DIFFERENCES:
-            where = f"{escape(name)} has them" if name else "--out FILE writes them"
-            yield f"<p>{len(differing) - MOST_DIFFERENCES} more scenes differ; {where}.</p>"
-    rules = [(rule, each) for rule, each in result.rules.items() if each.verdict is ConformVerdict.DIFFERS]
+        yield from _differing(differing, result, name)
+    rules = list(_differing_rules(result))
     if rules:
-        rows = (
-            (escape(rule), escape(RULES[rule].section), escape(RULES[rule].text), escape(found.why))
-            for rule, found in rules
-        )
-        yield _section("Rules that differ", _table(("rule", "manual", "it says", "the module"), rows))
-    undecided = [each for each in result.scenes if each.verdict is ConformVerdict.OPEN]
+        yield _section("Rules that differ", _table(("rule", "manual", "it says", "the module"), rules))
+    undecided = _scenes_with(ConformVerdict.OPEN, result)
     if undecided:
-        rows_open = ((escape(each.name), escape(each.why)) for each in undecided)
-        yield _section("Open scenes", _table(("scene", "why"), rows_open))
+        rows = ((escape(each.name), escape(each.why)) for each in undecided)
+        yield _section("Open scenes", _table(("scene", "why"), rows))
     steps = list(next_steps(recorded, result, name))
     if steps:
         yield _section("What to try next", _list(steps))
@@ -93,6 +85,26 @@ def _parts(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[s
         '<p class="soft">This page has words and images of the module, product and revision of the '
         "controller, and the date. It has no address, tag or program.</p>"
     )
+
+
+def _scenes_with(verdict: ConformVerdict, result: ConformResult) -> list[SceneVerdict]:
+    return [each for each in result.scenes if each.verdict is verdict]
+
+
+def _differing(differing: Sequence[SceneVerdict], result: ConformResult, name: str) -> Iterator[str]:
+    """Yield the first scenes that differ, and how many more do."""
+    shown = (_difference(each, result) for each in differing[:MOST_DIFFERENCES])
+    yield _section("What differs", "".join(shown))
+    if len(differing) > MOST_DIFFERENCES:
+        where = f"{escape(name)} has them" if name else "--out FILE writes them"
+        yield f"<p>{len(differing) - MOST_DIFFERENCES} more scenes differ; {where}.</p>"
+
+
+def _differing_rules(result: ConformResult) -> Iterator[tuple[str, ...]]:
+    """Yield the rules that differ: rule, section, text, and what the module does."""
+    for rule, found in result.rules.items():
+        if found.verdict is ConformVerdict.DIFFERS:
+            yield tuple(map(escape, (rule, RULES[rule].section, RULES[rule].text, found.why)))
 
 
 def _facts(recorded: PlayedPlan) -> Iterator[tuple[str, str]]:

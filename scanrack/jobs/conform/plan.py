@@ -47,7 +47,6 @@ BUILT_IN = ("hour", "quick")
 NEEDS = ("inputs", "encoder")
 """What a scene may need beside the module: inputs that are wired to outputs, an encoder."""
 
-_MS = 1_000_000
 _INPUTS = {str(bit.name): bit.value for bit in InputBit}
 
 

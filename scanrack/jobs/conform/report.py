@@ -13,7 +13,7 @@ from scanrack.io_images.doors import json_value
 from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
 
-from .findings import UNDECIDED, ConformResult, ConformVerdict, Difference
+from .findings import UNDECIDED, ConformResult, ConformVerdict, Difference, SceneVerdict
 from .moments import ImageWords, PlayedScene, Timing, from_rows, to_rows, words_text
 from .plan import BUILT_IN, ScenePlan, load_plan
 from .rules_apart.scales import FittedScale, either
@@ -102,17 +102,7 @@ def lines(result: ConformResult, reads: int) -> Iterator[str]:
         shown = [each for each in shown if each.verdict is not ConformVerdict.AS_MANUAL]
         yield f"{len(result.scenes) - len(shown):,} scenes are as the manual"
     for scene in shown:
-        yield f"{scene.name}: {scene.verdict}" + (
-            f", {scene.why}" if scene.why else f", {scene.reads:,} reads"
-        )
-        if scene.difference is not None:
-            yield from (f"    {each}" for each in difference_lines(scene.difference))
-        for number in scene.readings:
-            yield f"    explained by another interpretation: {number}: {result.readings[number].why}"
-        if scene.rules:
-            yield f"    explained without {', '.join(scene.rules)}"
-        if scene.scales:
-            yield f"    explained by another scale: {either(scene.scales)}"
+        yield from _scene_lines(scene, result)
     yield ""
     yield from _counts("rules", {rule: each.verdict for rule, each in result.rules.items()})
     for rule, found in result.rules.items():
@@ -123,6 +113,19 @@ def lines(result: ConformResult, reads: int) -> Iterator[str]:
         if found.verdict not in UNDECIDED:
             yield f"    {number} {found.verdict} [{found.scene}]: {found.why}"
     yield f"{reads:,} images were read"
+
+
+def _scene_lines(scene: SceneVerdict, result: ConformResult) -> Iterator[str]:
+    """Yield a scene, how it differs, and what explains it."""
+    yield f"{scene.name}: {scene.verdict}, {scene.why or f'{scene.reads:,} reads'}"
+    if scene.difference is not None:
+        yield from (f"    {each}" for each in difference_lines(scene.difference))
+    for number in scene.readings:
+        yield f"    explained by another interpretation: {number}: {result.readings[number].why}"
+    if scene.rules:
+        yield f"    explained without {', '.join(scene.rules)}"
+    if scene.scales:
+        yield f"    explained by another scale: {either(scene.scales)}"
 
 
 def _counts(what: str, verdicts: dict[str, ConformVerdict]) -> Iterator[str]:
@@ -157,12 +160,8 @@ def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterat
         name: of the file of the result; "" if none is written.
     """
     for scene in result.scenes:
-        if scene.verdict is ConformVerdict.DIFFERS and not (scene.readings or scene.rules or scene.scales):
-            again = f"Play it again with --scene '{scene.name}'. " if recorded.plan else ""
-            yield (
-                f"{scene.name}: nothing known explains it. {again}Does a program write the words, too, is an "
-                f"input wired, is the firmware {recorded.firmware}?"
-            )
+        if scene.verdict is ConformVerdict.DIFFERS and not _explanations(scene):
+            yield _unexplained(scene, recorded)
     widest = max((each.high - each.low for each in fitted_scales(result)), default=0)
     if widest > WIDE_FACTOR:
         yield "A long move at constant rates, such as the scene 'a longer move' of hour, narrows the factor."
@@ -175,6 +174,19 @@ def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterat
     if result.differs:
         what = f"Send {name}: it" if name else "--out FILE writes a result to send: it"
         yield f"{what} has every word and image, and none of your names."
+
+
+def _explanations(scene: SceneVerdict) -> list[object]:
+    """Return what explains a scene that differs."""
+    return [*scene.readings, *scene.rules, *scene.scales]
+
+
+def _unexplained(scene: SceneVerdict, recorded: PlayedPlan) -> str:
+    again = f"Play it again with --scene '{scene.name}'. " if recorded.plan else ""
+    return (
+        f"{scene.name}: nothing known explains it. {again}Does a program write the words, too, is an "
+        f"input wired, is the firmware {recorded.firmware}?"
+    )
 
 
 WIDE_FACTOR = 0.02

@@ -160,28 +160,24 @@ class Judge:
         for number, alteration in _all_rivals():
             if self._may_explain(played, alteration, suspect, found):
                 verdict.readings.append(number)
-                self._differs(self.result.readings[number], played.name, alteration.sentence)
-                for rule in RULES.values():
-                    if (
-                        number in rule.reading
-                        and rule.id in self.result.rules
-                        and rule.id in found.fired_anywhere
-                    ):
-                        self._differs(
-                            self.result.rules[rule.id], played.name, f"{number}: {alteration.sentence}"
-                        )
+                self._differs_by(number, alteration, played, found)
         if verdict.readings:
             return
         fired = found.fired_anywhere
         for name in [*sorted(fired), *(each for each in STATEMENTS if each not in fired)]:
-            without_it = without(name, fired)
-            if name not in self.result.rules or without_it is None:
-                continue
-            if self._may_explain(played, without_it, suspect, found):
+            without_it = without(name, fired) if name in self.result.rules else None
+            if without_it is not None and self._may_explain(played, without_it, suspect, found):
                 verdict.rules.append(name)
                 self._differs(self.result.rules[name], played.name, without_it.sentence)
         if not verdict.rules and _moves(found):
             self._fit(played, verdict)
+
+    def _differs_by(self, number: str, alteration: Alteration, played: PlayedScene, found: Search) -> None:
+        """Note that a module of another interpretation explains a scene, with the rules that fired."""
+        self._differs(self.result.readings[number], played.name, alteration.sentence)
+        for name in found.fired_anywhere & self.result.rules.keys():
+            if number in RULES[name].reading:
+                self._differs(self.result.rules[name], played.name, f"{number}: {alteration.sentence}")
 
     def _fit(self, played: PlayedScene, verdict: SceneVerdict) -> None:
         verdict.scales += fitted(lambda alteration: self._search(played, alteration))

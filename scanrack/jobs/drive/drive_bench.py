@@ -100,15 +100,7 @@ class DriveBench:
         axes = len(self.axes) if request.new is None else request.new.axes
         if request.axis > axes:
             raise RequestError(f"axis: {request.axis} is not allowed: 1 to {axes}")
-        levels = {} if request.env is None else self._levels(request.env)
-        if request.new is not None:
-            self._renew(request.new)
-        axis = self.axes[request.axis - 1]
-        if request.power_cycle:
-            for each in self.axes:
-                each.power_cycle()
-        if request.env is not None:
-            _surround(axis, request.env, levels)
+        self._set(request)
         reply: dict[str, Any] = {}
         if frame is not None:
             answer = reply_frame(frame, self.registers.answer(frame[HEADER.size :])) if frame else None
@@ -117,11 +109,21 @@ class DriveBench:
         for each in self.axes:
             each.advance(self.now_ns)
         if request.observe is not None:
-            reply["values"] = {name: _observed(axis, name) for name in request.observe}
+            reply["values"] = {name: _observed(self.axes[request.axis - 1], name) for name in request.observe}
         reply["events"] = [event.text for each in self.axes for event in each.events]
         for each in self.axes:
             each.events.clear()
         return {"t_ms": time_ms(self.now_ns), **reply}
+
+    def _set(self, request: DriveRequest) -> None:
+        """Make the drives and their surroundings as a request gives them."""
+        levels = {} if request.env is None else self._levels(request.env)
+        if request.new is not None:
+            self._renew(request.new)
+        for each in self.axes if request.power_cycle else ():
+            each.power_cycle()
+        if request.env is not None:
+            _surround(self.axes[request.axis - 1], request.env, levels)
 
     def _levels(self, env: DriveEnv) -> dict[str, Level]:
         """Return the inputs that a request sets; refuse those that the model lacks."""

@@ -8,7 +8,7 @@ first, in the order of the scan.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from scanrack.ladder.debug import Debugger
@@ -63,29 +63,32 @@ def conditions(debugger: Debugger) -> list[Condition]:
 
 def _blocked(debugger: Debugger) -> Iterator[tuple[bool, LoweredRoutine, LoweredLine, LoweredStep]]:
     """Yield rungs that were scanned and have a false condition, and whether a condition before it passes."""
-    lowered = debugger.engine.lowered
-    for routine in lowered.routines.values():
+    for routine in debugger.engine.lowered.routines.values():
         if routine.frame or routine.name == "Axes3601":
             continue
         try:
             truths = debugger.truth(routine.name)
         except LadderError:
             continue
+        find = _false_in_rung if routine.body is None else _false_head
         for line in routine.lines:
             power = truths[line.number] if line.number < len(truths) else None
-            steps = steps_of(line.nodes, copies=False)
-            if not power or not steps:
-                continue
-            if routine.body is not None:
-                if not power[-1] and steps[-1].name in HEADS:
-                    yield True, routine, line, steps[-1]
-                continue
-            if len(power) != len(steps):
-                continue
-            for place, step in enumerate(steps):
-                if not power[place] and _is_condition(step):
-                    yield any(power[:place]), routine, line, step
-                    break
+            found = find(steps_of(line.nodes, copies=False), power) if power else None
+            if found is not None:
+                yield found[0], routine, line, found[1]
+
+
+def _false_head(steps: Sequence[LoweredStep], power: Sequence[bool]) -> tuple[bool, LoweredStep] | None:
+    """Return the false condition of structured text, which always counts as reached."""
+    return (True, steps[-1]) if steps and not power[-1] and steps[-1].name in HEADS else None
+
+
+def _false_in_rung(steps: Sequence[LoweredStep], power: Sequence[bool]) -> tuple[bool, LoweredStep] | None:
+    """Return the first false condition of a rung, and whether one before it passes."""
+    for place, step in enumerate(steps if len(power) == len(steps) else ()):
+        if not power[place] and _is_condition(step):
+            return any(power[:place]), step
+    return None
 
 
 def _is_condition(step: LoweredStep) -> bool:

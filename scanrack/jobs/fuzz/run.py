@@ -40,7 +40,7 @@ from .invariants.scan_view import ProgramState, Snapshot
 from .program_clocks import clocks_of
 from .repeated_scans import NS_PER_MS, RepeatedScans, stops_of
 from .scenarios.panel import PanelTag
-from .scenarios.parts import timed_parts
+from .scenarios.parts import end_ns, timed_parts
 from .scenarios.scenario import Scenario
 from .scenarios.tearing import Rung, TornScans
 
@@ -488,7 +488,7 @@ class _Run:
         """Yield the instants at which something begins or ends in this run."""
         for part in (*timed_parts(self._scenario), *self._spec.incidents):
             yield part.at_ns
-            yield part.at_ns + getattr(part, "for_ns", 0)
+            yield end_ns(part)
 
     def _run_scans(self, cpu: Cpu) -> None:
         if self.explored_stop is None or self._probe is None:

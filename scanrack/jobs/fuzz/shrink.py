@@ -14,7 +14,7 @@ the grid of the scans.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import takewhile
 from types import MappingProxyType
@@ -114,65 +114,36 @@ class _Shrinker:
 
 def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
     """Yield simpler versions of a part, the simplest of each kind first."""
-    for kinds, simpler in SIMPLER:
+    if isinstance(part, tuple):  # a slot and its firmware
+        slot, version = part
+        yield from ((slot, newer) for newer in _newer(version))
+        return
+    for kinds, field, values in SIMPLER:
         if isinstance(part, kinds):
-            yield from simpler(part, inputs, scan_ns)
+            yield from (replace(part, **{field: value}) for value in values(part, inputs, scan_ns))
 
 
-def _earlier(part: Timed, _inputs: Inputs, scan_ns: int) -> Iterator[Timed]:
-    return (replace(part, at_ns=time_ns) for time_ns in _rounder_times(part.at_ns, scan_ns))
-
-
-def _shorter(part: Lasting, _inputs: Inputs, scan_ns: int) -> Iterator[Lasting]:
-    times = _rounder_times(part.for_ns, scan_ns) if part.for_ns else ()
-    return (replace(part, for_ns=time_ns) for time_ns in times if time_ns)
-
-
-def _with_other_input(part: Press, inputs: Inputs, _scan_ns: int) -> Iterator[Press]:
-    simpler = takewhile(lambda bit: bit is not part.input, inputs.get(part.slot, ()))
-    return (replace(part, input=bit) for bit in simpler)
-
-
-def _with_rounder_value(part: Signal, _inputs: Inputs, _scan_ns: int) -> Iterator[Signal]:
-    whole = part.value == int(part.value)
-    return (replace(part, value=float(value)) for value in (rounder(int(part.value)) if whole else ()))
-
-
-def _with_rounder_counts(part: Turn, _inputs: Inputs, _scan_ns: int) -> Iterator[Turn]:
-    return (replace(part, counts=counts) for counts in rounder(part.counts) if counts)
-
-
-def _with_fewer_late_words(part: InjectedFault, _inputs: Inputs, _scan_ns: int) -> Iterator[InjectedFault]:
-    words = part.late_words
-    fewer = (words[:place] + words[place + 1 :] for place in range(len(words)) if len(words) > 1)
-    return (replace(part, late_words=each) for each in fewer)
-
-
-def _elsewhere(part: LostSteps, _inputs: Inputs, _scan_ns: int) -> Iterator[LostSteps]:
-    return (replace(part, at=at) for at in rounder(part.at))
-
-
-def _with_fewer_steps(part: Any, _inputs: Inputs, _scan_ns: int) -> Iterator[Any]:
-    return (replace(part, steps=steps) for steps in rounder(part.steps) if steps)
-
-
-def _with_newer_firmware(part: tuple[int, str], _inputs: Inputs, _scan_ns: int) -> Iterator[tuple[int, str]]:
-    slot, version = part
-    return ((slot, newer) for newer in _newer(version))
-
-
-SIMPLER: tuple[tuple[Any, Callable[[Any, Inputs, int], Iterator[Any]]], ...] = (
-    (Timed, _earlier),
-    (Lasting, _shorter),
-    (Press, _with_other_input),
-    (Signal, _with_rounder_value),
-    (Turn, _with_rounder_counts),
-    (InjectedFault, _with_fewer_late_words),
-    (LostSteps, _elsewhere),
-    (LostSteps | SwitchOffset, _with_fewer_steps),
-    (tuple, _with_newer_firmware),  # a slot and its version
+SIMPLER: tuple[tuple[Any, str, Callable[[Any, Inputs, int], Iterable[Any]]], ...] = (
+    (Timed, "at_ns", lambda part, _, scan_ns: _rounder_times(part.at_ns, scan_ns)),
+    (Lasting, "for_ns", lambda part, _, scan_ns: filter(None, _rounder_times(part.for_ns, scan_ns))),
+    (Press, "input", lambda part, inputs, _: _before(part.input, inputs.get(part.slot, ()))),
+    (Signal, "value", lambda part, *_: map(float, rounder(int(part.value)) if part.value % 1 == 0 else ())),
+    (Turn, "counts", lambda part, *_: filter(None, rounder(part.counts))),
+    (InjectedFault, "late_words", lambda part, *_: _fewer(part.late_words)),
+    (LostSteps, "at", lambda part, *_: rounder(part.at)),
+    (LostSteps | SwitchOffset, "steps", lambda part, *_: filter(None, rounder(part.steps))),
 )
-"""The ways to make a part simpler, in the order in which they are tried, by the kinds of parts."""
+"""Simpler values of a field, by the kinds of parts that have it, in the order in which they are tried."""
+
+
+def _before(given: InputBit, inputs: Sequence[InputBit]) -> Iterator[InputBit]:
+    """Yield the inputs that are simpler than one."""
+    return takewhile(lambda bit: bit is not given, inputs)
+
+
+def _fewer(words: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
+    """Yield some late words without one of them; the last one stays."""
+    return (words[:place] + words[place + 1 :] for place in range(len(words)) if len(words) > 1)
 
 
 def _newer(version: str) -> Iterator[str]:

@@ -81,27 +81,30 @@ def _begins(export: ExportStart) -> Iterator[str]:
 
 def _stubs(imported: L5xImport) -> Iterator[str]:
     report = imported.report
-    tagless = [each for each in report.refused if each.tag]
-    called = dict.fromkeys(_instruction(each) for each in report.refused)
-    missing = [name for name in called if name and name not in BY_NAME]
-    routines = dict.fromkeys(each.routine for each in report.objects if each.routine)
-    declares = bool(tagless or report.declared)
+    declares = bool(report.declared) or any(each.tag for each in report.refused)
     if report.complete and not (report.stubs or declares):
         return
     yield ""
     yield '# Stubs for what is not here: "false", "true", "done after 20 ms", or "plant.py:function".'
     yield "[stubs]"
-    lines = {name: text(stub) for name, stub in report.stubs.items()}
-    for name in missing:
-        lines.setdefault(name, text("false"))
-    for name in routines:
-        lines.setdefault(name, f"{text('false')}    # a routine that is not imported")
-    for name, line in lines.items():
+    for name, line in _stub_lines(imported).items():
         yield f"{key(name)} = {line}"
     if declares:
         yield f"{MISSING_TAGS} = {text(DECLARE)}    # tags that the export leaves out, from their use"
     if not report.complete:
         yield f"{REFUSED} = {text(EMPTY)}    # what is refused all the same does nothing"
+
+
+def _stub_lines(imported: L5xImport) -> dict[str, str]:
+    """Return the stubs of an export, of instructions without an implementation and of missing routines."""
+    report = imported.report
+    found = {name: text(stub) for name, stub in report.stubs.items()}
+    called = dict.fromkeys(map(_instruction, report.refused))
+    for name in (name for name in called if name and name not in BY_NAME):
+        found.setdefault(name, text("false"))
+    for name in (each.routine for each in report.objects if each.routine):
+        found.setdefault(name, f"{text('false')}    # a routine that is not imported")
+    return found
 
 
 def _instruction(refused: Refusal) -> str:

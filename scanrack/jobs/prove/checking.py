@@ -1,12 +1,12 @@
 """A second opinion: another solver checks the certificate of a proof. Nothing of the prover is used here.
 
 `proof.smt2` has the relation of one scan, `proof.json` says what is what (see `ladder.prove.certificate`).
-The checker puts scans one behind the other and asks four questions; none may have an answer:
+The checker writes four kinds of questions about consecutive scans. Each must be unsatisfiable:
 
     ranges       a number leaves its interval: at power-up, or in a scan
-    invariants   one does not hold after the first scan, or after a scan that follows one after which all held
-    base         what never holds does, in one of the first k + 1 scans after power-up
-    step         it holds in a scan, and did not in the k scans before, whatever the state before them
+    invariants   one fails after the first scan, or after a scan that follows a scan after which all held
+    base         what never holds does in one of the first k + 1 scans after power-up
+    step         it holds in a scan and did not in the k scans before, whatever the state before them
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ _DECLARED = re.compile(r"\(declare-const (\|[^|]*\|) (.*)\)$")
 
 
 class Solver(NamedTuple):
-    """A solver: its name with its version, and what it says of a script: unsat, sat, or why it can't tell."""
+    """A solver: its name with its version, and its answer to a script: unsat, sat, or why it has none."""
 
     name: str
-    says: Callable[[str], str]
+    answer: Callable[[str], str]
 
 
 class Opinion(NamedTuple):
-    """What a solver says of a proof.
+    """A solver's verdict on a proof.
 
     Attributes:
         solver: its name with its version.
@@ -54,10 +54,10 @@ class Opinion(NamedTuple):
 
 
 def solvers() -> list[Solver]:
-    """Return the solvers that are there: packages first, then programs."""
+    """Return the installed solvers: packages first, then programs."""
     found = {
-        name: Solver(f"{name} {distribution_version(its)}", says)
-        for name, its, says in _PACKAGES
+        name: Solver(f"{name} {distribution_version(package)}", answer)
+        for name, package, answer in _PACKAGES
         if find_spec(name)
     }
     for name, words in _PROGRAMS.items():
@@ -67,7 +67,7 @@ def solvers() -> list[Solver]:
 
 
 def check(folder: Path, solver: Solver) -> Opinion:
-    """Ask a solver about the certificate in a folder.
+    """Check the certificate in a folder with a solver.
 
     Raises:
         OSError, ValueError: it can't be read.
@@ -75,53 +75,65 @@ def check(folder: Path, solver: Solver) -> Opinion:
     relation = (folder / "proof.smt2").read_text(encoding="utf-8").splitlines()
     roles = json.loads((folder / "proof.json").read_text(encoding="utf-8"))
     for what, script in questions(relation, roles):
-        said = solver.says(script)
-        if said != "unsat":
-            return Opinion(solver.name, False, said == "sat", f"{what}: {said}")
+        answer = solver.answer(script)
+        if answer != "unsat":
+            return Opinion(solver.name, False, answer == "sat", f"{what}: {answer}")
     return Opinion(solver.name, True, False, "")
 
 
 def questions(relation: list[str], roles: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Yield the questions of a certificate, each with its name."""
     ranges = [each["term"] for each in roles["ranges"] if each["state"]]
-    if ranges:
-        for first in (True, False):
-            scans = _Scans(relation, roles, first=first)
-            if not first:
-                scans.add_next()
-            yield "ranges", scans.text([_some_not(scans.last(each) for each in ranges)], kept=())
+    for script in _inductive(relation, roles, ranges):
+        yield "ranges", script
     for part in roles["parts"]:
-        kept, bad, k = part["contract"], part["bad"], part["k"]
-        found = [each["term"] for each in part["invariants"]]
-        for first in (True, False) if found else ():
-            scans = _Scans(relation, roles, first=first)
-            before = [] if first else [scans.last(each) for each in found]
-            if not first:
-                scans.add_next()
-            broken = _some_not(scans.last(each) for each in found)
-            yield f"invariants of {part['says']}", scans.text([*before, broken], kept=(kept,))
-        base, step = _Scans(relation, roles, first=True), _Scans(relation, roles, first=False)
-        for _ in range(k):
-            base.add_next()
-            step.add_next()
-        some = " ".join(base.each(bad))
-        yield f"base of {part['says']}", base.text([f"(or {some} false)"], kept=(kept,))
-        helped = [term for each in found for term in step.each(each)]
-        *held, last = step.each(bad)
-        clean = [f"(not {each})" for each in held]
-        yield f"step of {part['says']}", step.text([*helped, *clean, last], kept=(kept,))
+        contract, says = part["contract"], part["says"]
+        invariants = [each["term"] for each in part["invariants"]]
+        for script in _inductive(relation, roles, invariants, contract):
+            yield f"invariants of {says}", script
+        base, step = (_Scans(relation, roles, first=first, more=part["k"]) for first in (True, False))
+        some = " ".join(base.each(part["bad"]))
+        yield f"base of {says}", base.text([f"(or {some} false)"], contract)
+        kept = [term for each in invariants for term in step.each(each)]
+        *before, last = step.each(part["bad"])
+        unbroken = [f"(not {each})" for each in before]
+        yield f"step of {says}", step.text([*kept, *unbroken, last], contract)
+
+
+def _inductive(
+    relation: list[str], roles: Mapping[str, Any], terms: list[str], contract: str = ""
+) -> Iterator[str]:
+    """Yield the scripts that ask whether a scan breaks some truths: the first one, or one after all held.
+
+    The intervals of numbers are asserted for each scan but where a state of the next one is defined.
+    """
+    if not terms:
+        return
+    first = _Scans(relation, roles, first=True)
+    yield first.text([_some_not(first.last(each) for each in terms)], contract)
+    scans = _Scans(relation, roles, first=False)
+    before = [scans.last(each) for each in terms]
+    scans.add_next()
+    yield scans.text([*before, _some_not(scans.last(each) for each in terms)], contract)
 
 
 class _Scans:
-    """Scans one behind the other, as text; each symbol has the number of its scan."""
+    """Consecutive scans as text; each symbol has the number of its scan.
 
-    def __init__(self, relation: list[str], roles: Mapping[str, Any], *, first: bool) -> None:
+    Args:
+        first: whether they begin with power-up; else in any state.
+        more: scans after the first one.
+    """
+
+    def __init__(self, relation: list[str], roles: Mapping[str, Any], *, first: bool, more: int = 0) -> None:
         self._relation, self._roles, self.count, self._lines = relation, roles, 0, [relation[0]]
         initial = {name: each["initial"] for name, each in roles["states"].items()} | roles["late"]
         self._add(initial if first else {})
+        for _ in range(more):
+            self.add_next()
 
     def add_next(self) -> None:
-        """Add a scan: its states are what the one before leaves."""
+        """Add a scan: its states are what the scan before leaves."""
         self._add({name: self.last(each["next"]) for name, each in self._roles["states"].items()})
 
     def _add(self, given: Mapping[str, str]) -> None:
@@ -146,9 +158,9 @@ class _Scans:
         """Return a term in each scan."""
         return [_numbered(term, number) for number in range(self.count)]
 
-    def text(self, asked: list[str], *, kept: tuple[str, ...]) -> str:
-        """Return the script that asks whether some truths can hold, with others in each scan."""
-        truths = [*[one for each in kept for one in self.each(each)], *asked]
+    def text(self, truths: list[str], contract: str) -> str:
+        """Return the script that asks whether truths can hold if each scan keeps a contract; "" is none."""
+        truths = [*(self.each(contract) if contract else ()), *truths]
         return "\n".join([*self._lines, *[f"(assert {each})" for each in truths], "(check-sat)", ""])
 
 
@@ -178,13 +190,13 @@ def _cvc5(text: str) -> str:
     import cvc5
 
     manager = cvc5.TermManager()
-    solver, symbols, said = cvc5.Solver(manager), cvc5.SymbolManager(manager), ""
+    solver, symbols, answer = cvc5.Solver(manager), cvc5.SymbolManager(manager), ""
     solver.setOption("tlimit-per", str(SECONDS * 1000))
     parser = cvc5.InputParser(solver, symbols)
     parser.setStringInput(cvc5.InputLanguage.SMT_LIB_2_6, text, "proof")
     while not (command := parser.nextCommand()).isNull():
-        said += str(command.invoke(solver, symbols))
-    return said.strip()
+        answer += str(command.invoke(solver, symbols))
+    return answer.strip()
 
 
 def _program(words: list[str], text: str) -> str:

@@ -47,6 +47,16 @@ class ChangedTag:
     allowed: bool  # by --may-differ
     rack: OnRack | None = None
 
+    @property
+    def when(self) -> str:
+        """Whether it can differ after one scan from equal states, or only later."""
+        return "now" if self.now else "later"
+
+    @property
+    def allowed_text(self) -> str:
+        """The option that allows it, "" if none does."""
+        return " (--may-differ)" if self.allowed else ""
+
 
 @dataclass(frozen=True, slots=True)
 class EditedSubject:
@@ -103,12 +113,12 @@ def edited(
     held = {each.named(tag_text(layout, each.key)): each.value for each in found.held}
     changed = []
     for each in (*found.changed, *([] if found.fault is None else [found.fault])):
-        may = any(_is_in(each.key, one) for one in allowed)
-        changed.append(_with_scenario(job, before[1], layout, each, folder, allowed=may))
+        may_differ = any(_is_in(each.key, one) for one in allowed)
+        changed.append(_with_scenario(job, before[1], layout, each, folder, allowed=may_differ))
     names = tuple(found.removed), tuple(found.added)
     left = (
         *[f"elements of {each} from {MOST_OPEN:,} on are not compared" for each in found.uncompared],
-        *[f"nothing is known behind {each}" for each in found.unfollowed],
+        *[f"nothing is known after {each}" for each in found.unfollowed],
     )
     return EditedSubject(found.compared, tuple(changed), *names, bounds, held, left)
 
@@ -170,41 +180,48 @@ def _cased(layout: Layout, text: str) -> str:
 
 def lines_of(found: EditedSubject) -> Iterator[str]:
     """Yield what can differ, a line each, with its run."""
-    values = [each for each in found.changed if each.name != FAULT_NAME]
-    now = sum(each.now for each in values)
-    yield (
-        f"{len(values):,} of {found.compared:,} bits and numbers can differ, {now:,} in one scan; "
-        + ("the others are not proved equal" if found.open else "all others are equal in every run")
-    )
+    yield _summary(found)
     shown = [each for each in found.changed if each.steps]
     width = max((len(each.name) for each in shown), default=0)
     for each in shown:
-        allowed = "   (--may-differ)" if each.allowed else ""
-        when = "now" if each.now else "later"
-        yield f"{each.name:<{width}}  {when:<5}  scan {len(each.steps):,}   {each.scenario}{allowed}"
-        for number, step in enumerate(each.steps, start=1):
-            yield f"    scan {number}: {step}"
-        if each.rack is not None:
-            yield f"    {each.rack}"
-        if each.inputs:
-            yield f"    depends on {', '.join(each.inputs)}"
-    for now_, word in ((True, "now"), (False, "later")):
-        found_none = [each for each in found.changed if not each.steps and each.now is now_]
-        if found_none:
-            said = [f"{each.name}{' (--may-differ)' * each.allowed}" for each in found_none]
-            yield f"{word}, no run found within the limits: {', '.join(said)}"
+        yield from _lines_of_tag(each, width)
+    without_run = [each for each in found.changed if not each.steps]
+    for when in ("now", "later"):
+        names = [f"{each.name}{each.allowed_text}" for each in without_run if each.when == when]
+        yield from _list_line(f"{when}, no run found within the limits:", names)
     yield from found.open
-    for word, names in (
-        ("only the old program has", found.removed),
-        ("only the new program has", found.added),
-    ):
-        if names:
-            yield f"{word} {', '.join(names)}"
+    yield from _list_line("only the old program has", found.removed)
+    yield from _list_line("only the new program has", found.added)
     bounds = found.bounds
     yield f"assumed: scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{bounds.steps_text}"
-    yield from (f"    {each}" for each in LEFT_OUT.values())
-    if found.held:
-        yield f"    {held_text(found.held)}"
+    for assumption in (*LEFT_OUT.values(), *([held_text(found.held)] if found.held else [])):
+        yield f"    {assumption}"
+
+
+def _summary(found: EditedSubject) -> str:
+    """Return how many values can differ."""
+    values = [each for each in found.changed if each.name != FAULT_NAME]
+    now = sum(each.now for each in values)
+    others = "the others are not proved equal" if found.open else "all others are equal in every run"
+    return f"{len(values):,} of {found.compared:,} bits and numbers can differ, {now:,} in one scan; {others}"
+
+
+def _lines_of_tag(changed: ChangedTag, width: int) -> Iterator[str]:
+    """Yield a value that can differ, its run, what the rack did, and the inputs on which it depends."""
+    scans = f"scan {len(changed.steps):,}"
+    line = f"{changed.name:<{width}}  {changed.when:<5}  {scans}   {changed.scenario}  {changed.allowed_text}"
+    yield line.rstrip()
+    for number, step in enumerate(changed.steps, start=1):
+        yield f"    scan {number}: {step}"
+    if changed.rack is not None:
+        yield f"    {changed.rack}"
+    yield from _list_line("    depends on", changed.inputs)
+
+
+def _list_line(begin: str, names: Sequence[str]) -> Iterator[str]:
+    """Yield a line with a list of names; none without names."""
+    if names:
+        yield f"{begin} {', '.join(names)}"
 
 
 def as_json(found: EditedSubject) -> dict[str, Any]:
@@ -214,7 +231,7 @@ def as_json(found: EditedSubject) -> dict[str, Any]:
         "changed": [
             {
                 "tag": each.name,
-                "when": "now" if each.now else "later",
+                "when": each.when,
                 "allowed": each.allowed,
                 "scans": [{"ms": step.ms, "set": dict(step.changes)} for step in each.steps],
                 "depends_on": list(each.inputs),

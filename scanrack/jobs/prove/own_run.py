@@ -5,17 +5,17 @@ Random scans rarely home an axis. The rack does, in thousands of scans.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scanrack.ladder import LadderLogic
-from scanrack.ladder.model.tags import Leaf
 from scanrack.ladder.prove.algebra.batch import Array, BatchEvaluator, dtype_of
-from scanrack.ladder.prove.algebra.terms import T
-from scanrack.ladder.prove.system import CLOCK, DT, FIRST_SCAN
+from scanrack.ladder.prove.algebra.terms import T, variables_by_root
+from scanrack.ladder.prove.system import CLOCK, DT, FIRST_SCAN, name_of
 from scanrack.ladder.run.engine import Engine
+from scanrack.ladder.state.memory import Value
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.runtime.loop.listeners import QuietListener
 
@@ -23,14 +23,16 @@ from ..run.running import JobRun, RunOptions
 from .subject import ProofSubject
 
 SCANS = 10_000
-"""Scans of the run, at most: it ends as soon as all has been seen."""
+"""Maximum scans of the run: it ends as soon as every truth has been seen."""
 
-AT_ONCE = 500
+BLOCK = 500
 """Scans that are computed at once."""
+
+FIRST_SCAN_NAME = name_of(FIRST_SCAN)
 
 
 class OwnRun:
-    """Runs a rack on its own, and tells which truths of a problem some scan makes true.
+    """Runs a rack on its own, and finds which truths of a problem some scan makes true.
 
     Args:
         subject: with a rack; a program alone has no own run.
@@ -40,76 +42,101 @@ class OwnRun:
         self._subject = subject
 
     def seen(self, truths: Sequence[T]) -> set[T]:
-        """Return those that some scan makes true; none without a rack."""
+        """Return the truths that some scan makes true; none without a rack."""
         job = self._subject.job
         if not job.spec.slot or not truths or not isinstance(job.logic, LadderLogic):
             return set()
         logic = job.logic.copied()
-        noted = _ValueNotes(self._subject, logic.engine, truths)
+        notes = _ValueNotes(self._subject, logic.engine, truths)
         with ExitStack() as ports, suppress(CpuFault, ValueError):  # it then has no more scans
             run = JobRun(replace(job, logic=logic), ports, RunOptions(warn=lambda _text: None))
-            noted.stop = run.cpu.stop
-            run.cpu.add_listener(noted)
+            notes.stop = run.cpu.stop
+            run.cpu.add_listener(notes)
             run.run(SCANS)
-        noted.compute()
-        return noted.found
+        notes.compute()
+        return notes.found
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where the value of a variable is in the program's memory."""
+
+    v: T
+    read: Callable[[], Value]
+    is_state: bool
+
+    def column(self, values: Sequence[Value], times: Array, tick_ns: int) -> Array:
+        """Return the value before each scan but the first of a block, by the values after each of its scans.
+
+        A state has what the scan before left, an input what it has in the scan itself.
+        """
+        column = np.array(values[:-1] if self.is_state else values[1:], dtype=dtype_of(self.v))
+        if self.v.val.endswith(f"{CLOCK}[0]"):
+            column = np.clip((times[:-1] - column) // tick_ns, 0, self.v.hi)
+        return column
 
 
 class _ValueNotes(QuietListener):
-    """Notes the values that decide truths, and computes them for many scans at once."""
+    """Notes the values that decide truths, and computes the truths of many scans at once."""
 
     def __init__(self, subject: ProofSubject, engine: Engine, truths: Sequence[T]) -> None:
-        problem = subject.problem
-        self._engine, self._tick_ns = engine, problem.tick_ns
-        unknown = problem.havocs.keys()
-        known = {t: BatchEvaluator([t], AT_ONCE).variables for t in truths}
-        self.left = [t for t, needs in known.items() if not any(v.val in unknown for v in needs)]
+        self._engine, self._problem = engine, subject.problem
+        self._variables = variables_by_root(truths)
+        places = self._places_of(v for found in self._variables.values() for v in found)
+        given = {place.v for place in places}
+        self.left = [t for t in truths if all(v in given or _is_known(v) for v in self._variables[t])]
         self.found: set[T] = set()
         self.stop: Callable[[], object] = lambda: None
-        needed = {v.val: v for t in self.left for v in known[t]}
-        self._places: list[tuple[T, Leaf, int, bool]] = []
-        for v in needed.values():
-            key = problem.key_of.get(v.val, FIRST_SCAN)
-            leaf = None if key == FIRST_SCAN else engine.lowered.layout.find(key[0])
-            if leaf is not None:
-                self._places.append((v, leaf, key[1], problem.role(v.val) == "state"))
-        others = needed.keys() - {v.val for v, *_ in self._places} - {DT, "S:FS[0]"}
-        self.left = [t for t in self.left if not any(v.val in others for v in known[t])]
-        self._rows: list[list[object]] = []
+        self._watch(places)
         self._times: list[int] = []
 
+    def _places_of(self, variables: Iterable[T]) -> list[_Place]:
+        """Return the places of the variables that have one; what is not modeled has none."""
+        problem, found = self._problem, []
+        layout, memory = self._engine.lowered.layout, self._engine.memory
+        for v in dict.fromkeys(variables):
+            key = problem.key_of.get(v.val, FIRST_SCAN)
+            leaf = None if key == FIRST_SCAN or v.val in problem.havocs else layout.find(key[0])
+            if leaf is not None:
+                found.append(_Place(v, memory.reader(leaf, key[1]), problem.role(v.val) == "state"))
+        return found
+
+    def _watch(self, places: Iterable[_Place]) -> None:
+        """Note from now on what decides the truths that are left."""
+        deciding = {v for t in self.left for v in self._variables[t]}
+        self._places = [place for place in places if place.v in deciding]
+        self._readers = [place.read for place in self._places]
+        self._rows: list[list[Value]] = []
+
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Note the values behind a scan."""
-        read = self._engine.memory.read
-        self._rows.append([read(leaf, index) for _, leaf, index, _ in self._places])
+        """Note the values after a scan."""
+        self._rows.append([read() for read in self._readers])
         self._times.append(now_ns)
-        if len(self._rows) > AT_ONCE:
+        if len(self._rows) > BLOCK:
             self.compute()
             if not self.left:
                 self.stop()
 
     def compute(self) -> None:
-        """Compute the truths that are left for the scans that are noted."""
+        """Compute the truths that are left for the scans that are noted; the last one begins a new block."""
         count = len(self._rows) - 1
         if count < 1 or not self.left:
             return
-        terms = BatchEvaluator(self.left, count)
-        got = terms(self._values(count))
-        self.found |= {t for t, truths in zip(self.left, got, strict=True) if truths.any()}
+        truths = BatchEvaluator(self.left, count)(self._values(count))
+        self.found |= {t for t, values in zip(self.left, truths, strict=True) if values.any()}
         self.left = [t for t in self.left if t not in self.found]
-        self._rows, self._times = self._rows[-1:], self._times[-1:]
+        last = dict(zip(self._places, self._rows[-1], strict=True))
+        self._watch(self._places)
+        self._rows, self._times = [[last[place] for place in self._places]], self._times[-1:]
 
     def _values(self, count: int) -> dict[str, Array]:
-        """Return the values before each scan: states as the one before left them, inputs as it has them."""
-        times = np.array(self._times, dtype=np.int64)
-        found: dict[str, Array] = {
-            DT: (times[1:] - times[:-1]) // self._tick_ns,
-            "S:FS[0]": np.zeros(count, np.bool_),
-        }
-        for column, (v, _, _, is_state) in enumerate(self._places):
-            rows = self._rows[:-1] if is_state else self._rows[1:]
-            values = np.array([row[column] for row in rows], dtype=dtype_of(v))
-            if v.val.endswith(f"{CLOCK}[0]"):
-                values = np.clip((times[:-1] - values) // self._tick_ns, 0, v.hi)
-            found[v.val] = values
-        return found
+        """Return the values of variables before each scan of the block."""
+        times, tick_ns = np.array(self._times, dtype=np.int64), self._problem.tick_ns
+        columns = zip(self._places, zip(*self._rows, strict=True), strict=True)
+        found = {place.v.val: place.column(values, times, tick_ns) for place, values in columns}
+        return {DT: np.diff(times) // tick_ns, FIRST_SCAN_NAME: np.zeros(count, np.bool_), **found}
+
+
+def _is_known(v: T) -> bool:
+    """Whether a variable is known without the program's memory."""
+    return v.val in (DT, FIRST_SCAN_NAME)

@@ -208,8 +208,8 @@ class AnswerListener:
     def found(self, answer: FoundAnswer) -> None:
         """Receive a finding."""
 
-    def left(self, count: int, most_s: float) -> None:
-        """Receive how many questions are left, and about how long they take at most, by the rate so far."""
+    def left(self, count: int) -> None:
+        """Receive how many questions are left after what takes little time, and again after inductions."""
 
     def next(self, question: Question, count: int) -> None:
         """Receive the next question that is left, and the number of questions after it."""
@@ -234,8 +234,13 @@ def ask_questions(
     """
     own = {each.name.upper() for each in own_routines(subject.program.program, subject.problem.lowered)}
     writer = _FindingWriter(subject, folder, others, listener or AnswerListener())
-    limits = QUESTION_LIMITS.times(work)
-    answers = ask(subject.problem, limits=limits, routines=own, seen=OwnRun(subject).seen, listener=writer)
+    answers = ask(
+        subject.problem,
+        limits=QUESTION_LIMITS.times(work),
+        routines=own,
+        known_run=OwnRun(subject).seen,
+        listener=writer,
+    )
     answers.open.update(writer.refused)
     made = [writer.made[id(each)] for each in answers.findings if id(each) in writer.made]
     return Questions(tuple(made), answers.counts, answers.open)
@@ -252,7 +257,6 @@ class _FindingWriter(Listener):
         listener: AnswerListener,
     ) -> None:
         self._subject, self._folder, self._others, self._listener = subject, folder, others, listener
-        self._begun_ns = wall_ns()
         self.made: dict[int, FoundAnswer] = {}  # by the id of the finding
         self.refused: list[str] = []  # rules of findings that another solver refuses
 
@@ -260,9 +264,9 @@ class _FindingWriter(Listener):
         """Report the number of questions."""
         self._listener.begun(count)
 
-    def left(self, count: int, spent: int, most: int) -> None:
-        """Report how many questions are left, and how long they take at most."""
-        self._listener.left(count, (wall_ns() - self._begun_ns) / 1e9 * most / max(1, spent))
+    def left(self, count: int) -> None:
+        """Report how many questions are left."""
+        self._listener.left(count)
 
     def next(self, question: Question, count: int) -> None:
         """Report the next question that is left."""

@@ -11,6 +11,8 @@ from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.read.reader import Trace, TraceEvent
 
+from .edits_and_forces import is_edit
+
 RecordedOrder = AppliedAction
 """An order in a recording."""
 
@@ -40,11 +42,6 @@ def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
 def is_edit_with_files(topic: str, fields: Mapping[str, object]) -> bool:
     """Return whether an event is an edit at a bench whose files are in the trace; it has its order."""
     return topic == "/events" and fields.get("kind") == "edit" and "order" in fields
-
-
-def is_edit(event: TraceEvent) -> bool:
-    """Return whether an event reports an edit of the program."""
-    return event.topic == "/events" and event.fields.get("kind") == "edit"
 
 
 def lost_edits(events: Iterable[TraceEvent]) -> list[int]:

@@ -15,12 +15,13 @@ from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.loop.scan import CpuMode, ScanLogic
 from scanrack.traces.compare import Tolerance
+from scanrack.traces.follower import Follower
 from scanrack.traces.read.reader import TraceEvent
-from scanrack.traces.replay import Follower, Image, PackedTrace
+from scanrack.traces.replay import Image, PackedTrace
 
 from ..load.building import build_rack, round_trip_ms
+from ..record.edits_and_forces import image_forces, is_edit
 from ..record.link_losses import link_changes
-from ..record.order_repeater import is_edit
 from ..run.build import build_playback
 from ..run.playback import RecordedInputs, ReplayPlan, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
@@ -194,11 +195,6 @@ def _gaps(numbers: Sequence[int]) -> Iterator[str]:
         if after != before + 1:
             missing = f"scans {before + 1} to {after - 1} are missing"
             yield f"{missing}: outputs and inputs are taken to stay as they were in scan {before}"
-
-
-def image_forces(event: TraceEvent) -> dict[str, int]:
-    """Return the forces of images in a message on /forces, by address; those of tags are beside them."""
-    return {address: int(str(value)) for address, value in event.fields.items() if address != "tags"}
 
 
 def recorded_stimuli(recording: PackedTrace) -> Iterator[Stimulus]:

@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import islice
 
 from scanrack.ladder import LadderLogic
@@ -21,11 +21,10 @@ from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
 from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.read.reader import TraceEvent
 
+from ..record.edits_and_forces import Forced, forced_in, is_edit
 from ..record.logic_wrapper import unwrapped
-from ..record.order_repeater import OrderRepeater, is_edit, orders_of
+from ..record.order_repeater import OrderRepeater, orders_of
 from ..run.playback import ReplayPlan
-
-Forced = Mapping[str, str | int | float | bool]
 
 _TOLD = 3
 
@@ -118,12 +117,6 @@ def _of_forces(events: Sequence[TraceEvent]) -> Iterator[AppliedAction]:
             for order in gone + come:
                 yield AppliedAction(event.scan, order)
             before = after
-
-
-def forced_in(event: TraceEvent) -> Forced:
-    """Return the forced tags in a message on /forces, with their values."""
-    tags = event.fields.get("tags")
-    return tags if isinstance(tags, Mapping) else {}
 
 
 def _unknown(score: ReplayPlan, events: Sequence[TraceEvent]) -> Iterator[str]:

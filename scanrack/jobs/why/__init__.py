@@ -8,7 +8,7 @@
 | `input_reads`, `lines`, `conditions` | of a traced scan: inputs read, lines that change a value |
 | `input_replay`, `traced_run` | the program again on recorded inputs, its scans in question traced |
 | `sentences`, `answer` | sentences |
-| `chain`, `chains` | causes behind images and modules; through Python, and into racks beside |
+| `chain`, `chains` | causes through images and modules, through Python, and into other racks |
 | `senders`, `class_names` | of a class of `Logic`: commands of its axes and their lines, its names |
 
 In other scans nothing of this runs, except the journal of a bench. `fuzz` uses `lines`, too.

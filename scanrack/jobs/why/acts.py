@@ -5,7 +5,7 @@
                          | copy 3: close stop, then press start ...
 
 A copy is a fork of the process: rack, machine and program continue. One act is tried before two,
-so that what is found lacks nothing and has nothing too much; all of it has been tried before it is told.
+so that what is found lacks nothing and has nothing too much; all of it has been tried before it is reported.
 """
 
 from __future__ import annotations
@@ -82,20 +82,20 @@ class Acts:
     """What was found: the acts in their order, and how long after the first one the value is as wished."""
 
     tag: str
-    wanted: object
+    requested: object
     found: tuple[Act, ...] | None  # none: it comes by itself; None: nothing was found
     after_ns: int
     stimulus: str  # the first thing that the machine or the timeline of the rack file did meanwhile
     tries: int
 
     def __str__(self) -> str:
-        goal = f"{self.tag} {_becomes(self.wanted)}"
+        goal = f"{self.tag} {_becomes(self.requested)}"
         if self.found is None:
             tries = "1 try" if self.tries == 1 else f"{self.tries} tries"
             return f"{goal}: nothing that an owner can do was found in {tries}"
         after = f"{seconds(self.after_ns)} s"
         if not self.found and self.stimulus:
-            return f"{goal} in {after}, as the rack file goes on: {self.stimulus}"
+            return f"{goal} in {after}, as the rack file continues: {self.stimulus}"
         if not self.found:
             return f"{goal} by itself: wait {after}"
         return f"{goal} {after} after this: {', then '.join(act.text for act in self.found)}"
@@ -115,7 +115,7 @@ class Acts:
         return {"acts": acts, "after_ns": self.after_ns, "tries": self.tries}
 
 
-def acts_for(bench: Rack, link: CauseLink, tag: str, wanted: object) -> Acts | None:
+def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts | None:
     """Return what an owner could do; None on a system that can't copy a process.
 
     Args:
@@ -124,10 +124,10 @@ def acts_for(bench: Rack, link: CauseLink, tag: str, wanted: object) -> Acts | N
     """
     if not hasattr(os, "fork"):
         return None
-    return next(every_act(bench, link, tag, wanted))
+    return next(every_act(bench, link, tag, requested))
 
 
-def every_act(bench: Rack, link: CauseLink, tag: str, wanted: object) -> Iterator[Acts]:
+def every_act(bench: Rack, link: CauseLink, tag: str, requested: object) -> Iterator[Acts]:
     """Yield what an owner could do, no set with another one in it; at least one answer."""
     tries, known = 0, list[set[str]]()
     for chosen in _sets(list(_acts(bench, link))):
@@ -135,12 +135,12 @@ def every_act(bench: Rack, link: CauseLink, tag: str, wanted: object) -> Iterato
         if tries == MOST_TRIES or any(each <= texts for each in known):
             continue
         tries += 1
-        found = _tried(bench, chosen, tag, wanted)
+        found = _tried(bench, chosen, tag, requested)
         if found is not None:
             known.append(texts)
-            yield Acts(tag, wanted, chosen, *found, tries)
+            yield Acts(tag, requested, chosen, *found, tries)
     if not known:
-        yield Acts(tag, wanted, None, 0, "", tries)
+        yield Acts(tag, requested, None, 0, "", tries)
 
 
 def _sets(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
@@ -152,7 +152,7 @@ def _sets(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
         )
 
 
-def _tried(bench: Rack, acts: Sequence[Act], tag: str, wanted: object) -> tuple[int, str] | None:
+def _tried(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tuple[int, str] | None:
     """Return after how long a copy of the rack has the value, and what its machine did; None if never."""
     system: Any = os  # type checkers know its fork on POSIX only
     read, write = os.pipe()
@@ -160,29 +160,29 @@ def _tried(bench: Rack, acts: Sequence[Act], tag: str, wanted: object) -> tuple[
     if not child:
         os.close(read)
         try:
-            found = _done(bench, acts, tag, wanted)
+            found = _done(bench, acts, tag, requested)
             os.write(write, b"" if found is None else f"{found[0]} {found[1]}".encode())
         finally:
             os._exit(0)  # an act that is refused, or a fault of the program, is no answer
     os.close(write)
     with os.fdopen(read, "rb") as answer:
-        said = answer.read().decode()
+        reply = answer.read().decode()
     os.waitpid(child, 0)
-    after, _, stimulus = said.partition(" ")
-    return (int(after), stimulus) if said else None
+    after, _, stimulus = reply.partition(" ")
+    return (int(after), stimulus) if reply else None
 
 
-def _done(bench: Rack, acts: Sequence[Act], tag: str, wanted: object) -> tuple[int, str] | None:
-    begun, told = bench.now_ns, len(bench.events)
+def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tuple[int, str] | None:
+    begun, noted = bench.now_ns, len(bench.events)
     for act in acts:
         act.do(bench)
         bench.run_for(BETWEEN)
     limit = bench.now_ns + WITHIN_NS
-    while bench[tag] != wanted:
+    while bench[tag] != requested:
         if bench.now_ns >= limit:
             return None
         bench.run_for(LOOKS)
-    stimuli = [each.text for each in bench.events[told:] if each.kind == "stimulus"]
+    stimuli = [each.text for each in bench.events[noted:] if each.kind == "stimulus"]
     return bench.now_ns - begun, stimuli[0] if stimuli else ""
 
 
@@ -278,7 +278,7 @@ def _by_hand(*steps: actions.Action | int) -> Callable[[Any], None]:
     return do
 
 
-def _becomes(wanted: object) -> str:
-    if isinstance(wanted, bool):
-        return "comes on" if wanted else "goes off"
-    return f"becomes {wanted}"
+def _becomes(requested: object) -> str:
+    if isinstance(requested, bool):
+        return "comes on" if requested else "goes off"
+    return f"becomes {requested}"

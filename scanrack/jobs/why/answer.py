@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scanrack.io_images.addresses import Address, parse_address
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.module_words import ModuleWords
-from scanrack.ladder.debug import CauseLink, Debugger, Remedies, told
-from scanrack.ladder.debug.remedies import of_input
-from scanrack.ladder.debug.telling import MOST_LINES
+from scanrack.ladder.debug import CauseLink, Debugger, Remedies, answer_text
+from scanrack.ladder.debug.answer_text import MOST_LINES
 from scanrack.ladder.state.memory import Value
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.scan import ScanFlag
@@ -22,15 +21,13 @@ from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.traces.replay import PackedTrace
 
 from .chain import Bits, RackChain, shows_input
-from .chains.program import ProgramChain
-from .chains.waiting import of_axis
 from .past import ALL_BITS, Past, SlotPast, event_text
-from .sentences import told_change, told_sender
-from .source.class_names import Names
-from .source.lines import Line
-from .traced_run import Load, TracedChange, TracedRun, Watched, fresh, run_again
-from .trials import ProgramTrials
+from .sentences import change_lines, sender_lines
 from .waits import waits
+
+if TYPE_CHECKING:  # a ladder program needs no lines of Python
+    from .source.lines import Line
+    from .traced_run import Load, TracedChange, TracedRun, Watched
 
 NO_LINE = "no line of the program wrote it in that scan: a force came or went, or a test wrote it"
 
@@ -92,13 +89,13 @@ class Why:
         return last.first_on(place.slot, _side(place), place.word, mask)
 
     def of(self, text: str, *, deep: bool = False) -> tuple[str, CauseLink]:
-        """Explain a value: in at most six lines, see `told`, and as a chain; of a step also its waits.
+        """Explain a value: in at most six lines, see `answer_text`, and as a chain; of a step also its waits.
 
         Raises:
             ValueError: an unknown name.
         """
         link, debugger = self.chain(text, deep=deep), self.debugger
-        lines = told(link, deep=deep).splitlines()
+        lines = answer_text(link, deep=deep).splitlines()
         waits_of_step = debugger.waits(text) if debugger is not None and text in debugger.tags else []
         return "\n".join([*lines, *waits_of_step[: max(0, MOST_LINES - len(lines))]]), link
 
@@ -120,24 +117,31 @@ class Why:
             self.place(text)  # refuses it
         return self._chain_of_name(text, deep)
 
-    def suggest_inputs(self, text: str, wanted: str | None = None, scans: int = 10) -> Remedies:
+    def suggest_inputs(self, text: str, requested: str | None = None, scans: int = 10) -> Remedies:
         """Return the smallest sets of inputs that would give a value of a ladder program, see `remedies`.
 
         Args:
-            wanted: the value as text; of a bit the other value by default.
+            requested: the value as text; of a bit the other value by default.
             scans: within how many scans.
 
         Raises:
             ValueError: an unknown name, or a value that does not fit.
         """
         if self.debugger is None:
-            return self._what_would_of_python(text, None if wanted is None else value_of(wanted), scans)
+            return self._suggest_inputs_of_python(
+                text, None if requested is None else value_of(requested), scans
+            )
         own = text in self.debugger.tags or not self.means_image(text)
         tag = text if own else str(self.place(text))
-        value = None if wanted is None else value_of(wanted)
+        value = None if requested is None else value_of(requested)
         return self.debugger.suggest_inputs(tag, value, scans=scans, name=self._terminal)
 
-    def _what_would_of_python(self, text: str, wanted: Any, scans: int) -> Remedies:
+    def _suggest_inputs_of_python(self, text: str, requested: Any, scans: int) -> Remedies:
+        from scanrack.ladder.debug.remedies import of_input
+
+        from .chains.program import ProgramChain
+        from .trials import ProgramTrials
+
         if self.load is None or self.spec is None:
             raise ValueError("what it would take needs the program: the trace has none")
         chains = self._chains(deep=False)
@@ -145,10 +149,10 @@ class Why:
         trials = ProgramTrials(self.recording, self.row, self.spec, self.load, self._terminal, scans)
         own = chains.names.addresses.get(chains.names.own(text), text)
         if not self.means_image(own):
-            return trials.of(text, chains.watched(text), wanted, chains.name)
+            return trials.of(text, chains.watched(text), requested, chains.name)
         place = self.place(own)
         if place.image == "I":
-            value = place.bit is None or not self._value(place) if wanted is None else wanted
+            value = place.bit is None or not self._value(place) if requested is None else requested
             return of_input(text, value, self._terminal(place.slot, place.word, place.bit))
         at = self._offset(place.slot, place.word)
 
@@ -156,7 +160,7 @@ class Why:
             word = int.from_bytes(trials.block()[at : at + 2], "little", signed=True)
             return word if place.bit is None else bool(word >> place.bit & 1)
 
-        return trials.of(text, lambda _logic: read, wanted, chains.name)
+        return trials.of(text, lambda _logic: read, requested, chains.name)
 
     def _terminal(self, slot: int, word: int, bit: int | None) -> str | None:
         """Return the place of a terminal, or of an analog input; None for what a module reports."""
@@ -172,11 +176,18 @@ class Why:
             if debugger is None:
                 return RackChain(self.recording, None, deep)
             return RackChain(self.recording, debugger.chains, deep, debugger.program)
+        from .chains.program import ProgramChain
+        from .source.class_names import Names
+        from .traced_run import fresh
+
         with fresh(self.load) as logic:
             names = Names(logic, self.words)
         return ProgramChain(self.recording, None, deep, None, spec=self.spec, load=self.load, names=names)
 
     def _chain_of_name(self, text: str, deep: bool) -> CauseLink:
+        from .chains.program import ProgramChain
+        from .chains.waiting import of_axis
+
         chains = self._chains(deep)
         assert isinstance(chains, ProgramChain)
         names = chains.names
@@ -223,21 +234,23 @@ class Why:
     def _again(self, rows: frozenset[int], last: int, watched: Watched | None = None) -> TracedRun | None:
         if self.load is None or self.spec is None:
             return None
+        from .traced_run import run_again
+
         return run_again(self.recording, self.spec, self.load, rows, last, watched)
 
-    def _by_line(self, said: str, row: int, again: TracedRun | None, slot: int, word: int) -> Iterator[str]:
+    def _by_line(self, head: str, row: int, again: TracedRun | None, slot: int, word: int) -> Iterator[str]:
         """Yield the line that changed an output word."""
         if self.recording.flags[row] & ScanFlag.FAULT:
-            yield f"{said}: the CPU faulted, which zeroes all outputs"
+            yield f"{head}: the CPU faulted, which zeroes all outputs"
             yield from self._on_record(0, row)
         elif again is None:
-            yield f"{said}{self._rung(slot, word, row)}"
+            yield f"{head}{self._rung(slot, word, row)}"
         elif not again.explains(row):
-            yield f"{said}: {again.no_line(self.past)}"
+            yield f"{head}: {again.no_line(self.past)}"
         else:
             at = self._offset(slot, word)
             made = [each for each in again.changes.get(row, ()) if _differs(each, at)]
-            yield from self._told(said, made, row, slot)
+            yield from self._lines_of_changes(head, made, row, slot)
 
     def _rung(self, slot: int, word: int, row: int) -> str:
         """Return the rung that last changed a word, after a colon; a full stop if it is unknown."""
@@ -247,18 +260,20 @@ class Why:
         known = change is not None and change[0] == self.recording.numbers[row]
         return f": {change[1]}" if change is not None and known else "."
 
-    def _told(self, said: str, made: Sequence[TracedChange], row: int, slot: int = 0) -> Iterator[str]:
+    def _lines_of_changes(
+        self, head: str, made: Sequence[TracedChange], row: int, slot: int = 0
+    ) -> Iterator[str]:
         """Yield sentences about the last of some changes in a scan, in the words of `slot`."""
         sent = [each for each in made[-1].senders if each.slot == slot] if made else []
         if sent:
             self.lines.append(sent[0].line)
-            yield from told_sender(said, sent[0])
+            yield from sender_lines(head, sent[0])
         elif not made or not made[-1].line.number:
-            yield f"{said}: {NO_LINE}"
+            yield f"{head}: {NO_LINE}"
         else:
             slots = self.recording.slots
             self.lines.append(made[-1].line)
-            yield from told_change(said, made[-1], slots, lambda slot: self.past.words(slot, "in", row))
+            yield from change_lines(head, made[-1], slots, lambda slot: self.past.words(slot, "in", row))
 
     def _offset(self, slot: int, word: int) -> int:
         """Return the place of an output word in the memory block, bytes."""
@@ -269,11 +284,11 @@ class Why:
     def _of_slot(self, slot: SlotInfo) -> Iterator[str]:
         past = SlotPast(self.past, slot)
         if slot.words.modes is not None:
-            said = waits(past)
+            head = waits(past)
         else:
-            said = [module_text(slot, "in", (0,) * len(past.inputs), past.inputs) or "all inputs are 0"]
-        yield f"slot {slot.number}: {said[0]}"
-        yield from (f"  {each}" for each in said[1:])
+            head = [module_text(slot, "in", (0,) * len(past.inputs), past.inputs) or "all inputs are 0"]
+        yield f"slot {slot.number}: {head[0]}"
+        yield from (f"  {each}" for each in head[1:])
 
     def _last_changes(self, slot: SlotInfo) -> Iterator[tuple[int, list[int]]]:
         """Yield the scans that last changed an output word, the latest first, each with its words."""
@@ -293,8 +308,8 @@ class Why:
         reader = formats.reader(slot.number, self.recording.numbers[row])
         what = module_text(slot, "out", before, now, reader)
         names = f"word{'s' if len(words) > 1 else ''} {', '.join(map(str, words))}"
-        said = f"output {names} since {self.past.when(row)}: {what}"
-        found = self._by_line(said, row, again, slot.number, words[0])
+        head = f"output {names} since {self.past.when(row)}: {what}"
+        found = self._by_line(head, row, again, slot.number, words[0])
         return [line for each in found for line in each.splitlines()]
 
     def _value(self, place: Address) -> Value:

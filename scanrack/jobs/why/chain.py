@@ -1,9 +1,9 @@
-"""The chain of causes through a rack: images, modules and their rules, and the program behind them."""
+"""The chain of causes through a rack: images, modules and their rules, and the program."""
 
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field, replace
 from typing import Any
 
@@ -77,7 +77,7 @@ class RackChain:
     Args:
         maker: makes the chains of a ladder program, see `Debugger.chains`; None for any other program.
         deep: see `Chains`.
-        program: the ladder program, whose partners are asked, too; None for none.
+        program: the ladder program, whose partners are explained, too; None for none.
     """
 
     recording: PackedTrace
@@ -86,8 +86,8 @@ class RackChain:
     program: LadderLogic | None = None
     _known: dict[tuple[Bits, int], CauseLink] = field(default_factory=dict)
     _chains: Chains | None = None
-    _told: dict[int, list[TraceEvent]] | None = None
-    _asked: int = 0  # row of the question
+    _events_of_scans: dict[int, list[TraceEvent]] | None = None
+    _row_of_question: int = 0  # row of the question
 
     # --- questions
 
@@ -102,7 +102,7 @@ class RackChain:
         outranked = forced(self.recording.events, scan, names) or of_cpu(self.recording, row)
         stays = outranked is not None and outranked.kind == "fault" and chains.causes.origins(cells, scan)
         if outranked is None or stays:  # a fault ends what a tag might still become, not what it is
-            self._asked = row
+            self._row_of_question = row
             return chains.of_tag(tag, scan)
         while row and CpuMode(self.recording.flags[row] & MODE_MASK) is CpuMode.PROGRAM:
             row -= 1  # the program has not run since then
@@ -116,7 +116,7 @@ class RackChain:
 
     def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Return the chain of bits of an image after a scan."""
-        self._asked = row
+        self._row_of_question = row
         return self._overruled(bits, name, row) or self._of_bits(bits, name, row)
 
     def _of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
@@ -202,8 +202,8 @@ class RackChain:
         value = self.value(bits, row)
         at = 0, self.recording.times[0]
         if slot.words.modes is not None and not slot.is_stepper and not self._is_terminal(slot, bits):
-            said = waits(SlotPast(Past(self.recording, row), slot))[0]
-            return CauseLink("module", name, value, *at, f"slot {slot.number}: {said}")
+            state = waits(SlotPast(Past(self.recording, row), slot))[0]
+            return CauseLink("module", name, value, *at, f"slot {slot.number}: {state}")
         row_of = cause_of(bits.word, bits.mask.bit_length() - 1) if slot.is_stepper else None
         if bits.address.bit is None or (slot.is_stepper and row_of is None):
             return None
@@ -218,13 +218,13 @@ class RackChain:
         parts: dict[str, Any] = {"kind": "module", "name": name, "value": value, "scan": 0}
         parts["now_ns"] = self.recording.times[0]
         past = SlotPast(Past(self.recording, row), slot)
-        said = waits(past)[0]
+        state = waits(past)[0]
         if value or not cause.commands or not is_idle(past):
-            return CauseLink(**parts, text=f"slot {slot.number}: {said}")
+            return CauseLink(**parts, text=f"slot {slot.number}: {state}")
         masks = [each.value for each in CommandMsw if each & cause.commands]
-        behind = [self._never_sent(slot, mask, row) for mask in masks]
-        causes = [(link,) for link in behind if link is not None][:1]
-        return linked(causes, **parts, text=f"{cause.off} [{cause.rules[0]}]")
+        unsent = (self._never_sent(slot, mask, row) for mask in masks)
+        causes = [(link,) for link in unsent if link is not None]
+        return linked(causes[:1], **parts, text=f"{cause.off} [{cause.rules[0]}]")
 
     def _never_sent(self, slot: SlotInfo, mask: int, row: int) -> CauseLink | None:
         """Return the chain of a command bit that the program could send; None if nothing is known."""
@@ -340,31 +340,38 @@ class RackChain:
 
     def _events(self, row: int, slot: int | None = None) -> list[TraceEvent]:
         scan = self.recording.numbers[row]
-        told = self._events_by_scan.get(scan, [])
-        return [each for each in told if slot is None or each.fields.get("slot", 0) == slot]
+        events = self._events_by_scan.get(scan, [])
+        return [each for each in events if slot is None or each.fields.get("slot", 0) == slot]
 
     def _of_module(self, bits: Bits, name: str, row: int) -> CauseLink:
-        slot = next(each for each in self.recording.slots if each.number == bits.slot)
-        done = list(self._done(slot, bits, row))
-        if done:
-            kind, text = done[0]
+        """Explain a change of an input image: an act on the module, a terminal, or the module itself."""
+        slot = self._slot(bits.slot)
+        done = next(self._done(slot, bits, row), None)
+        if done is not None:
+            kind, text = done
             return self.link(kind, bits, name, row, text)
         if self._is_terminal(slot, bits):
             return self.link("input", bits, name, row, self._terminal(slot, bits))
-        rules = [each for each in self._events(row, bits.slot) if each.topic == "/events"]
-        own = [each for each in rules if set(self._names(slot, bits)) & set(_named(each))]
-        own = own or [each for each in rules if not _named(each)]
-        text = "; ".join(event_text(each) for each in own[:1])
-        text = self._standing(slot, bits, row) or text
-        cut = next((each for each in own if each.fields.get("outcome") in _CUT), None)
-        switched = cut is not None or any(
-            each.fields.get("kind") == "rule" or each.fields.get("name") in _SWITCHED for each in own
-        )
+        events = self._events_of_bits(slot, bits, row)
+        text = self._standing(slot, bits, row) or (event_text(events[0]) if events else "")
+        causes = self._switches(slot, events, row) or list(self._command(slot, bits, row))
+        return self.link("module", bits, name, row, text or self._of_bit(bits, row), *causes)
+
+    def _events_of_bits(self, slot: SlotInfo, bits: Bits, row: int) -> list[TraceEvent]:
+        """Return what a module reported in a scan that names these bits; without such, what names no bit."""
+        known = [each for each in self._events(row, slot.number) if each.topic == "/events"]
+        names = set(self._names(slot, bits))
+        own = [each for each in known if names.intersection(_named(each))]
+        return own or [each for each in known if not _named(each)]
+
+    def _switches(self, slot: SlotInfo, events: Sequence[TraceEvent], row: int) -> list[CauseLink]:
+        """Return the inputs that made events of a module, or what cut its motion short."""
+        cut = next((each for each in events if each.fields.get("outcome") in _CUT), None)
+        if cut is None and not any(map(_may_be_switched, events)):
+            return []
         cut_row = self._cut_row(cut, row)
-        behind = list(self._terminals(slot, cut_row)) if switched else []
-        behind = behind or (list(self._interruption(slot, cut_row)) if cut is not None else [])
-        behind = behind or list(self._command(slot, bits, row))
-        return self.link("module", bits, name, row, text or self._of_bit(bits, row), *behind)
+        found = list(self._terminals(slot, cut_row))
+        return found if found or cut is None else list(self._interruption(slot, cut_row))
 
     def _cut_row(self, cut: TraceEvent | None, row: int) -> int:
         """Return the scan in which a motion was cut; on an adapter its end shows in a later one."""
@@ -398,16 +405,16 @@ class RackChain:
     def _standing(self, slot: SlotInfo, bits: Bits, row: int) -> str:
         """Return what ends an error that still stands at the scan of the question; "" if it does not."""
         standing = StatusMsw.CONFIG_ERROR | StatusMsw.MODE_CONFIG | StatusMsw.POSITION_INVALID
-        asked = self._asked
+        row_of_question = self._row_of_question
         if (
             not slot.is_stepper
             or bits.word
             or not bits.mask & standing
             or not self.value(bits, row)
-            or not self.value(bits, asked)
+            or not self.value(bits, row_of_question)
         ):
             return ""
-        past = SlotPast(Past(self.recording, asked), slot)
+        past = SlotPast(Past(self.recording, row_of_question), slot)
         if bits.mask & StatusMsw.POSITION_INVALID and not searches_home(past):
             return ""
         refused = refused_configuration(past) if bits.mask & StatusMsw.CONFIG_ERROR else None
@@ -505,11 +512,11 @@ class RackChain:
 
     @property
     def _events_by_scan(self) -> dict[int, list[TraceEvent]]:
-        if self._told is None:
-            self._told = {}
+        if self._events_of_scans is None:
+            self._events_of_scans = {}
             for each in self.recording.events:
-                self._told.setdefault(each.scan, []).append(each)
-        return self._told
+                self._events_of_scans.setdefault(each.scan, []).append(each)
+        return self._events_of_scans
 
 
 def _mask(cell: Cell) -> int:
@@ -526,6 +533,11 @@ def _named(event: TraceEvent) -> list[str]:
     return [str(each) for each in bits] if isinstance(bits, list) else []
 
 
+def _may_be_switched(event: TraceEvent) -> bool:
+    """Whether a terminal may have made an event of a module."""
+    return event.fields.get("kind") == "rule" or event.fields.get("name") in _SWITCHED
+
+
 def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
     """Whether a stimulus has the name of the bits of an input image."""
     names = [each.lower() for each, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
@@ -535,8 +547,8 @@ def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
 
 def _is_for(order: TraceEvent, slot: SlotInfo, bits: Bits) -> bool:
     """Whether an order on a slot is one on the bits of an input image: a press has its input alone."""
-    said = json_value(str(order.fields.get("order", "{}")))
-    return "name" not in said or _is_of(str(said["name"]), slot, bits)
+    state = json_value(str(order.fields.get("order", "{}")))
+    return "name" not in state or _is_of(str(state["name"]), slot, bits)
 
 
 def _shows(name: str) -> bool:

@@ -43,7 +43,7 @@ CLEARED_BY = {
 
 def drive_waits(past: SlotPast) -> list[str]:
     """Return the waits of a module, in sentences."""
-    state = next(said for each in _STATES if (said := each(past)) is not None)
+    state = next(state for each in _STATES if (state := each(past)) is not None)
     return [state, *_errors(past)]
 
 
@@ -87,10 +87,10 @@ def _configuring(past: SlotPast) -> str | None:
     words = past.slot.words
     if words.modes is None or not words.configures("I", past.inputs):
         return None
-    said = f"in configuration mode{past.since('in', words.modes.input, 1 << CONFIGURES)}"
+    state = f"in configuration mode{past.since('in', words.modes.input, 1 << CONFIGURES)}"
     if words.configures("O", past.out):
-        return f"{said}: the words count once bit 15 of output word 0 goes back to 0; it takes no command"
-    return f"{said}: bit 15 of output word 0 is 0, so it leaves with its next update"
+        return f"{state}: the words count once bit 15 of output word 0 goes back to 0; it takes no command"
+    return f"{state}: bit 15 of output word 0 is 0, so it leaves with its next update"
 
 
 def _enters_configuration(past: SlotPast) -> str | None:
@@ -109,13 +109,13 @@ def _moves(past: SlotPast) -> str | None:
         return None
     how = "".join(f", {name.lower()}" for name in ("ACCELERATING", "DECELERATING") if _on(past, name))
     found = started(past)
-    said = f"moving {way}{how}, {_at(past)}"
+    state = f"moving {way}{how}, {_at(past)}"
     if found is None:
-        return f"{said}, since before the recording"
+        return f"{state}, since before the recording"
     name, row = found
     target = f", its target is {_number(past, 'target', past.words_at('out', row))}"
     end = target if name == "ABSOLUTE_MOVE" else ""
-    return f"{said}: {name} since {past.past.when(row)}; MOVE_COMPLETE not yet{end}"
+    return f"{state}: {name} since {past.past.when(row)}; MOVE_COMPLETE not yet{end}"
 
 
 def started(past: SlotPast) -> tuple[str, int] | None:
@@ -176,8 +176,8 @@ def _still_on(past: SlotPast) -> str:
 
 
 def _idle(past: SlotPast) -> str:
-    wanted = "RESET_ERRORS" if _on(past, "COMMAND_ERROR") else "a command bit to go from 0 to 1"
-    return f"at rest {_at(past)}: it waits for {wanted}"
+    awaited = "RESET_ERRORS" if _on(past, "COMMAND_ERROR") else "a command bit to go from 0 to 1"
+    return f"at rest {_at(past)}: it waits for {awaited}"
 
 
 _STATES: Sequence[Callable[[SlotPast], str | None]] = (

@@ -7,7 +7,7 @@ instead, see `input_replay`; so is a program that writes its inputs, or has rout
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, islice
+from itertools import chain
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -23,8 +23,8 @@ from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.packed import CHUNK_SCANS, memory_blocks
 from scanrack.traces.replay import PackedTrace
 
+from ..record.edits_and_forces import is_edit
 from ..record.link_losses import link_changes
-from ..record.order_repeater import is_edit
 
 Span = tuple[memoryview, slice]
 
@@ -48,6 +48,8 @@ def can_follow(recording: PackedTrace, debugger: Debugger) -> bool:
         return False
     if any(is_edit(each) or each.topic in ("/orders", "/forces") for each in recording.events):
         return False
+    if not any(flag & UNUSUAL for flag in recording.distinct_flags):
+        return True
     # the fault of a link counts as set from outside, before the scan that follows
     links = {each + by for each in _link_faults(recording, _faults(debugger)) for by in (0, 1)}
     for columns in recording.scans.chunks():
@@ -130,29 +132,29 @@ class _RecordedInputs:
         self.recording = recording
         self._own = [recording.span((int(leaf.slot or 0), "in")) for leaf in own]
         self._faults = _link_faults(recording, _faults(debugger))
-        self._chunks: dict[int, list[ScanInputs]] = {}
         self.block, self.runs = b"", False
 
     def are_of_every_scan(self) -> bool:
         """Return whether no scan is left out, and the program ran in all of them."""
         numbers = self.recording.numbers
-        flags = {flag for each in self.recording.scans.chunks() for flag in each.flags.tolist()}
-        return numbers[-1] == len(numbers) - 1 and all(map(_runs, flags))
+        return numbers[-1] == len(numbers) - 1 and all(map(_runs, self.recording.distinct_flags))
 
     def from_to(self, first: int, last: int) -> Iterator[ScanInputs]:
         """Yield the inputs of some rows."""
-        for number in range(first // CHUNK_SCANS, last // CHUNK_SCANS + 1):
-            start, blocks = CHUNK_SCANS * number, memory_blocks(self.recording.scans.chunk(number))
-            pairs = zip(blocks, self._chunk(number), strict=True)
-            for self.block, inputs in islice(pairs, max(0, first - start), last + 1 - start):
-                self.runs = inputs.images is not None
+        for columns in self._parts(first, last):
+            for block, inputs in zip(memory_blocks(columns), self._made(columns), strict=True):
+                self.block, self.runs = block, inputs.images is not None
                 yield inputs
 
     def between(self, first: int, last: int) -> Iterator[ScanInputs]:
         """Return the inputs of some rows."""
-        numbers = range(first // CHUNK_SCANS, last // CHUNK_SCANS + 1)
-        parts = ((CHUNK_SCANS * number, self._chunk(number)) for number in numbers)
-        return chain.from_iterable(part[max(0, first - start) : last + 1 - start] for start, part in parts)
+        return chain.from_iterable(map(self._made, self._parts(first, last)))
+
+    def _parts(self, first: int, last: int) -> Iterator[Columns]:
+        """Yield some rows, those of a chunk together."""
+        for number in range(first // CHUNK_SCANS, last // CHUNK_SCANS + 1):
+            start = CHUNK_SCANS * number
+            yield self.recording.scans.chunk(number).rows(max(0, first - start), last + 1 - start)
 
     def plain(self, first: int, last: int) -> PlainInputs | None:
         """Return the inputs of some rows as arrays; None of the first scan, and of those with other inputs.
@@ -166,11 +168,6 @@ class _RecordedInputs:
             return None
         spans = [slice(span.start // 2, span.stop // 2) for span in self._own]
         return PlainInputs(columns.time_ns[rows], tuple(columns.words[rows, span] for span in spans))
-
-    def _chunk(self, number: int) -> list[ScanInputs]:
-        if number not in self._chunks:
-            self._chunks[number] = self._made(self.recording.scans.chunk(number))
-        return self._chunks[number]
 
     def _made(self, columns: Columns) -> list[ScanInputs]:
         own, faults, flags = self._own, self._faults, columns.flags.tolist()

@@ -17,13 +17,12 @@ from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.replay import PackedTrace
 
+from ..record.edits_and_forces import forced_in, image_forces
 from ..record.link_losses import link_changes
-from ..replay.replaying import image_forces
-from ..replay.tag_orders import forced_in
 from .past import event_text
 
 SETTLES = 3
-"""Scans behind the return of a link in which its words are those that changed meanwhile."""
+"""Scans after the return of a link in which its words still show what changed meanwhile."""
 
 CAUSES_OF_LOSS = {
     FaultKind.LINK_LOST.value: "link lost",
@@ -81,8 +80,8 @@ def of_cpu(recording: PackedTrace, row: int) -> Outranking | None:
     """Return what keeps the program from running in a scan: a fault, or the key; None if it runs."""
     scan = recording.numbers[row]
     if recording.flags[row] & ScanFlag.FAULT:
-        told = [each for each in recording.events if each.topic == "/faults" and each.scan <= scan]
-        text = event_text(told[-1]) if told else "the CPU faulted"
+        known = [each for each in recording.events if each.topic == "/faults" and each.scan <= scan]
+        text = event_text(known[-1]) if known else "the CPU faulted"
         return Outranking("fault", scan, recording.times[row], text)
     mode = CpuMode(recording.flags[row] & MODE_MASK)
     if mode is not CpuMode.PROGRAM:
@@ -138,7 +137,7 @@ def _shows(why: str, *, is_over: bool) -> str:
 
 def _reason(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> str:
     """Return what made a loss; the incident before it, if it is recorded."""
-    told = [
+    known = [
         str(each.fields.get("name"))
         for each in events
         if each.topic == "/stimuli"
@@ -147,7 +146,7 @@ def _reason(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> str:
         and each.scan <= loss.scan
         and each.fields.get("name") in CAUSES_OF_LOSS
     ]
-    return CAUSES_OF_LOSS[told[-1]] if told else "link lost"
+    return CAUSES_OF_LOSS[known[-1]] if known else "link lost"
 
 
 def _rules(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> Iterator[str]:

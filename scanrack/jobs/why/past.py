@@ -15,16 +15,15 @@ from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.read.sequence_steps import Step, steps_of
 from scanrack.traces.replay import PackedTrace
 
-from ..replay.replaying import image_forces
-from ..replay.tag_orders import Forced, forced_in
+from ..record.edits_and_forces import Forced, forced_in, image_forces
 
 ALL_BITS = 0xFFFF
 
 
 def event_text(event: TraceEvent) -> str:
     """Return an event as text, its scan written as in the other lines of an answer."""
-    said = describe(event.topic, event.scan, event.fields)
-    return said.replace(f" at scan {event.scan}:", f" at scan {event.scan:,}:", 1)
+    text = describe(event.topic, event.scan, event.fields)
+    return text.replace(f" at scan {event.scan}:", f" at scan {event.scan:,}:", 1)
 
 
 @dataclass(frozen=True)
@@ -105,14 +104,14 @@ class Past:
     @cached_property
     def forces(self) -> Mapping[str, int]:
         """The forces in effect, by address."""
-        told = [each for each in self.events if each.topic == "/forces"]
-        return image_forces(told[-1]) if told else {}
+        forces = [each for each in self.events if each.topic == "/forces"]
+        return image_forces(forces[-1]) if forces else {}
 
     @cached_property
     def forced_tags(self) -> Forced:
         """The forced tags or fields, with their values."""
-        told = [each for each in self.events if each.topic == "/forces"]
-        return forced_in(told[-1]) if told else {}
+        forces = [each for each in self.events if each.topic == "/forces"]
+        return forced_in(forces[-1]) if forces else {}
 
     @cached_property
     def sequences(self) -> Sequence[Step]:

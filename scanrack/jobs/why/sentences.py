@@ -12,15 +12,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from scanrack.io_images.module_words import CONFIGURES
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.image_text import in_thousands
 
 from .source.conditions import source_line
-from .source.lines import Line
-from .source.senders import Sender
-from .traced_run import TracedChange
+
+if TYPE_CHECKING:  # a ladder program needs no lines of Python
+    from .source.lines import Line
+    from .source.senders import Sender
+    from .traced_run import TracedChange
 
 Words = Callable[[int], Sequence[int]]
 """The input image of a slot, by its number."""
@@ -29,16 +32,17 @@ Words = Callable[[int], Sequence[int]]
 def place_of(line: Line) -> str:
     """Return file and line as text.
 
+    >>> from scanrack.jobs.why.source.lines import Line
     >>> place_of(Line("/plant/line.py", 56, "logic"))
     'line.py:56 in logic'
     """
     return f"{Path(line.file).name}:{line.number} in {line.function}"
 
 
-def told_change(said: str, change: TracedChange, slots: Iterable[SlotInfo], inputs: Words) -> Iterator[str]:
+def change_lines(head: str, change: TracedChange, slots: Iterable[SlotInfo], inputs: Words) -> Iterator[str]:
     """Yield a line's change and its conditions, the code first, then its inputs."""
     line = change.line
-    yield f"{said}: {place_of(line)}"
+    yield f"{head}: {place_of(line)}"
     yield f"    {source_line(line.file, line.number)}"
     known: set[str] = set()
     for text, names in change.stands.inside:
@@ -49,13 +53,13 @@ def told_change(said: str, change: TracedChange, slots: Iterable[SlotInfo], inpu
     yield f"  read before it in that scan: {read(change.masks, slots, inputs)}"
 
 
-def told_sender(said: str, sender: Sender) -> Iterator[str]:
+def sender_lines(head: str, sender: Sender) -> Iterator[str]:
     """Yield the command of an axis, and the line that awaits it."""
     if sender.line.number:
-        yield f"{said}: {place_of(sender.line)}{f', sent by {sender.text}' if sender.text else ''}"
+        yield f"{head}: {place_of(sender.line)}{f', sent by {sender.text}' if sender.text else ''}"
         yield f"    {source_line(sender.line.file, sender.line.number)}"
     else:
-        yield f"{said}: sent by {sender.text}"
+        yield f"{head}: sent by {sender.text}"
 
 
 def _values(values: Mapping[str, str], names: Iterable[str], known: set[str]) -> str:

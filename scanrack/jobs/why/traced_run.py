@@ -93,12 +93,12 @@ class TracedRun:
     def no_line(self, past: Past) -> str:
         """Return why no line is known: from some scan on, the program does not repeat the recording."""
         if self.lost is not None and (self.departs is None or self.lost <= self.departs):
-            said = f"the program was edited before {past.when(self.lost)}, and that one can't be run again"
-            return f"no line can be named: {said}"
+            reason = f"the program was edited before {past.when(self.lost)}, and that one can't be run again"
+            return f"no line can be named: {reason}"
         assert self.departs is not None
         when = past.when(self.departs)
-        said = f"run again on the recorded inputs, the program writes other words from {when} on"
-        return f"no line can be named: {said}; it depends on more than its inputs and its time"
+        reason = f"run again on the recorded inputs, the program writes other words from {when} on"
+        return f"no line can be named: {reason}; it depends on more than its inputs and its time"
 
 
 Watched = Callable[[ScanLogic], Callable[[], Any]]

@@ -67,12 +67,14 @@ class ProgramTrials:
         self._found: Remedies | None = None
         self._refused = ""
 
-    def of(self, text: str, watched: Watched, wanted: Value | None, name: Callable[[Bits], str]) -> Remedies:
+    def of(
+        self, text: str, watched: Watched, requested: Value | None, name: Callable[[Bits], str]
+    ) -> Remedies:
         """Return the smallest sets of inputs after which a value of the program is as wished.
 
         Args:
             watched: reads the value.
-            wanted: None for the other value of a bit.
+            requested: None for the other value of a bit.
             name: names inputs.
 
         Raises:
@@ -81,7 +83,7 @@ class ProgramTrials:
         self._watched = watched
         with fresh(self._load) as logic:
             own = _Observation(logic, watched(logic), self._row - LAST)
-            self._replay = own.replay = self._to_play(lambda: self._over(own, text, wanted, name))
+            self._replay = own.replay = self._to_play(lambda: self._over(own, text, requested, name))
             try:
                 own.replay.play(own)
             finally:
@@ -100,7 +102,9 @@ class ProgramTrials:
         assert self._replay is not None
         return self._replay.block()
 
-    def _over(self, own: _Observation, text: str, wanted: Value | None, name: Callable[[Bits], str]) -> bool:
+    def _over(
+        self, own: _Observation, text: str, requested: Value | None, name: Callable[[Bits], str]
+    ) -> bool:
         """At the scan in question try all sets; return whether the run is over."""
         scans = own.replay.row - self._row - 1
         if self._answer is not None:
@@ -111,10 +115,10 @@ class ProgramTrials:
         if scans < 0:
             return False
         value = own.value()
-        if wanted is None and not isinstance(value, bool):
+        if requested is None and not isinstance(value, bool):
             self._refused = f"{text} is {value!r}: give the value that it should have"
             return True
-        self._wish = (not value) if wanted is None else wanted
+        self._wish = (not value) if requested is None else requested
         try:
             self._found = self._searched(own, text, self._wish, name)
         except _GoesOnError:
@@ -140,9 +144,9 @@ class ProgramTrials:
             raise _GoesOnError
         os.close(write)
         with os.fdopen(read, "rb") as answer:
-            said = answer.read()
+            source = answer.read()
         os.waitpid(child, 0)
-        return said[0] if said else None
+        return source[0] if source else None
 
     def _try_from_start(self, changes: Sequence[InputChange], own: _Observation) -> int | None:
         """Return after how many scans the value is as wished; a fresh program does all scans."""
@@ -183,12 +187,12 @@ class ProgramTrials:
             value = past.words(slot, "in", self._row)[word]
             for bits in _parts(slot, word, mask):
                 place = self._terminal(slot, word, bits.address.bit)
-                said = place or f"slot {slot}, as the module reports it"
+                source = place or f"slot {slot}, as the module reports it"
                 named = name(bits)
                 if bits.address.bit is None:
-                    each = number(bits, named, said, value, _INT16, constants)
+                    each = number(bits, named, source, value, _INT16, constants)
                 else:
-                    each = bit(bits, named, said, bool(value & bits.mask))
+                    each = bit(bits, named, source, bool(value & bits.mask))
                 (own if place else reported).append(each)
         return own, reported
 

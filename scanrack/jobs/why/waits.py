@@ -60,7 +60,7 @@ def waits(past: SlotPast) -> list[str]:
         return [lost]
     if not may_be_stepper(past.slot.words):
         return drive_waits(past)
-    state = next(said for each in STATES if (said := each(past)) is not None)
+    state = next(state for each in STATES if (state := each(past)) is not None)
     return [state, *_errors(past)]
 
 
@@ -105,14 +105,14 @@ def _answers_not(past: SlotPast) -> str | None:
 def _configuring(past: SlotPast) -> str | None:
     if not past.inputs[0] & _MODE:
         return None
-    said = f"in configuration mode{past.since('in', 0, _MODE)}"
+    state = f"in configuration mode{past.since('in', 0, _MODE)}"
     if not past.out[0] & _MODE:
-        return f"{said}: bit 15 of output word 0 is 0, so it leaves with its next update"
+        return f"{state}: bit 15 of output word 0 is 0, so it leaves with its next update"
     if broken := _broken(past, past.out):
-        return f"{said}: it waits for a valid configuration: {broken}"
+        return f"{state}: it waits for a valid configuration: {broken}"
     if past.inputs[0] & StatusMsw.CONFIG_ERROR:
-        return f"{said}: it judges the configuration with its next update"
-    return f"{said}, configured: it waits for bit 15 of output word 0 to go back to 0, and takes no command"
+        return f"{state}: it judges the configuration with its next update"
+    return f"{state}, configured: it waits for bit 15 of output word 0 to go back to 0, and takes no command"
 
 
 def _broken(past: SlotPast, words: Sequence[int]) -> str:
@@ -134,7 +134,7 @@ def _enters_configuration(past: SlotPast) -> str | None:
         return None
     since = past.since("out", 0, _MODE)
     if past.inputs[0] & MOVING:
-        return f"{_motion(past)}; configuration mode, asked for{since}, waits for its end"
+        return f"{_motion(past)}; configuration mode, requested{since}, waits for its end"
     return f"bit 15 of output word 0 is 1{since}: it goes into configuration mode with its next update"
 
 
@@ -194,8 +194,8 @@ def _held(past: SlotPast) -> str | None:
     if not past.inputs[0] & StatusMsw.HOLD_STATE:
         return None
     since = past.since("in", 0, StatusMsw.HOLD_STATE.value)
-    said = f"held{since}: it waits for RESUME_MOVE, or for another move"
-    return said + _still_on(past)
+    state = f"held{since}: it waits for RESUME_MOVE, or for another move"
+    return state + _still_on(past)
 
 
 def _programs_blend(past: SlotPast) -> str | None:
@@ -204,14 +204,14 @@ def _programs_blend(past: SlotPast) -> str | None:
     transmitting = past.out[1] & CommandLsw.BLEND_TRANSMIT
     acknowledged = past.inputs[1] & StatusLsw.BLEND_ACK
     if transmitting and acknowledged:
-        wanted = "BLEND_TRANSMIT to go back to 0: it has taken the block"
+        awaited = "BLEND_TRANSMIT to go back to 0: it has taken the block"
     elif transmitting:
-        wanted = "its next update, to take the block (BLEND_TRANSMIT is 1)"
+        awaited = "its next update, to take the block (BLEND_TRANSMIT is 1)"
     elif acknowledged:
-        wanted = "BLEND_TRANSMIT to go from 0 to 1 with the next block, or BLEND_PROGRAM back to 0"
+        awaited = "BLEND_TRANSMIT to go from 0 to 1 with the next block, or BLEND_PROGRAM back to 0"
     else:
-        wanted = "its next update, to set BLEND_ACK"
-    return f"programming a blend{past.since('out', 1, _BLENDING)}: it waits for {wanted}"
+        awaited = "its next update, to set BLEND_ACK"
+    return f"programming a blend{past.since('out', 1, _BLENDING)}: it waits for {awaited}"
 
 
 def _command_on(past: SlotPast) -> str | None:
@@ -235,10 +235,10 @@ def _still_on(past: SlotPast) -> str:
 
 
 def _idle(past: SlotPast) -> str:
-    wanted = "a command bit to go from 0 to 1"
+    awaited = "a command bit to go from 0 to 1"
     if past.inputs[0] & StatusMsw.COMMAND_ERROR:
-        wanted = f"RESET_ERRORS, and takes no other command [{_ONLY_RESET.id}, {_ONLY_RESET.section}]"
-    return f"{_rest(past)}: it waits for {wanted}"
+        awaited = f"RESET_ERRORS, and takes no other command [{_ONLY_RESET.id}, {_ONLY_RESET.section}]"
+    return f"{_rest(past)}: it waits for {awaited}"
 
 
 STATES: Sequence[Callable[[SlotPast], str | None]] = (

@@ -11,8 +11,9 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from typing import Any
 
+from scanrack.jobs.record.edits_and_forces import is_edit
 from scanrack.jobs.record.link_losses import INDICATORS, LinkChange, link_changes
-from scanrack.jobs.record.order_repeater import RecordedOrder, is_edit, orders_of
+from scanrack.jobs.record.order_repeater import RecordedOrder, orders_of
 from scanrack.runtime.loop.faults import Fault
 from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.read.number_formats import NumberFormats

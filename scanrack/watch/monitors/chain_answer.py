@@ -9,7 +9,7 @@ from scanrack.io_images.addresses import parse_address
 from scanrack.jobs.why.chain import Bits, RackChain
 from scanrack.ladder.debug import CauseLink, Chains, linked
 from scanrack.ladder.debug.causes import Causes
-from scanrack.ladder.debug.links import said
+from scanrack.ladder.debug.links import link_text
 from scanrack.runtime.loop.faults import Fault
 from scanrack.traces.format.layout import SlotInfo, block_layout
 from scanrack.traces.read.packed import PackedScans
@@ -104,7 +104,7 @@ def links_of(chain: CauseLink) -> list[Json]:
             "t": link.now_ns,
             "kind": link.kind,
             "name": link.name,
-            "text": said(link),
+            "text": link_text(link),
             "at": _at(link),
             "causes": [
                 [numbers[each] for each in group if each in numbers]

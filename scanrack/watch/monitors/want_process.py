@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from scanrack.jobs.bench.wanted import wanted_in_trace
+from scanrack.jobs.bench.owner_acts import acts_in_trace
 from scanrack.jobs.record.order_repeater import RecordedOrder, orders_of
 from scanrack.jobs.trust.trust import UntrustedError
 from scanrack.jobs.why.acts import Acts
@@ -33,7 +33,7 @@ def answer(
             orders = orders_of(trace.events())
             given = [RecordedOrder(at, action_of(parsed(text), RECORDED)) for at, text in latest]
             orders += [each for each in given if each not in orders]
-            found = list(wanted_in_trace(trace, Path(folder), tag, wanted, scan, orders, trust=True))
+            found = list(acts_in_trace(trace, Path(folder), tag, wanted, scan, orders, trust=True))
     except CpuFault as error:
         return {"refused": f"the controller has faulted in {error}: ask before that scan"}
     except (ValueError, TraceError, UntrustedError) as error:

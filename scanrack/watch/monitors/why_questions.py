@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from scanrack.ladder.debug import told
+from scanrack.ladder.debug import answer_text
 from scanrack.ladder.debug.causes import Causes
 from scanrack.ladder.debug.inquiry import Inquiry
 
@@ -42,7 +42,7 @@ def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) 
         if found is None:
             text = Inquiry(replica.engine, replica, scan, forced, program.catalog.cross_reference).why(tag)
         else:
-            text = told(found)
+            text = answer_text(found)
     finally:
         replica.show(scan)
     return {"text": text, "scan": scan, "chain": links_of(found) if found is not None else []}

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from scanrack import open_bench
 
 pytestmark = pytest.mark.slow  # together they take seconds
 
@@ -36,6 +37,16 @@ RUNGS = {
 
 RUN = {"email", "importlib.metadata", "numpy", "rich", "typer"}
 """Libraries that a run of a rack file does without, if its words are plain."""
+
+WHY = {
+    "scanrack.jobs.replay",
+    "scanrack.jobs.run",
+    "scanrack.runtime.live",
+    "scanrack.traces.compare",
+    "scanrack.traces.signals",
+    "typer",
+}
+"""What a question about a recording of rungs does without."""
 
 LIGHT = (
     "check",
@@ -86,3 +97,9 @@ def test_a_run_of_a_rack_file_imports_what_it_needs(tmp_path: Path) -> None:
 
 def test_a_program_in_python_imports_no_rungs() -> None:
     assert not imported("run", str(LINE), "--no-record", "--scans", "2") & (ALWAYS | RUNGS)
+
+
+def test_a_question_about_a_recording_of_rungs_imports_what_it_needs(tmp_path: Path) -> None:
+    with open_bench(FOLDER / "examples/feeder/feeder.toml", record=tmp_path / "a.mcap") as bench:
+        bench.scan(300)
+    assert not imported("why", str(tmp_path / "a.mcap"), "Configure.Done") & (ALWAYS | WHY)

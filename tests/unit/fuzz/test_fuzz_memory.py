@@ -119,7 +119,7 @@ def test_a_torn_file_a_folder_and_a_stranger_are_left_out_and_the_others_are_rea
     memory = Memory(rack.parent, ORIGIN, load_job(str(rack)).spec, told.append)
     assert memory.known() == (HOME,)
     assert len(told) == 3
-    assert any(f"{torn}: its name is not the hash of its text: it is torn" in each for each in told)
+    assert any(f"{torn}: its name is not the hash of its text: it is incomplete" in each for each in told)
     memory.keep([], [])
     assert whole.exists()  # it has not been run again yet
     memory.all_were_run()

@@ -26,7 +26,7 @@ def test_the_first_folder_of_the_search_path_decides(tmp_path: Path, monkeypatch
 def test_a_checkout_has_its_own_version(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "pyproject.toml").write_text('[project]\nname = "scanrack"\nversion = "9.8"\n', "utf-8")
     monkeypatch.setattr(scanrack, "__path__", [*scanrack.__path__[:1], str(tmp_path)])
-    monkeypatch.setitem(vars(scanrack), "__version__", None)  # kept for all later tests
+    monkeypatch.setitem(vars(scanrack), "__version__", None)  # which keeps what is found
     assert distribution_version("scanrack") == scanrack.__getattr__("__version__") == "9.8"
 
 

@@ -353,7 +353,7 @@ def test_what_it_would_take_of_python_is_confirmed_by_a_run(made, scans, what, w
     for each in remedy.changes:
         again.force(str(each.cell.address), int(each.value))
     again.scan(remedy.scans)
-    assert again[what] == remedies.wanted
+    assert again[what] == remedies.requested
 
 
 def test_of_an_input_it_is_said_what_its_owner_can_do(made):

@@ -77,7 +77,7 @@ def test_what_the_rack_file_does_is_no_wait(tmp_path):
     bench = make(tmp_path, "line")
     do(bench, "400ms")  # its timeline presses start at 500 ms
     found = acts_for(bench, bench.chain("Run"), "Run", True)
-    assert str(found) == "Run comes on in 0.12 s, as the rack file goes on: The start input is energized."
+    assert str(found) == "Run comes on in 0.12 s, as the rack file continues: The start input is energized."
 
 
 def test_the_command_says_what_to_do(tmp_path):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.ladder.debug.telling import LONGEST, MOST_LINES, told
+from scanrack.ladder.debug.answer_text import LONGEST, MOST_LINES, answer_text
 from why_questions import QUESTIONS, Question, do, make
 
 pytestmark = pytest.mark.slow  # together they take seconds
@@ -19,7 +19,7 @@ def test_an_answer_ends_in_the_planted_cause(tmp_path, row: Question):
     bench = make(tmp_path, row.world)
     do(bench, row.done)
     link = bench.chain(row.asked)
-    said = told(link)
+    said = answer_text(link)
     assert link.end.kind == row.kind, said
     assert [word for word in row.words if word not in cause_line(said)] == [], said
     assert len(said.splitlines()) <= MOST_LINES

@@ -292,7 +292,7 @@ def test_what_it_would_take(name):
         for each in one.changes:
             debugger.tags[each.name] = each.value
         debugger.scan(one.scans)
-        assert debugger.tags[tag] == remedies.wanted
+        assert debugger.tags[tag] == remedies.requested
 
 
 def test_what_it_would_take_is_asked_of_single_values():

@@ -218,7 +218,9 @@ def test_why_of_what_was_set_from_outside_and_of_inputs(filling):
 def test_why_of_an_input_is_the_module():
     debugger = Debugger(parse_program(FILLING.replace("XIC(Stop)", "XIC(axis.status.AT_HOME)")))
     debugger.scan()
-    assert debugger.why("axis.status.AT_HOME").endswith("because the module says so: it is an input image.")
+    assert debugger.why("axis.status.AT_HOME").endswith(
+        "because the module reports it: it is an input image."
+    )
 
 
 def test_why_of_a_bit_of_an_output_word(filling):

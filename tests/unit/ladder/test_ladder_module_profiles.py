@@ -106,7 +106,7 @@ def test_the_debugger_runs_a_scan_with_its_fault_again():
     assert change.scan == 3
     assert debugger.truth("Main")[1] == (True, True)
     assert debugger.why("Local:1:I.Fault") == (
-        "Local:1:I.Fault is -1 because the module says so: it is an input image."
+        "Local:1:I.Fault is -1 because the module reports it: it is an input image."
     )
 
 

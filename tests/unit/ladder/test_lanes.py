@@ -74,6 +74,8 @@ STATEMENTS = {
 }
 LEFT = ("a division by zero", "a jump")
 """What is left to the slow way."""
+STILL = ("IF", "WHILE")
+"""Their values never change."""
 LENGTH = 8
 
 
@@ -135,6 +137,22 @@ INPUTS = [(7 * at * at + at // 5) % 4 for at in range(60)]
 def test_it_finds_what_the_slow_way_finds(name):
     known = check(name, INPUTS)
     assert (known > 0) == (name not in LEFT), "it has searched nothing"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", [*ROWS, *STATEMENTS])
+def test_a_search_finds_what_the_search_scan_by_scan_finds(name, monkeypatch):
+    for limit, value in (("ONE_BY_ONE", 1), ("FIRST_ONE_BY_ONE", 1), ("SIDE_BY_SIDE", 3)):
+        monkeypatch.setattr(f"scanrack.ladder.debug.replay.{limit}", value)
+    past, _ = stretches_of(Debugger(program_of(name)), INPUTS)
+    memory, found = past.engine.memory, 0
+    for leaf in past.engine.lowered.layout.leaves.values():
+        cell = Cell(leaf, leaf.size - 1)
+        for end in (len(INPUTS) - 1, 3 * LENGTH + 2) if memory.has(leaf) else ():
+            slow = past.last_change(lambda engine, cell=cell: engine.memory.read(cell.leaf, cell.index), end)
+            assert (leaf.path, past.last_change_of([cell], end)) == (leaf.path, slow)
+            found += slow is not None
+    assert (found > 0) == (name not in STILL), "no value changes"
 
 
 @pytest.mark.slow

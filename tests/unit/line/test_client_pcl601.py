@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from bench601 import PORT_TIMING
 from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from modbus_standard import rtu
 from pymodbus.pdu.register_message import WriteSingleRegisterRequest
@@ -15,7 +16,7 @@ from scanrack.commands import build
 from scanrack.io_images.pcl601 import Code, Error
 from scanrack.io_images.pcl601.registers import firmware_text
 from scanrack.runtime import Clock, Contact
-from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
+from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.controllers.pcl601.motor import EncoderModel
 from scanrack.runtime.line.clients.link import (
     BadResponseError,

@@ -5,10 +5,11 @@ from __future__ import annotations
 import re
 
 import pytest
+from bench601 import PORT_TIMING
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.runtime import Device
-from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
+from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.line.faulty import FaultInjector

@@ -5,10 +5,10 @@ from __future__ import annotations
 from random import Random
 
 import pytest
-from bench601 import Bench601, hexed
+from bench601 import PORT_TIMING, Bench601, hexed
 from scanrack.io_images.pcl601 import Register
 from scanrack.runtime import SerialBus
-from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, SERIAL_TIMING, Pcl601
+from scanrack.runtime.controllers.pcl601.line import SERIAL_TIMING, Pcl601
 from scanrack.runtime.line.rtu import Framer, crc, frame
 
 READ = frame(1, hexed("03 00 05 00 01"))

@@ -13,8 +13,9 @@ from typing import Any
 
 import pytest
 import serial
+from bench601 import PORT_TIMING
 from scanrack.runtime import Clock, LineFormat
-from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
+from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.line.ports import (
     BusSegment,
     LineServer,

@@ -15,9 +15,10 @@ from made_traces import A3601, idle
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs.replay.input_levels import recorded_levels
 from scanrack.traces.compare import EXACT, Tolerance, compare_parts
+from scanrack.traces.follower import Follower
 from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.packed import PackedScans
-from scanrack.traces.replay import Follower, PackedTrace
+from scanrack.traces.replay import PackedTrace
 
 SCANS = 100_000
 BLOCK = 4096

@@ -8,10 +8,11 @@ import pytest
 from made_traces import A3601, idle, record
 from scanrack.traces import open_trace
 from scanrack.traces.compare import compare_parts
+from scanrack.traces.follower import Follower
 from scanrack.traces.read import packed
 from scanrack.traces.read.columns import Columns, join
 from scanrack.traces.read.packed import PackedScans, memory_blocks
-from scanrack.traces.replay import Follower, PackedTrace
+from scanrack.traces.replay import PackedTrace
 
 
 def columns_of(count: int, first: int = 0, slots: int = 1) -> Columns:

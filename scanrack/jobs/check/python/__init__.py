@@ -1,11 +1,12 @@
 """Collectors of a program in Python: functions of the scan, and classes with sequences.
 
+nodes.py        the walk over nodes, and what they are
 reader.py       constants and calls in a text
 functions.py    a function of the scan: its commands
 sequences.py    a class with sequences: its declarations
 calls.py        calls of an axis in it
 loops.py        loops that never wait
-story.py        the commands of each sequence in their order, and its locks
+sequence_summaries.py   the commands of each sequence in their order, and its locks
 numbers.py, conditions.py   ranges and conditions in a text
 locks.py        locks, and their orders
 scans.py        slots and words of a function of the scan

@@ -12,15 +12,16 @@ from __future__ import annotations
 import ast
 import builtins
 import difflib
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from enum import EnumMeta
 from inspect import isfunction, signature
-from types import ModuleType
+from types import FunctionType, ModuleType
 
-from ..facts import Facts, FileLine
+from ..facts import Facts
 from .chance import resolved
-from .reader import Function, Reader, functions_in
+from .nodes import Function, field_of, is_loaded, is_stored, names_in, nodes_in, unpacks
+from .reader import Reader, functions_in
 from .scans import missing
 
 
@@ -31,25 +32,28 @@ def note_names(reader: Reader, facts: Facts) -> None:
     known = {*reader.names, *vars(builtins), "__class__", "__file__", "__name__"}
     for function, owner in functions_in(reader.tree):
         own = {*known, *_bound(function), *([] if owner is None else ["super"])}
+        local = own - {*reader.names, *vars(builtins)}
         for node in ast.walk(function):
-            if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id not in own:
-                near = difflib.get_close_matches(node.id, own, n=1)
-                hint = f"; did you mean {near[0]}?" if near else ""
-                _remark(facts, "unknown-attribute", reader, node, f"no name `{node.id}`{hint}")
-            elif isinstance(node, ast.Attribute):
-                _dotted(node, reader, own - {*reader.names, *vars(builtins)}, facts)
-                _of_parameter(node, function, reader, facts)
-            elif isinstance(node, ast.Subscript):
-                _element(node, reader, facts)
-            elif isinstance(node, ast.Call):
-                _call(node, reader, owner, facts)
-            elif isinstance(node, ast.For) and _is_set(node.iter):
-                text = f"`for ... in {ast.unparse(node.iter)}`: the order of a set differs from run to run"
-                _remark(facts, "not-deterministic", reader, node, text)
+            match node:
+                case ast.Name(id=name, ctx=ast.Load()) if name not in own:
+                    _unknown_name(node, own, reader, facts)
+                case ast.Attribute():
+                    _dotted(node, reader, local, facts)
+                    _of_parameter(node, function, reader, facts)
+                case ast.Subscript():
+                    _element(node, reader, facts)
+                case ast.Call():
+                    _call(node, reader, owner, facts)
+                case ast.For(iter=iterable) if _is_set(iterable):
+                    order = "the order of a set differs from run to run"
+                    text = f"`for ... in {ast.unparse(iterable)}`: {order}"
+                    facts.remark("not-deterministic", reader.place(node), text)
 
 
-def _remark(facts: Facts, rule: str, reader: Reader, node: ast.expr | ast.stmt, text: str) -> None:
-    facts.remark(rule, FileLine(reader.file, node.lineno), text)
+def _unknown_name(node: ast.Name, known: Collection[str], reader: Reader, facts: Facts) -> None:
+    near = difflib.get_close_matches(node.id, known, n=1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    facts.remark("unknown-attribute", reader.place(node), f"no name `{node.id}`{hint}")
 
 
 def _bound(function: Function) -> Iterator[str]:
@@ -76,32 +80,28 @@ def _dotted(node: ast.Attribute, reader: Reader, local: set[str], facts: Facts) 
     """Note an attribute that a module or a class does not have."""
     root = ast.unparse(node).partition(".")[0]
     owner = None if root in local else resolved(node.value, reader.names)
-    if (
-        isinstance(owner, ModuleType | type)
-        and isinstance(node.ctx, ast.Load)
-        and not hasattr(owner, node.attr)
-    ):
+    if isinstance(owner, ModuleType | type) and is_loaded(node) and not hasattr(owner, node.attr):
         is_open = "__getattr__" in vars(type(owner)) or hasattr(owner, "__getattr__")
         if isinstance(owner, EnumMeta) or not is_open:
-            _remark(
-                facts, "unknown-attribute", reader, node, missing(ast.unparse(node), node.attr, dir(owner))
-            )
+            text = missing(ast.unparse(node), node.attr, dir(owner))
+            facts.remark("unknown-attribute", reader.place(node), text)
 
 
 def _of_parameter(node: ast.Attribute, function: Function, reader: Reader, facts: Facts) -> None:
     """Note an attribute that a parameter of a data class does not have."""
-    arguments = [each for each in function.args.args if each.arg == getattr(node.value, "id", "")]
-    kind = resolved(arguments[0].annotation, reader.names) if arguments and arguments[0].annotation else None
-    stored = any(
-        isinstance(each, ast.Name) and isinstance(each.ctx, ast.Store) and each.id == arguments[0].arg
-        for each in ast.walk(function)
-        if arguments
-    )
-    if not is_dataclass(kind) or stored:
+    name = node.value.id if isinstance(node.value, ast.Name) else ""
+    annotation = next((each.annotation for each in function.args.args if each.arg == name), None)
+    kind = None if annotation is None else resolved(annotation, reader.names)
+    if not is_dataclass(kind) or _assigns(function, name):
         return
     names = {*dir(kind), *(each.name for each in fields(kind))}
     if node.attr not in names:
-        _remark(facts, "unknown-attribute", reader, node, missing(ast.unparse(node), node.attr, names))
+        text = missing(ast.unparse(node), node.attr, names)
+        facts.remark("unknown-attribute", reader.place(node), text)
+
+
+def _assigns(function: Function, name: str) -> bool:
+    return any(node.id == name and is_stored(node) for node in nodes_in(function, ast.Name))
 
 
 def _element(node: ast.Subscript, reader: Reader, facts: Facts) -> None:
@@ -109,63 +109,65 @@ def _element(node: ast.Subscript, reader: Reader, facts: Facts) -> None:
     is_table = isinstance(node.value, ast.Name) and node.value.id not in reader.local
     table = resolved(node.value, reader.names) if is_table else None
     keys = (node.slice.body, node.slice.orelse) if isinstance(node.slice, ast.IfExp) else (node.slice,)
-    for each in keys:
-        key = each.value if isinstance(each, ast.Constant) else None
-        if isinstance(table, tuple) and isinstance(key, int) and not -len(table) <= key < len(table):
-            text = f"`{ast.unparse(node.value)}` has {len(table)} elements, and no [{key}]"
-            _remark(facts, "subscript", reader, node, text)
-        elif isinstance(table, dict) and table and key is not None:
-            known = _keys(ast.unparse(node.value), table, reader.tree)
-            if known is not None and key not in known:
-                text = (
-                    f"`{ast.unparse(node.value)}` has no {key!r}: it has {', '.join(map(repr, table))[:80]}"
-                )
-                _remark(facts, "subscript", reader, node, text)
+    for key in (each.value for each in keys if isinstance(each, ast.Constant)):
+        text = _no_key(ast.unparse(node.value), table, key, reader.tree)
+        if text:
+            facts.remark("subscript", reader.place(node), text)
+
+
+def _no_key(name: str, table: object, key: object, tree: ast.Module) -> str:
+    """Return that a table does not have a key or an index; "" if it may have it."""
+    if isinstance(table, tuple) and isinstance(key, int) and not -len(table) <= key < len(table):
+        return f"`{name}` has {len(table)} elements, and no [{key}]"
+    if isinstance(table, dict) and table and key is not None:
+        known = _keys(name, table, tree)
+        if known is not None and key not in known:
+            return f"`{name}` has no {key!r}: it has {', '.join(map(repr, table))[:80]}"
+    return ""
 
 
 def _keys(name: str, table: Mapping[object, object], tree: ast.Module) -> set[object] | None:
     """Return the keys that a table may have; None if something else may add others."""
-    nodes = list(ast.walk(tree))
-    used = [each for each in nodes if isinstance(each, ast.Subscript) and ast.unparse(each.value) == name]
-    names = [each for each in nodes if isinstance(each, ast.Name) and each.id == name]
-    changed = {id(each.target) for each in nodes if isinstance(each, ast.AugAssign)}
-    stored = [each.slice for each in used if isinstance(each.ctx, ast.Store) and id(each) not in changed]
-    if len(names) - 1 > len(used) or not all(isinstance(each, ast.Constant) for each in stored):
-        return None
-    return {*table, *(each.value for each in stored if isinstance(each, ast.Constant))}
+    used = [each for each in nodes_in(tree, ast.Subscript) if ast.unparse(each.value) == name]
+    changed = {id(each.target) for each in nodes_in(tree, ast.AugAssign)}
+    stored = [each.slice for each in used if is_stored(each) and id(each) not in changed]
+    constants = [each.value for each in stored if isinstance(each, ast.Constant)]
+    is_handed_on = list(names_in(tree)).count(name) - 1 > len(used)
+    return None if is_handed_on or len(constants) < len(stored) else {*table, *constants}
 
 
 def _call(call: ast.Call, reader: Reader, owner: ast.ClassDef | None, facts: Facts) -> None:
     """Note a call whose arguments do not fit."""
     own, skipped = _called(call, reader, owner)
-    is_open = any(isinstance(each, ast.Starred) for each in call.args) or None in (
-        each.arg for each in call.keywords
-    )
-    if own is None or is_open:
+    if own is None or unpacks(call):
         return
     try:
         parameters = signature(own)  # type: ignore[arg-type]  # a class or a function
     except (TypeError, ValueError):
         return
+    named = {str(each.arg): None for each in call.keywords}
     try:
-        parameters.bind(
-            *[None] * (len(call.args) + skipped), **{str(each.arg): None for each in call.keywords}
-        )
+        parameters.bind(*[None] * (len(call.args) + skipped), **named)
     except TypeError as error:
-        _remark(facts, "bad-call", reader, call, f"`{ast.unparse(call.func)}()`: {error}")
+        facts.remark("bad-call", reader.place(call), f"`{ast.unparse(call.func)}()`: {error}")
 
 
 def _called(call: ast.Call, reader: Reader, owner: ast.ClassDef | None) -> tuple[object, int]:
     """Return the function or class of a call, and how many arguments come by themselves; None if unknown."""
-    if isinstance(call.func, ast.Attribute) and ast.unparse(call.func.value) == "self" and owner is not None:
+    method = field_of(call.func)
+    if method and owner is not None:
         kind = reader.names.get(owner.name)
-        found = vars(kind).get(call.func.attr) if isinstance(kind, type) else None
+        found = vars(kind).get(method) if isinstance(kind, type) else None
         return (found, 1) if isfunction(found) else (None, 0)
     root = ast.unparse(call.func).partition(".")[0]
     found = None if root in reader.local else resolved(call.func, reader.names)
+    return (found, 0) if isinstance(found, FunctionType | type) and _is_ours(found, reader) else (None, 0)
+
+
+def _is_ours(found: object, reader: Reader) -> bool:
+    """Whether a function or class is of this program, or of scanrack."""
     module = str(getattr(found, "__module__", ""))
-    is_ours = module.startswith("scanrack") or module == reader.names.get("__name__")
-    return (found, 0) if is_ours and (isfunction(found) or isinstance(found, type)) else (None, 0)
+    return module.startswith("scanrack") or module == reader.names.get("__name__")
 
 
 def _is_set(node: ast.expr) -> bool:

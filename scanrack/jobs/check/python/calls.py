@@ -22,6 +22,7 @@ from scanrack.ladder.python.sequences import dwell, steady, until, within
 from scanrack.ladder.python.sequences.signals import Signal
 
 from ..facts import FileLine, LocalFinding
+from .nodes import field_of, nodes_in, unpacks
 from .reader import Reader, UnknownError, variants
 
 NEUTRAL: Mapping[str, object] = {
@@ -59,61 +60,58 @@ class Calls:
     def __init__(self, reader: Reader, axes: Mapping[str, Axis3601], classes: Collection[type]) -> None:
         self._reader, self._classes = reader, list(classes)
         own = [each for each in reader.tree.body if not _is_other_class(each, reader.names, classes)]
-        self._calls = [node for each in own for node in ast.walk(each) if isinstance(node, ast.Call)]
+        self._calls = list(nodes_in(own, ast.Call))
         self._commands = [(axes[name], call) for call in self._calls if (name := _owner(call)) in axes]
 
     def searches(self) -> Iterator[tuple[FileLine, Axis3601]]:
         """Yield the starts of home searches, with their axes."""
         for axis, call in self._commands:
             if _method(call) == SEARCH:
-                yield self._place(call), axis
+                yield self._reader.place(call), axis
 
     def refused(self) -> Iterator[LocalFinding]:
         """Yield the commands whose constants are refused."""
         for axis, call in self._commands:
             text = self._refusal(axis, call)
             if text:
-                yield LocalFinding(self._place(call), f"{_method(call)}: {text}")
+                yield LocalFinding(self._reader.place(call), f"{_method(call)}: {text}")
 
     def failing(self) -> Iterator[LocalFinding]:
         """Yield the calls that raise when they are reached."""
         for axis, call in self._commands:
             text = _misfit(axis, call) or _fraction(call)
             if text:
-                yield LocalFinding(self._place(call), text)
+                yield LocalFinding(self._reader.place(call), text)
         for call in self._calls:
             kind = self._reader.names.get(getattr(call.func, "id", ""))
             text = self._no_time(kind, call) if kind in (dwell, steady) else ""
             if kind in (until, steady) and not text:
                 text = self._no_condition(call)
             if text:
-                yield LocalFinding(self._place(call), text)
+                yield LocalFinding(self._reader.place(call), text)
 
     def without_time(self) -> Iterator[LocalFinding]:
         """Yield the waits whose time is 0."""
         for call, time_ns in self._times():
             if time_ns == 0:
-                yield LocalFinding(self._place(call), f"{ast.unparse(call)} waits for no time")
+                yield LocalFinding(self._reader.place(call), f"{ast.unparse(call)} waits for no time")
 
     def waits_below_one_scan(self, scan_ns: int) -> Iterator[LocalFinding]:
         """Yield the waits that are over in the next scan."""
         for call, time_ns in self._times():
             if 0 < time_ns < scan_ns:
                 text = f"{ast.unparse(call)} is shorter than a scan, {scan_ns / 1e6:g} ms"
-                yield LocalFinding(self._place(call), text)
+                yield LocalFinding(self._reader.place(call), text)
 
     def _times(self) -> Iterator[tuple[ast.Call, int]]:
         """Yield the waits for a known time, ns."""
         for call in self._calls:
             kind = self._reader.names.get(getattr(call.func, "id", ""))
-            if kind in (dwell, steady, within) and not _unpacks(call):
+            if kind in (dwell, steady, within) and not unpacks(call):
                 with suppress(UnknownError, TypeError, ValueError):
                     node = _bound(signature(kind), call).get("time")
                     if node is not None:
                         yield call, parse_time(str(self._reader.value(node)))
-
-    def _place(self, call: ast.Call) -> FileLine:
-        return FileLine(self._reader.file, call.lineno)
 
     def _refusal(self, axis: Axis3601, call: ast.Call) -> str:
         """Return why the constants of a command are refused, or an empty text."""
@@ -137,7 +135,7 @@ class Calls:
     ) -> Mapping[str, Sequence[object]] | None:
         """Return the values of the arguments, legal ones for unknown ones; None if it can't be tried."""
         method = getattr(axis, _method(call), None)
-        if not callable(method) or _unpacks(call) or _misfit(axis, call):
+        if not callable(method) or unpacks(call) or _misfit(axis, call):
             return None
         arguments: dict[str, Sequence[object]] = {}
         for name, node in _bound(signature(method), call).items():
@@ -152,16 +150,18 @@ class Calls:
     def _no_condition(self, call: ast.Call) -> str:
         """Return that a wait gets a value in place of a function; empty if it does not, or if unknown."""
         given = call.args[0] if call.args else None
-        name = given.attr if isinstance(given, ast.Attribute) and _is_self(given.value) else ""
+        name = "" if given is None else field_of(given)
         field = getattr_static(self._classes[0], name, None) if name and self._classes else None
-        if isinstance(given, _VALUES) or isinstance(field, bool | int | float | Signal):
-            text = ast.unparse(given) if given is not None else ""
+        if given is not None and (
+            isinstance(given, _VALUES) or isinstance(field, bool | int | float | Signal)
+        ):
+            text = ast.unparse(given)
             return f"{ast.unparse(call.func)}: `{text}` is a value of now; give a function: lambda: {text}"
         return ""
 
     def _no_time(self, kind: Any, call: ast.Call) -> str:
         """Return the problem of a wait's time; empty if it has none, or is unknown."""
-        if _unpacks(call):
+        if unpacks(call):
             return ""
         try:
             node = _bound(signature(kind), call).get("time")
@@ -178,25 +178,13 @@ def _is_other_class(node: ast.stmt, names: Mapping[str, Any], classes: Collectio
     return isinstance(node, ast.ClassDef) and names.get(node.name) not in classes
 
 
-def _is_self(node: ast.expr) -> bool:
-    return isinstance(node, ast.Name) and node.id == "self"
-
-
 def _owner(call: ast.Call) -> str:
     """Return `axis` of a call of `self.axis.method(...)`; empty for another call."""
-    owner = call.func.value if isinstance(call.func, ast.Attribute) else None
-    of_self = isinstance(owner, ast.Attribute) and getattr(owner.value, "id", "") == "self"
-    return owner.attr if of_self and isinstance(owner, ast.Attribute) else ""
+    return field_of(call.func.value) if isinstance(call.func, ast.Attribute) else ""
 
 
 def _method(call: ast.Call) -> str:
     return call.func.attr if isinstance(call.func, ast.Attribute) else ""
-
-
-def _unpacks(call: ast.Call) -> bool:
-    return any(isinstance(each, ast.Starred) for each in call.args) or None in (
-        each.arg for each in call.keywords
-    )
 
 
 def _bound(of: Signature, call: ast.Call) -> dict[str, ast.expr]:
@@ -212,7 +200,7 @@ def _misfit(axis: Axis3601, call: ast.Call) -> str:
     if not callable(method):
         near = difflib.get_close_matches(name, [each for each in dir(axis) if not each.startswith("_")], n=1)
         return f"{axis.name} has no {name}" + (f"; did you mean {near[0]}?" if near else "")
-    if _unpacks(call):
+    if unpacks(call):
         return ""
     try:
         _bound(signature(method), call)

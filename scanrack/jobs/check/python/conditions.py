@@ -76,17 +76,23 @@ def _compared(one: ast.expr, op: ast.cmpop, other: ast.expr, names: ConditionNam
     if left is not None and right is not None:
         return _of_constants(left, relation, right)
     if left is not None:
-        one, other, right, relation = other, one, left, MIRRORED[relation]
-    if is_plain(one) and right is not None:
-        if isinstance(right.value, bool) and relation in ("=", "<>"):
-            return Bit(names.of(one), bool(right.value) == (relation == "="))
-        number = names.number(right.value)
-        if number is not None and (isinstance(right.value, int | float) or relation in ("=", "<>")):
-            kind = "" if isinstance(right.value, int | float) else " as text"
-            return Compare(names.of(one) + kind, relation, number, whole=False)
-    if is_plain(one) and is_plain(other) and ast.unparse(one) == ast.unparse(other):
-        return FixedTruth(relation in ("=", "<=", ">="))
-    return UNKNOWN
+        return _with_constant(other, MIRRORED[relation], left.value, names)
+    if right is not None:
+        return _with_constant(one, relation, right.value, names)
+    is_same = is_plain(one) and ast.unparse(one) == ast.unparse(other)
+    return FixedTruth(relation in ("=", "<=", ">=")) if is_same else UNKNOWN
+
+
+def _with_constant(node: ast.expr, relation: str, value: object, names: ConditionNames) -> Condition:
+    """Return the condition that a comparison with a constant is."""
+    number = names.number(value) if is_plain(node) else None
+    is_equality = relation in ("=", "<>")
+    if isinstance(value, bool) and is_plain(node) and is_equality:
+        return Bit(names.of(node), value == (relation == "="))
+    is_number = isinstance(value, int | float)
+    if number is None or not (is_number or is_equality):
+        return UNKNOWN
+    return Compare(names.of(node) + ("" if is_number else " as text"), relation, number, whole=False)
 
 
 def _of_constants(one: ast.Constant, relation: str, other: ast.Constant) -> Condition:
@@ -99,16 +105,11 @@ def _of_constants(one: ast.Constant, relation: str, other: ast.Constant) -> Cond
 
 def constant_of(node: ast.expr) -> ast.Constant | None:
     """Return a constant, a negative number and the member of an enumeration included."""
-    if isinstance(node, ast.Constant):
-        return node
-    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
-        kind, name = node.value.id, node.attr
-        return ast.Constant(f"{kind}.{name}") if kind[0].isupper() and name.isupper() else None
-    if (
-        isinstance(node, ast.UnaryOp)
-        and isinstance(node.op, ast.USub)
-        and isinstance(node.operand, ast.Constant)
-    ):
-        value = node.operand.value
-        return ast.Constant(-value) if isinstance(value, int | float) else None
+    match node:
+        case ast.Constant():
+            return node
+        case ast.Attribute(value=ast.Name(id=kind), attr=name) if kind[0].isupper() and name.isupper():
+            return ast.Constant(f"{kind}.{name}")
+        case ast.UnaryOp(op=ast.USub(), operand=ast.Constant(value=int() | float() as value)):
+            return ast.Constant(-value)
     return None

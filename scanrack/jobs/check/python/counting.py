@@ -8,10 +8,20 @@ WEIGHTS[self.next]               after `self.next += 1`, and nothing compares ne
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
-from ..facts import Facts, FileLine
+from ..facts import Facts
+from .nodes import (
+    assignments_in,
+    is_loaded,
+    is_stored,
+    last_name,
+    names_in,
+    nodes_in,
+    parents_in,
+    stored_attributes,
+)
 from .reader import Reader
 
 FAILS: Mapping[type[ast.cmpop], Callable[[Any], bool]] = {
@@ -33,15 +43,15 @@ def note_counting(reader: Reader, facts: Facts, recorded: Collection[str] = ()) 
     Args:
         recorded: fields that people read, and may write.
     """
-    nodes = list(ast.walk(reader.tree))
-    if any(isinstance(node, ast.Name) and node.id in ("setattr", "vars", "globals") for node in nodes):
+    if not {"setattr", "vars", "globals"}.isdisjoint(names_in(reader.tree)):
         return
-    _never_counted(reader, nodes, facts, recorded)
-    _never_set(reader, nodes, facts)
-    _unbounded(reader, nodes, facts)
-    for node in nodes:
-        if isinstance(node, ast.While) and isinstance(node.test, ast.Constant) and node.test.value:
-            _unbounded_in(node, reader, nodes, facts)
+    _never_counted(reader, facts, recorded)
+    _never_set(reader, facts)
+    tables = _Tables(reader)
+    _unbounded(reader, tables, facts)
+    for loop in nodes_in(reader.tree, ast.While):
+        if isinstance(loop.test, ast.Constant) and loop.test.value:
+            _unbounded_in(loop, reader, tables, facts)
 
 
 def never_called(reader: Reader, blocks: Collection[str], facts: Facts) -> None:
@@ -50,15 +60,13 @@ def never_called(reader: Reader, blocks: Collection[str], facts: Facts) -> None:
     Args:
         blocks: names of fields that are timers, edges and counters.
     """
-    parents = {id(child): node for node in ast.walk(reader.tree) for child in ast.iter_child_nodes(node)}
+    parents = parents_in(reader.tree)
+    loads = list(filter(is_loaded, nodes_in(reader.tree, ast.Attribute)))
     for name in blocks:
-        used = [
-            node for node in ast.walk(reader.tree) if isinstance(node, ast.Attribute) and node.attr == name
-        ]
-        loads = [node for node in used if isinstance(node.ctx, ast.Load)]
-        if loads and all(_is_test(node, parents.get(id(node))) for node in loads):
-            text = f"{ast.unparse(loads[0])} is read, and nothing calls it"
-            facts.remark("never-run", FileLine(reader.file, loads[0].lineno), text)
+        own = [node for node in loads if node.attr == name]
+        if own and all(_is_test(node, parents.get(id(node))) for node in own):
+            text = f"{ast.unparse(own[0])} is read, and nothing calls it"
+            facts.remark("never-run", reader.place(own[0]), text)
 
 
 def _is_test(node: ast.expr, parent: ast.AST | None) -> bool:
@@ -66,138 +74,133 @@ def _is_test(node: ast.expr, parent: ast.AST | None) -> bool:
     return isinstance(parent, _TESTS) or (isinstance(parent, ast.Assign) and parent.value is node)
 
 
-def _never_counted(reader: Reader, nodes: list[ast.AST], facts: Facts, recorded: Collection[str]) -> None:
+def _never_counted(reader: Reader, facts: Facts, recorded: Collection[str]) -> None:
     """Note comparisons of a field that stays 0: its class declares 0, and all that is assigned to it is 0."""
-    zero: dict[str, bool] = dict(_declared(reader.tree))
-    values = {
-        id(target): _is_zero(node.value)
-        for node in nodes
-        if isinstance(node, ast.Assign)
-        for target in node.targets
-    }
-    for node in nodes:
-        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
-            zero[node.attr] = zero.get(node.attr, True) and values.get(id(node), False)
-    for node in nodes:
-        if not isinstance(node, ast.Compare) or len(node.ops) != 1:
-            continue
-        left, right, fails = node.left, node.comparators[0], FAILS.get(type(node.ops[0]))
-        number = right.value if isinstance(right, ast.Constant) else None
-        is_own = isinstance(left, ast.Attribute) and zero.get(left.attr, False) and left.attr not in recorded
+    zero = _zero_fields(reader.tree) - set(recorded)
+    for node in nodes_in(reader.tree, ast.Compare):
+        left, right = node.left, node.comparators[0]
+        number = right.value if isinstance(right, ast.Constant) and len(node.ops) == 1 else None
+        fails = FAILS.get(type(node.ops[0]))
+        is_own = isinstance(left, ast.Attribute) and left.attr in zero
         if is_own and fails is not None and type(number) in (int, float) and fails(number):
             text = f"`{ast.unparse(node)}`: nothing counts {ast.unparse(left)}"
-            facts.remark("never-run", FileLine(reader.file, node.lineno), text)
+            facts.remark("never-run", reader.place(node), text)
 
 
-def _never_set(reader: Reader, nodes: list[ast.AST], facts: Facts) -> None:
+def _zero_fields(tree: ast.Module) -> set[str]:
+    """Return the fields to which classes and assignments only give 0."""
+    zero: dict[str, bool] = dict(_declared(tree))
+    values = {
+        id(target): _is_zero(node.value) for node in nodes_in(tree, ast.Assign) for target in node.targets
+    }
+    for node in filter(is_stored, nodes_in(tree, ast.Attribute)):
+        zero[node.attr] = zero.get(node.attr, True) and values.get(id(node), False)
+    return {name for name, is_zero in zero.items() if is_zero}
+
+
+def _never_set(reader: Reader, facts: Facts) -> None:
     """Note a bit of an object of the module that a class declares as False, and that nothing assigns."""
-    objects = {
-        name: type(value)
-        for name, value in reader.names.items()
-        if type(value).__module__ == reader.names.get("__name__") and name not in reader.local
-    }
-    stored = {
-        node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
-    }
-    seen: set[str] = set()
-    for node in nodes:
-        if not isinstance(node, ast.Attribute) or not isinstance(node.value, ast.Name):
-            continue
-        kind = objects.get(node.value.id)
-        if kind is not None and vars(kind).get(node.attr) is False and node.attr not in stored | seen:
+    kinds = {name: type(value) for name, value in reader.names.items() if name not in reader.local}
+    own = {name: kind for name, kind in kinds.items() if kind.__module__ == reader.names.get("__name__")}
+    seen = stored_attributes(reader.tree)
+    for node in nodes_in(reader.tree, ast.Attribute):
+        kind = own.get(node.value.id) if isinstance(node.value, ast.Name) else None
+        if kind is not None and vars(kind).get(node.attr) is False and node.attr not in seen:
             seen.add(node.attr)
             text = f"{ast.unparse(node)} is read, and nothing writes it: it is always False"
-            facts.remark("never-written", FileLine(reader.file, node.lineno), text)
+            facts.remark("never-written", reader.place(node), text)
 
 
 def _declared(tree: ast.Module) -> Iterator[tuple[str, bool]]:
     """Yield the fields that classes declare, and whether with 0."""
     for kind in tree.body:
-        for node in kind.body if isinstance(kind, ast.ClassDef) else ():
-            if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
-                for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
-                    if isinstance(target, ast.Name):
-                        yield target.id, _is_zero(node.value)
+        if isinstance(kind, ast.ClassDef):
+            for target, value in assignments_in(kind.body):
+                if isinstance(target, ast.Name):
+                    yield target.id, _is_zero(value)
 
 
 def _is_zero(node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) and type(node.value) is int and not node.value
 
 
-def _unbounded(reader: Reader, nodes: list[ast.AST], facts: Facts) -> None:
+def _unbounded(reader: Reader, tables: _Tables, facts: Facts) -> None:
     """Note subscripts that only count, and that nothing compares."""
-    if any(isinstance(node, ast.ExceptHandler) for node in nodes):
+    if any(nodes_in(reader.tree, ast.ExceptHandler)):
         return  # IndexError may be its end
-    counting = [
-        node
-        for node in nodes
-        if isinstance(node, ast.AugAssign)
-        and isinstance(node.target, ast.Attribute)
-        and isinstance(node.op, ast.Add | ast.Sub)
-        and isinstance(node.value, ast.Constant)
-    ]
-    for text, name in {ast.unparse(node.target): node.target.attr for node in counting}.items():  # type: ignore[union-attr]
-        mine = [node for node in nodes if isinstance(node, ast.Attribute) and node.attr == name]
-        stored = [node for node in mine if isinstance(node.ctx, ast.Store)]
-        if any(all(node is not each.target for each in counting) for node in stored):
-            continue  # something takes it back
-        slices = [
-            node
-            for node in nodes
-            if isinstance(node, ast.Subscript)
-            and ast.unparse(node.slice) == text
-            and _is_table(node.value, reader, nodes)
-        ]
-        if slices and len(slices) == len(mine) - len(stored):
-            where = f"`{ast.unparse(slices[0])}`: {text} counts, and nothing keeps it within the table"
-            facts.remark("subscript", FileLine(reader.file, slices[0].lineno), where)
+    counting = list(_counting(reader.tree))
+    fields = {ast.unparse(each): each.attr for each in counting if isinstance(each, ast.Attribute)}
+    for text, name in fields.items():
+        own = [node for node in nodes_in(reader.tree, ast.Attribute) if node.attr == name]
+        if _only_counts(own, counting):
+            _note_unbounded(text, own, tables.elements(reader.tree, text), reader, facts)
 
 
-def _unbounded_in(loop: ast.While, reader: Reader, nodes: list[ast.AST], facts: Facts) -> None:
+def _unbounded_in(loop: ast.While, reader: Reader, tables: _Tables, facts: Facts) -> None:
     """Note a local subscript that counts in a loop without an end, and that nothing in it limits."""
-    inner = [node for each in loop.body for node in ast.walk(each)]
-    if any(isinstance(node, ast.Break | ast.Return | ast.ExceptHandler) for node in inner):
+    if any(nodes_in(loop.body, ast.Break, ast.Return, ast.ExceptHandler)):
         return
-    names = {
-        node.target.id
-        for node in inner
-        if isinstance(node, ast.AugAssign)
-        and isinstance(node.target, ast.Name)
-        and isinstance(node.op, ast.Add | ast.Sub)
-        and isinstance(node.value, ast.Constant)
-    }
-    for name in sorted(names):
-        mine = [node for node in inner if isinstance(node, ast.Name) and node.id == name]
-        stored = [node for node in mine if isinstance(node.ctx, ast.Store)]
-        counting = [node.target for node in inner if isinstance(node, ast.AugAssign)]
-        slices = [
-            node
-            for node in inner
-            if isinstance(node, ast.Subscript)
-            and ast.unparse(node.slice) == name
-            and _is_table(node.value, reader, nodes)
-        ]
-        is_counting = all(any(each is target for target in counting) for each in stored)
-        if is_counting and slices and len(slices) == len(mine) - len(stored):
-            where = f"`{ast.unparse(slices[0])}`: {name} counts, and nothing keeps it within the table"
-            facts.remark("subscript", FileLine(reader.file, slices[0].lineno), where)
+    changed = [node.target for node in nodes_in(loop.body, ast.AugAssign)]
+    for name in sorted({each.id for each in _counting(loop.body) if isinstance(each, ast.Name)}):
+        own = [node for node in nodes_in(loop.body, ast.Name) if node.id == name]
+        if _only_counts(own, changed):
+            _note_unbounded(name, own, tables.elements(loop.body, name), reader, facts)
 
 
-def _is_table(node: ast.expr, reader: Reader, nodes: list[ast.AST]) -> bool:
-    """Whether an expression is a list or a tuple: of the module, or of a field."""
-    if isinstance(node, ast.Name):
-        return isinstance(reader.names.get(node.id), list | tuple) and node.id not in reader.local
-    if not isinstance(node, ast.Attribute):
-        return False
-    values = [
-        each.value
-        for each in nodes
-        if isinstance(each, ast.Assign | ast.AnnAssign)
-        for target in (each.targets if isinstance(each, ast.Assign) else [each.target])
-        if ast.unparse(target).rpartition(".")[2] == node.attr
-    ]
-    return bool(values) and all(
-        isinstance(each, ast.List | ast.Tuple)
-        or (isinstance(each, ast.BinOp) and isinstance(each.left, ast.List | ast.Tuple))
-        for each in values
-    )
+def _only_counts(own: Iterable[ast.expr], counting: Iterable[ast.expr]) -> bool:
+    """Whether a number is only assigned where it counts."""
+    return {id(node) for node in own if is_stored(node)} <= {id(node) for node in counting}
+
+
+def _note_unbounded(
+    text: str,
+    own: Collection[ast.expr],
+    elements: Sequence[ast.Subscript],
+    reader: Reader,
+    facts: Facts,
+) -> None:
+    """Note a number that is only read as a subscript of tables.
+
+    Args:
+        own: where it is read and assigned.
+        elements: those of tables with this subscript.
+    """
+    if elements and len(elements) == len([node for node in own if not is_stored(node)]):
+        where = f"`{ast.unparse(elements[0])}`: {text} counts, and nothing keeps it within the table"
+        facts.remark("subscript", reader.place(elements[0]), where)
+
+
+def _counting(tree: ast.AST | Iterable[ast.AST]) -> Iterator[ast.expr]:
+    """Yield the targets to which a text adds a constant, or from which it takes one."""
+    for node in nodes_in(tree, ast.AugAssign):
+        if isinstance(node.op, ast.Add | ast.Sub) and isinstance(node.value, ast.Constant):
+            yield node.target
+
+
+class _Tables:
+    """The lists and tuples of a text: of the module, and of fields."""
+
+    def __init__(self, reader: Reader) -> None:
+        self._reader = reader
+        self._values: dict[str, list[ast.expr | None]] = {}  # None for a declaration without a value
+        for node in nodes_in(reader.tree, ast.Assign, ast.AnnAssign):
+            for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
+                self._values.setdefault(last_name(target), []).append(node.value)
+
+    def elements(self, tree: ast.AST | Iterable[ast.AST], index: str) -> list[ast.Subscript]:
+        """Return the elements of tables with an index as it is written."""
+        found = (node for node in nodes_in(tree, ast.Subscript) if ast.unparse(node.slice) == index)
+        return [node for node in found if self._is_table(node.value)]
+
+    def _is_table(self, node: ast.expr) -> bool:
+        if isinstance(node, ast.Name):
+            is_row = isinstance(self._reader.names.get(node.id), list | tuple)
+            return is_row and node.id not in self._reader.local
+        values = self._values.get(node.attr, []) if isinstance(node, ast.Attribute) else []
+        return bool(values) and all(map(_is_row, values))
+
+
+def _is_row(node: ast.expr | None) -> bool:
+    """Whether an expression is a list or a tuple, or a product of one."""
+    first = node.left if isinstance(node, ast.BinOp) else node
+    return isinstance(first, ast.List | ast.Tuple)

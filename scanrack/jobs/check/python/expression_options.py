@@ -20,10 +20,11 @@ from scanrack.io_images import amci3601
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import split_thousands
 
-from .reader import Function, Reader, UnknownError
+from .nodes import Function, parameters_of, unpacks
+from .reader import Reader, UnknownError
 
 DEPTH = 8
-"""Helpers in helpers, and names behind names."""
+"""Levels of helpers, and of names, that are followed."""
 
 MOST = 64
 """Options that are looked at."""
@@ -111,9 +112,7 @@ class Options:
                 return _each([self.of(part, names, depth) for part in parts], lambda *given: given)
             case ast.UnaryOp(op, operand):
                 return _each([self.of(operand, names, depth)], OPERATORS[type(op)])
-            case ast.BinOp(left, op, right) if type(op) in OPERATORS:
-                return _each([self.of(each, names, depth) for each in (left, right)], OPERATORS[type(op)])
-            case ast.Compare(left, [op], [right]) if type(op) in OPERATORS:
+            case ast.BinOp(left, op, right) | ast.Compare(left, [op], [right]) if type(op) in OPERATORS:
                 return _each([self.of(each, names, depth) for each in (left, right)], OPERATORS[type(op)])
             case ast.IfExp():
                 return self._chosen(node, names, depth)
@@ -198,43 +197,42 @@ class Options:
     # --- calls
 
     def _called(self, call: ast.Call, names: Names, depth: int) -> Choices:
-        if any(isinstance(each, ast.Starred) for each in call.args) or None in (
-            each.arg for each in call.keywords
-        ):
+        if unpacks(call):
             raise UnknownError
         keys = [str(each.arg) for each in call.keywords]
         nodes = [*call.args, *(each.value for each in call.keywords)]
         given = [self.of(each, names, depth) for each in nodes]
-        positional = len(call.args)
-
-        def split(values: Sequence[Any]) -> tuple[Sequence[Any], dict[str, Any]]:
-            return values[:positional], dict(zip(keys, values[positional:], strict=True))
-
         if isinstance(call.func, ast.Attribute) and call.func.attr == "to_image" and not given:
             made = self.of(call.func.value, names, depth)
             return _each([made], lambda each: tuple(each.to_image()))
-        name = ast.unparse(call.func)
+        function = self._function(ast.unparse(call.func), depth)
+        count = len(call.args)
+        return _each(given, lambda *a: function(*a[:count], **dict(zip(keys, a[count:], strict=True))))
+
+    def _function(self, name: str, depth: int) -> Callable[..., Any]:
+        """Return what a call by this name does; an `UnknownError` if it may depend on more than arguments."""
         helper = self._functions.get(name)
-        if helper is not None and isinstance(helper, ast.FunctionDef):
-            return _each(given, lambda *values: self._run(helper, *split(values), depth - 1))
+        if isinstance(helper, ast.FunctionDef):
+            own = helper
+            return lambda *given, **named: self._run(own, given, named, depth - 1)
         known = self._reader.names.get(name, _BUILT_IN.get(name))
         kind = getattr(amci3601, name.rpartition(".")[2], None)
         is_made = isinstance(kind, type) and (known is kind or name not in self._reader.names)
         function = kind if is_made else PURE.get(known) if _is_hashable(known) else None
         if function is None:
             raise UnknownError
-        make = cast("Callable[..., Any]", function)
-        return _each(given, lambda *values: make(*split(values)[0], **split(values)[1]))
+        return cast("Callable[..., Any]", function)
 
     def _run(
         self, helper: ast.FunctionDef, given: Sequence[Any], named: Mapping[str, Any], depth: int
     ) -> object:
         """Return what a helper makes of values."""
-        parameters = [each.arg for each in helper.args.args if each.arg != "self"]
+        parameters = parameters_of(helper)
         if len(given) > len(parameters):
             raise UnknownError
+        values = {**dict(zip(parameters, given, strict=False)), **named}
         local: dict[str, ast.expr | Choices | None] = {
-            name: Choices((value,)) for name, value in (*zip(parameters, given, strict=False), *named.items())
+            name: Choices((each,)) for name, each in values.items()
         }
         try:
             self._body(helper.body, local, depth)
@@ -282,15 +280,14 @@ def _each(parts: Sequence[Choices], of: Callable[..., Any]) -> Choices:
     several = [each for each in parts if len(each.options) > 1]
     if len({each.source for each in several}) > 1:
         raise UnknownError
-    results = []
-    for at in range(min((len(each.options) for each in several), default=1)):
-        given = [each.options[at] if len(each.options) > 1 else each.options[0] for each in parts]
-        try:
-            results.append(of(*given))
-        except (TypeError, ValueError, ArithmeticError, LookupError, AttributeError) as error:
-            raise UnknownError from error
+    rows = range(min((len(each.options) for each in several), default=1))
+    columns = [each.options if len(each.options) > 1 else each.options * len(rows) for each in parts]
+    try:
+        results = tuple(of(*(column[at] for column in columns)) for at in rows)
+    except (TypeError, ValueError, ArithmeticError, LookupError, AttributeError) as error:
+        raise UnknownError from error
     first = several[0] if several else Choices(())
-    return Choices(tuple(results), first.source, first.names)
+    return Choices(results, first.source, first.names)
 
 
 def _plain(value: Any) -> Any:
@@ -321,10 +318,11 @@ def _changed(tree: ast.Module) -> Sequence[str]:
     """Return the names of tables that the text changes, and of globals that functions assign."""
     found = []
     for node in ast.walk(tree):
-        if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store | ast.Del):
-            found.append(ast.unparse(node.value))
-        elif isinstance(node, ast.Global):
-            found += node.names
-        elif isinstance(node, ast.Call) and getattr(node.func, "attr", "") in CHANGING:
-            found.append(ast.unparse(node.func).rpartition(".")[0])
+        match node:
+            case ast.Subscript(value=table, ctx=ast.Store() | ast.Del()):
+                found.append(ast.unparse(table))
+            case ast.Global(names=names):
+                found += names
+            case ast.Call(func=ast.Attribute(value=table, attr=method)) if method in CHANGING:
+                found.append(ast.unparse(table))
     return found

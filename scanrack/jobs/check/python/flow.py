@@ -5,14 +5,13 @@ from __future__ import annotations
 import ast
 from collections.abc import Sequence
 
-from ..facts import Facts, FileLine
-from ..logic import TRUE, UNKNOWN, AllOf, Condition, FixedTruth, all_of, always, leaves, negated, never
+from ..facts import Facts
+from ..logic import TRUE, UNKNOWN, AllOf, Condition, FixedTruth, all_of, constant_condition, negated, never
 from .chance import is_chance
 from .conditions import ConditionNames, condition
+from .nodes import nodes_in
 from .reader import Reader, UnknownError, functions_in
 from .scopes import Scopes
-
-Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 _LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
 
@@ -32,16 +31,16 @@ class Flow:
         for statement in self._reader.tree.body:
             if isinstance(statement, ast.If) and "__name__" in ast.unparse(statement.test):
                 continue  # no part of the logic
-            for node in ast.walk(statement):
-                if isinstance(node, ast.expr):
-                    self._number(node)
-                if isinstance(node, ast.Call) and is_chance(node, self._reader.names):
-                    text = f"`{ast.unparse(node.func)}()`: two runs of the logic would differ"
-                    self._remark("not-deterministic", node, text)
+            for node in nodes_in(statement, ast.BinOp):
+                self._number(node)
+            for call in nodes_in(statement, ast.Call):
+                if is_chance(call, self._reader.names):
+                    text = f"`{ast.unparse(call.func)}()`: two runs of the logic would differ"
+                    self._remark("not-deterministic", call, text)
         Scopes(self._reader, self._facts).note()
 
-    def _remark(self, rule: str, node: ast.AST, text: str) -> None:
-        self._facts.remark(rule, FileLine(self._reader.file, getattr(node, "lineno", 1)), text)
+    def _remark(self, rule: str, node: ast.expr | ast.stmt, text: str) -> None:
+        self._facts.remark(rule, self._reader.place(node), text)
 
     # --- conditions and lines
 
@@ -70,84 +69,71 @@ class Flow:
                 if not isinstance(test, ast.Constant) or not test.value:
                     self._test(test, TRUE)
                 self._body(body, TRUE)
-                self._names.forget()
-                self._body(orelse, TRUE)
+                self._branches(orelse)
             case ast.For(body=body, orelse=orelse) | ast.AsyncFor(body=body, orelse=orelse):
-                self._names.forget()
-                self._body(body, TRUE)
-                self._names.forget()
-                self._body(orelse, TRUE)
+                self._branches(body, orelse)
             case ast.With(body=body) | ast.AsyncWith(body=body):
-                self._names.forget()
-                self._body(body, TRUE)
-            case ast.Try():
-                for block in (node.body, *(each.body for each in node.handlers), node.orelse, node.finalbody):
-                    self._names.forget()
-                    self._body(block, TRUE)
+                self._branches(body)
+            case ast.Try(body, handlers, orelse, finalbody):
+                self._branches(body, *(each.body for each in handlers), orelse, finalbody)
             case ast.Match(cases=cases):
-                for each in cases:
-                    self._names.forget()
-                    self._body(each.body, TRUE)
+                self._branches(*(each.body for each in cases))
             case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef():
                 return
             case _:
                 self._expressions(node)
                 self._names.forget()
 
+    def _branches(self, *bodies: Sequence[ast.stmt]) -> None:
+        """Note the bodies of a statement, before each of which any value may change."""
+        for body in bodies:
+            self._names.forget()
+            self._body(body, TRUE)
+
     def _test(self, test: ast.expr, reached: Condition) -> Condition:
         """Note a test that never holds, or always does; return its condition."""
         own = condition(test, self._names)
-        text = ast.unparse(test)
-        if never(own):
-            rule = "contradiction" if len(list(leaves(own))) > 1 else "constant-condition"
-            self._remark(rule, test, f"`{text}` never holds")
-        elif always(own):
-            self._remark("constant-condition", test, f"`{text}` always holds")
-        elif own != UNKNOWN and never(AllOf((reached, own))) and not never(reached):
-            self._remark(
-                "contradiction", test, f"`{text}` never holds here: the conditions before it exclude it"
-            )
-        else:
+        found = constant_condition(own)
+        if found is None and own != UNKNOWN and never(AllOf((reached, own))) and not never(reached):
+            found = "contradiction", "never holds here: the conditions before it exclude it"
+        if found is None:
             self._expressions(test)
             return own
+        rule, says = found
+        self._remark(rule, test, f"`{ast.unparse(test)}` {says}")
         return UNKNOWN
 
     def _expressions(self, node: ast.AST) -> None:
         """Note the conditions in the expressions of a statement, such as those of `until` and `and`."""
         outer: set[int] = set()
-        for each in ast.walk(node):
-            if id(each) in outer or not isinstance(each, ast.BoolOp | ast.IfExp | ast.Compare):
+        for each in nodes_in(node, ast.BoolOp, ast.IfExp, ast.Compare):
+            if id(each) in outer:
                 continue
+            outer |= {id(inner) for inner in ast.walk(each)}
             tested = each.test if isinstance(each, ast.IfExp) else each
             own = condition(tested, self._names)
-            outer |= {id(inner) for inner in ast.walk(each)}
-            several = len(list(leaves(own))) > 1
-            if own == UNKNOWN or (isinstance(own, FixedTruth) and not isinstance(each, ast.Compare)):
-                continue
-            text = ast.unparse(tested)
-            if never(own):
-                self._remark(
-                    "contradiction" if several else "constant-condition", each, f"`{text}` never holds"
-                )
-            elif always(own):
-                self._remark("constant-condition", each, f"`{text}` always holds")
+            is_literal = isinstance(own, FixedTruth) and not isinstance(each, ast.Compare)
+            found = None if own == UNKNOWN or is_literal else constant_condition(own)
+            if found is not None:
+                self._remark(found[0], each, f"`{ast.unparse(tested)}` {found[1]}")
 
     # --- numbers
 
-    def _number(self, node: ast.expr) -> None:
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div | ast.FloorDiv | ast.Mod):
-            try:
-                divisor = self._reader.value(node.right)
-            except UnknownError:
-                return
-            if (
-                isinstance(node.op, ast.FloorDiv)
-                and isinstance(divisor, int)
-                and self._is_cut(node.left, divisor)
-            ):
-                self._remark("integer-zero", node, f"`{ast.unparse(node)}` is always 0")
-            if isinstance(divisor, int | float) and divisor == 0:
-                self._remark("division-by-zero", node, f"`{ast.unparse(node)}` divides by 0")
+    def _number(self, node: ast.BinOp) -> None:
+        """Note a division by 0, and one that always gives 0."""
+        is_division = isinstance(node.op, ast.Div | ast.FloorDiv | ast.Mod)
+        try:
+            divisor = self._reader.value(node.right) if is_division else None
+        except UnknownError:
+            return
+        if (
+            isinstance(node.op, ast.FloorDiv)
+            and isinstance(divisor, int)
+            and self._is_cut(node.left, divisor)
+        ):
+            self._remark("integer-zero", node, f"`{ast.unparse(node)}` is always 0")
+        if isinstance(divisor, int | float) and divisor == 0:
+            self._remark("division-by-zero", node, f"`{ast.unparse(node)}` divides by 0")
 
     def _is_cut(self, dividend: ast.expr, divisor: int) -> bool:
         """Whether a constant, or the rest of a division, is smaller than a divisor."""

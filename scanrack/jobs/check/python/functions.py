@@ -36,28 +36,12 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     tree = ast.parse(read_input_text(path, TextKind.PYTHON))
     reader = Reader(str(path), tree, names)
     facts = Facts(not_seen=["values that the program computes", "words written without a command's class"])
-    moves: list[tuple[FileLine, str, int]] = []
-    least: list[int] = []
-    for kind, call in reader.calls():
-        place = FileLine(str(path), call.lineno)
-        if kind == "FindHome":
-            facts.searches.append(SentCommand(place, None))
-        try:
-            made = reader.make(kind, call)
-        except ValueError as error:
-            facts.remark("out-of-range", place, f"{kind}: {error}")
-            continue
-        if isinstance(made, Configuration):
-            facts.configurations.append(SentCommand(place, None, tuple(made.to_image().words.tolist())))
-            least.append(made.starting_speed)
-        elif isinstance(made, Move | FindHome) and "speed" in reader.known(kind, call):
-            moves.append((place, kind, made.speed))
-    facts.remarks["out-of-range"] += _too_slow(moves, least)
+    _note_commands(reader, facts)
     facts.remarks["command-held"] += reader.held()
     for node, text in waits_below_one_scan(reader, spec.scan_ns):
-        facts.remark("preset-unit", FileLine(str(path), node.lineno), text)
-    loops = fixed_loops(tree)
-    facts.remarks["never-waits"] += (LocalFinding(FileLine(str(path), line), text) for line, text in loops)
+        facts.remark("preset-unit", reader.place(node), text)
+    for line, text in fixed_loops(tree):
+        facts.remark("never-waits", FileLine(str(path), line), text)
     facts.uses_bit = reader.uses_bit(terminals)
     Flow(reader, facts).note()
     Scans(reader, spec, facts).note()
@@ -77,6 +61,27 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     if terminals and facts.uses_bit is None:
         facts.not_seen.append("which terminals of the cards the program uses: it names none of them")
     return facts
+
+
+def _note_commands(reader: Reader, facts: Facts) -> None:
+    """Note the commands that a text makes, and those whose arguments are refused."""
+    moves: list[tuple[FileLine, str, int]] = []
+    least: list[int] = []
+    for kind, call in reader.calls():
+        place = reader.place(call)
+        if kind == "FindHome":
+            facts.searches.append(SentCommand(place, None))
+        try:
+            made = reader.make(kind, call)
+        except ValueError as error:
+            facts.remark("out-of-range", place, f"{kind}: {error}")
+            continue
+        if isinstance(made, Configuration):
+            facts.configurations.append(SentCommand(place, None, tuple(made.to_image().words.tolist())))
+            least.append(made.starting_speed)
+        elif isinstance(made, Move | FindHome) and "speed" in reader.known(kind, call):
+            moves.append((place, kind, made.speed))
+    facts.remarks["out-of-range"] += _too_slow(moves, least)
 
 
 def _too_slow(

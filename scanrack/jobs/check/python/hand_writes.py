@@ -14,12 +14,13 @@ from dataclasses import dataclass
 from scanrack.io_images.amci3601 import CommandMsw
 from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS, signed_word
 
-from ..facts import FileLine, LocalFinding, OutputWrite, StepAction
+from ..facts import LocalFinding, OutputWrite, StepAction
 from ..logic import FALSE, TRUE, UNKNOWN, AllOf, Bit, Condition, leaves, negated
 from ..written import UNKNOWN_WORD, WordValue, WordWrite
 from .conditions import ConditionNames, condition
 from .expression_options import Choices, Options
 from .local_names import LocalNames
+from .nodes import Function, nodes_in
 from .reader import Reader, UnknownError, functions_in
 from .steps import BITS, PythonSteps, callee_of
 
@@ -59,7 +60,7 @@ class HandWrites:
 
     def writes(self) -> Iterator[WordWrite]:
         """Yield the writes of all functions that no other one calls."""
-        called = {callee_of(node) for node in ast.walk(self._reader.tree) if isinstance(node, ast.Call)}
+        called = set(map(callee_of, nodes_in(self._reader.tree, ast.Call)))
         for name, function in self._functions.items():
             if name not in called:
                 self._names.begin()
@@ -147,28 +148,36 @@ class HandWrites:
             yield self._word(target, slot, word, UNKNOWN_WORD, place)
 
     def _called(self, call: ast.Call, place: _WalkPlace) -> Iterator[WordWrite]:
-        method = call.func.attr if isinstance(call.func, ast.Attribute) else ""
-        slot = self._outputs(call.func.value) if isinstance(call.func, ast.Attribute) else None
         inner = self._functions.get(callee_of(call))
         if inner is not None and place.depth:
-            outer, caller = self._names.enter(inner, call), self._steps.function
-            self._steps.function = inner
-            yield from self._body(inner.body, _WalkPlace(place.when, place.free, place.depth - 1))
-            self._steps.function = caller
-            self._names.swap(outer)
-        elif slot is not None and method == "clear":
-            yield from (self._word(call, slot, word, WordValue((0,)), place) for word in range(WORDS))
-        elif slot is not None and method == "load" and call.args:
-            yield from self._loaded(call, slot, place)
-        elif slot is not None and method == "set_bit" and len(call.args) == 3:
-            word, bit = self._number(call.args[0]), self._number(call.args[1])
-            if word is not None and bit is not None:
-                yield self._bit(call, slot, word, 1 << bit, place)
+            yield from self._within(inner, call, place)
+            return
+        method = call.func if isinstance(call.func, ast.Attribute) else None
+        slot = self._outputs(method.value) if method is not None else None
+        if method is None or slot is None:
+            return
+        match method.attr, call.args:
+            case "clear", _:
+                yield from (self._word(call, slot, word, WordValue((0,)), place) for word in range(WORDS))
+            case "load", [image, *_]:
+                yield from self._loaded(call, image, slot, place)
+            case "set_bit", [at, bit, on]:
+                word, number = self._number(at), self._number(bit)
+                if word is not None and number is not None:
+                    yield self._bit(call, slot, word, 1 << number, on, place)
 
-    def _loaded(self, call: ast.Call, slot: int, place: _WalkPlace) -> Iterator[WordWrite]:
+    def _within(self, inner: Function, call: ast.Call, place: _WalkPlace) -> Iterator[WordWrite]:
+        """Yield the writes of a function that is called."""
+        outer, caller = self._names.enter(inner, call), self._steps.function
+        self._steps.function = inner
+        yield from self._body(inner.body, _WalkPlace(place.when, place.free, place.depth - 1))
+        self._steps.function = caller
+        self._names.swap(outer)
+
+    def _loaded(self, call: ast.Call, image: ast.expr, slot: int, place: _WalkPlace) -> Iterator[WordWrite]:
         """Yield the writes of a whole image."""
         try:
-            found = self._options.of(self._names.closed(call.args[0]), {})
+            found = self._options.of(self._names.closed(image), {})
             images = [tuple(each) for each in found.options if len(tuple(each)) == WORDS]
         except (UnknownError, TypeError):
             found, images = Choices(()), []
@@ -178,18 +187,20 @@ class HandWrites:
                 value = WordValue(value.options[:1])
             yield self._word(call, slot, word, value, place)
             if word == 0 and len(value.options) != 1:
-                bits = int(BITS.get(self._steps.kind(call.args[0]), 0))
+                bits = int(BITS.get(self._steps.kind(image), 0))
                 self._act(call, slot, bits, ~bits & _WORD, place)
                 yield self._bits(call, slot, 0, bits if bits & (bits - 1) == 0 else 0, 0, place)
 
-    def _bit(self, call: ast.Call, slot: int, word: int, mask: int, place: _WalkPlace) -> WordWrite:
-        free = self._free(call.args[2])
+    def _bit(
+        self, call: ast.Call, slot: int, word: int, mask: int, on: ast.expr, place: _WalkPlace
+    ) -> WordWrite:
+        free = self._free(on)
         if free in (TRUE, FALSE):
             sets, clears = (mask, 0) if free == TRUE else (0, mask)
             return self._bits(call, slot, word, sets, clears, place)
         is_known = UNKNOWN not in leaves(free)
         if word == 0:
-            at, both = FileLine(self._reader.file, call.lineno), place.where(free, free).free
+            at, both = self._reader.place(call), place.where(free, free).free
             name = str(CommandMsw(mask).name)
             self.outputs.append(OutputWrite(at, name, f"{slot} {name}", both, f"slot {slot}"))
         own = free if is_known else Bit(f"{ast.unparse(call)} in line {call.lineno}")
@@ -223,7 +234,7 @@ class HandWrites:
         clears: int,
         place: _WalkPlace,
     ) -> WordWrite:
-        at = FileLine(self._reader.file, node.lineno)
+        at = self._reader.place(node)
         steps, text = self._steps.where(place.when), ast.unparse(node)
         return WordWrite(at, slot, word, value, sets, clears, place.when, steps, text)
 
@@ -247,13 +258,15 @@ class HandWrites:
             return UNKNOWN_WORD
         options = [each for each in found.options if isinstance(each, int)]
         wrong = [at for at, each in enumerate(options) if not WORD_MIN <= each <= UNSIGNED_MAX]
-        if len(options) == len(found.options) and wrong and found.source:
-            name = found.names[wrong[0]] if wrong[0] < len(found.names) else found.source
-            text = f"with {name} it is {options[wrong[0]]}, and a word holds {WORD_MIN} to {UNSIGNED_MAX}"
-            self.remarks.append(LocalFinding(FileLine(self._reader.file, target.lineno), text))
-        if len(options) < len(found.options) or wrong:
+        if len(options) < len(found.options):
             return UNKNOWN_WORD
-        return WordValue(tuple(map(signed_word, options)), found.source, found.names)
+        if not wrong:
+            return WordValue(tuple(map(signed_word, options)), found.source, found.names)
+        if found.source:
+            name = (*found.names, *[found.source] * len(options))[wrong[0]]
+            text = f"with {name} it is {options[wrong[0]]}, and a word holds {WORD_MIN} to {UNSIGNED_MAX}"
+            self.remarks.append(LocalFinding(self._reader.place(target), text))
+        return UNKNOWN_WORD
 
     def _number(self, node: ast.expr) -> int | None:
         try:

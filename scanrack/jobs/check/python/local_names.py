@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 
 from ..logic import INPUT
 from .expression_options import Options
-from .reader import Function, UnknownError
+from .nodes import Function, given_to, parameters_of
+from .reader import UnknownError
 
 MOST = 400
 """Nodes of an expression that are followed."""
@@ -37,7 +38,7 @@ class LocalNames:
         return here
 
     def join(self, other: Names, test: ast.expr) -> None:
-        """Join the names behind the two arms of a statement; `other` are those behind the first one."""
+        """Join the names after the two arms of a statement; `other` are those after the first arm."""
         for name in {*other, *self._names}:
             one, two = other.get(name), self._names.get(name)
             if one is two or (one is not None and two is not None and ast.dump(one) == ast.dump(two)):
@@ -70,12 +71,9 @@ class LocalNames:
 
     def enter(self, function: Function, call: ast.Call) -> Names:
         """Begin a function that is called; return the names of the place of the call."""
-        parameters = [each.arg for each in function.args.args if each.arg != "self"]
-        given = dict(zip(parameters, call.args, strict=False))
-        given |= {each.arg: each.value for each in call.keywords if each.arg is not None}
-        inner: Names = {name: _short(self.closed(value)) for name, value in given.items()}
-        inner |= {name: None for name in parameters if name not in inner}
-        return self.swap(inner)
+        parameters = parameters_of(function)
+        given = {name: _short(self.closed(value)) for name, value in given_to(parameters, call).items()}
+        return self.swap({**given, **{name: None for name in parameters if name not in given}})
 
     def closed(self, node: ast.expr) -> ast.expr:
         """Return an expression in which local names are what they stand for."""

@@ -8,11 +8,15 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Collection, Iterator
+from typing import TypeGuard
+
+from .nodes import FUNCTIONS, is_stored, names_in, nodes_in
 
 _WAITS = (ast.Await, ast.AsyncWith, ast.AsyncFor)
 _LEAVES = (ast.Break, ast.Return, ast.Raise)
 _OF_IMAGES = ("set_bit", "load", "clear", "to_image")
 _FIXED_FORMS = (ast.UnaryOp, ast.BoolOp, ast.Compare, ast.Constant, ast.Name, ast.Attribute)
+_VALUES = (ast.Name, ast.Attribute, ast.Subscript)
 
 
 def endless(tree: ast.Module, inputs: Collection[str]) -> Iterator[tuple[int, str]]:
@@ -21,11 +25,10 @@ def endless(tree: ast.Module, inputs: Collection[str]) -> Iterator[tuple[int, st
     Args:
         inputs: the names of inputs, which are constant for the whole scan.
     """
-    for function in ast.walk(tree):
-        if isinstance(function, ast.AsyncFunctionDef):
-            for loop in ast.walk(function):
-                if isinstance(loop, ast.While) and _stays(loop.test, inputs) and not _ends_or_waits(loop):
-                    yield loop.lineno, f"{function.name} never waits in this loop: the watchdog ends it"
+    for function in nodes_in(tree, ast.AsyncFunctionDef):
+        for loop in nodes_in(function, ast.While):
+            if _stays(loop.test, inputs) and not _ends_or_waits(loop):
+                yield loop.lineno, f"{function.name} never waits in this loop: the watchdog ends it"
 
 
 def fixed_loops(tree: ast.Module, parts: Collection[str] = ()) -> Iterator[tuple[int, str]]:
@@ -34,28 +37,28 @@ def fixed_loops(tree: ast.Module, parts: Collection[str] = ()) -> Iterator[tuple
     Args:
         parts: fields that the scan keeps as they are: inputs, axes.
     """
-    functions = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
-    for function in functions:
-        for loop in ast.walk(function):
-            if isinstance(loop, ast.While) and not _ends_or_waits(loop) and _is_fixed(loop, parts):
+    for function in nodes_in(tree, *FUNCTIONS):
+        for loop in nodes_in(function, ast.While):
+            if not _ends_or_waits(loop) and _is_fixed(loop, parts):
                 text = f"nothing in this loop changes `{ast.unparse(loop.test)}`: the watchdog ends it"
                 yield loop.lineno, f"{function.name}: {text}"
 
 
 def _is_fixed(loop: ast.While, parts: Collection[str]) -> bool:
     """Whether nothing in a loop changes what it tests, which is no constant."""
-    nodes = [node for each in loop.body for node in ast.walk(each)]
-    stored = {
-        ast.unparse(node)
-        for node in nodes
-        if isinstance(node, ast.Name | ast.Attribute | ast.Subscript) and isinstance(node.ctx, ast.Store)
-    }
-    read = [node for node in ast.walk(loop.test) if isinstance(node, ast.expr)]
-    calls = [node for node in nodes if isinstance(node, ast.Call) and not _is_of_part(node, parts)]
-    names = [node for node in read if isinstance(node, ast.Name | ast.Attribute | ast.Subscript)]
-    is_local = all(isinstance(node, ast.Name) for node in names)
-    is_plain = all(isinstance(node, (*_FIXED_FORMS, ast.Subscript)) for node in read)
-    return bool(names) and is_plain and not {*map(ast.unparse, names)} & stored and (is_local or not calls)
+    tested = list(nodes_in(loop.test, *_VALUES))
+    if not tested or not _has_only(loop.test, *_FIXED_FORMS, ast.Subscript):
+        return False
+    is_local = all(isinstance(node, ast.Name) for node in tested)
+    if not is_local and not all(_is_of_part(call, parts) for call in nodes_in(loop.body, ast.Call)):
+        return False  # a call may change a field
+    stored = {ast.unparse(node) for node in nodes_in(loop.body, *_VALUES) if is_stored(node)}
+    return stored.isdisjoint(map(ast.unparse, tested))
+
+
+def _has_only(test: ast.expr, *forms: type[ast.expr]) -> bool:
+    """Whether an expression has only expressions of these forms in it."""
+    return all(isinstance(node, forms) for node in nodes_in(test, ast.expr))
 
 
 def _is_of_part(call: ast.Call, parts: Collection[str]) -> bool:
@@ -67,37 +70,30 @@ def _is_of_part(call: ast.Call, parts: Collection[str]) -> bool:
 
 def skips_wait(tree: ast.Module) -> Iterator[tuple[int, str]]:
     """Yield `continue` in a loop before anything is awaited or changed: line and problem."""
-    functions = (node for node in ast.walk(tree) if isinstance(node, ast.AsyncFunctionDef))
-    for function in functions:
-        for loop in ast.walk(function):
-            if isinstance(loop, ast.While) and isinstance(loop.test, ast.Constant):
-                for node in loop.body:
-                    if not isinstance(node, ast.If) or not _only_continues(node):
-                        break
-                    test = ast.unparse(node.test)
-                    yield node.lineno, f"{function.name} never waits while `{test}`: the watchdog ends it"
+    for function in nodes_in(tree, ast.AsyncFunctionDef):
+        for loop in nodes_in(function, ast.While):
+            for node in loop.body if isinstance(loop.test, ast.Constant) else ():
+                if not _only_continues(node):
+                    break
+                test = ast.unparse(node.test)
+                yield node.lineno, f"{function.name} never waits while `{test}`: the watchdog ends it"
 
 
-def _only_continues(node: ast.If) -> bool:
+def _only_continues(node: ast.stmt) -> TypeGuard[ast.If]:
     """Whether a statement begins the next pass, and its condition can't change until then."""
-    leaves = [each for each in ast.walk(node.test) if isinstance(each, ast.expr)]
-    is_fixed = all(isinstance(each, _FIXED_FORMS) for each in leaves)
-    return is_fixed and len(node.body) == 1 and isinstance(node.body[0], ast.Continue)
+    match node:
+        case ast.If(body=[ast.Continue()], test=test):
+            return _has_only(test, *_FIXED_FORMS)
+    return False
 
 
 def _stays(test: ast.expr, inputs: Collection[str]) -> bool:
     """Return whether a condition can't change within a scan and may hold: it is a constant, or of inputs."""
     if isinstance(test, ast.Constant):
         return bool(test.value)
-    leaves = [node for node in ast.walk(test) if isinstance(node, ast.expr)]
-    names = [node for node in leaves if isinstance(node, ast.Name)]
-    parts = [node.attr for node in leaves if isinstance(node, ast.Attribute)]
-    return (
-        all(isinstance(node, _FIXED_FORMS) for node in leaves)
-        and all(node.id == "self" for node in names)
-        and bool(parts)
-        and all(part in inputs for part in parts)
-    )
+    parts = {node.attr for node in nodes_in(test, ast.Attribute)}
+    is_of_inputs = bool(parts) and parts.issubset(inputs) and set(names_in(test)) <= {"self"}
+    return is_of_inputs and _has_only(test, *_FIXED_FORMS)
 
 
 def _ends_or_waits(loop: ast.While) -> bool:

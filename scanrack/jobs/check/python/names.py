@@ -11,9 +11,9 @@ from scanrack.ladder.python.sequences.blocks import Block
 from scanrack.ladder.python.sequences.logic import fields_of
 
 from ..facts import Access, Facts, FileLine, OutputWrite, Role, Touch, Variable
-from ..logic import INPUT, TRUE, AllOf, AnyOf, Bit, Condition, all_of, needed, negated
+from ..logic import INPUT, TRUE, AllOf, Bit, Condition, all_of, base_of, needed, negated, with_leaves
 from .conditions import ConditionNames, condition
-from .reader import Function, field_of
+from .nodes import Function, field_of, is_loaded, nodes_in, targets_of
 
 DEPTH = 4
 """Helpers in helpers that are followed."""
@@ -63,63 +63,52 @@ class Accesses:
                 top = False
 
     def _statement(self, node: ast.stmt, reached: Condition, *, once: bool, top: bool) -> None:
-        inner: list[tuple[Sequence[ast.stmt], Condition, bool]] = []
         match node:
-            case ast.If():
-                self._reads(node.test)
-                own = condition(node.test, self._names)
-                inner = [
-                    (node.body, all_of(reached, own), once),
-                    (node.orelse, all_of(reached, negated(own)), once),
-                ]
-            case ast.While():
-                self._reads(node.test)
-                inner = [(node.body, TRUE, False), (node.orelse, TRUE, False)]
-            case ast.For() | ast.AsyncFor():
-                self._reads(node.iter)
-                inner = [(node.body, reached, False), (node.orelse, reached, False)]
-            case ast.With() | ast.AsyncWith():
-                for item in node.items:
+            case ast.If(test=test):
+                self._reads(test)
+                own = condition(test, self._names)
+                self._inner(all_of(reached, own), node.body, once=once)
+                self._inner(all_of(reached, negated(own)), node.orelse, once=once)
+            case ast.While(test=test):
+                self._reads(test)
+                self._inner(TRUE, node.body, node.orelse, once=False)
+            case ast.For(iter=iterable) | ast.AsyncFor(iter=iterable):
+                self._reads(iterable)
+                self._inner(reached, node.body, node.orelse, once=False)
+            case ast.With(items=items) | ast.AsyncWith(items=items):
+                for item in items:
                     self._reads(item.context_expr)
-                inner = [(node.body, reached, once)]
-            case ast.Try():
-                blocks = (node.body, *(each.body for each in node.handlers), node.orelse, node.finalbody)
-                inner = [(block, reached, once) for block in blocks]
-            case ast.Match():
-                self._reads(node.subject)
-                inner = [(each.body, reached, once) for each in node.cases]
+                self._inner(reached, node.body, once=once)
+            case ast.Try(body, handlers, orelse, finalbody):
+                blocks = (each.body for each in handlers)
+                self._inner(reached, body, *blocks, orelse, finalbody, once=once)
+            case ast.Match(subject=subject, cases=cases):
+                self._reads(subject)
+                self._inner(reached, *(each.body for each in cases), once=once)
             case _:
                 self._simple(node, reached, once=once, top=top)
-                return
-        for body, condition_there, once_there in inner:
-            self._body(body, condition_there, once=once_there, top=False)
+
+    def _inner(self, reached: Condition, *bodies: Sequence[ast.stmt], once: bool) -> None:
+        """Note the bodies of a statement, which run under a condition."""
+        for body in bodies:
+            self._body(body, reached, once=once, top=False)
 
     def _simple(self, node: ast.stmt, reached: Condition, *, once: bool, top: bool) -> None:
         self._reads(node)
         if isinstance(node, ast.AugAssign):
             self._write(node.target, Touch.BOTH, reached, once=once, top=False)
+        declared = [node.target] if isinstance(node, ast.AnnAssign) else []
         value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
-        targets = (
-            node.targets
-            if isinstance(node, ast.Assign)
-            else [node.target]
-            if isinstance(node, ast.AnnAssign)
-            else []
-        )
-        for target in targets:
+        for target in targets_of(node) or declared:
             for each in target.elts if isinstance(target, ast.Tuple | ast.List) else [target]:
                 use = Touch.WRITE if each is not target else _use(value)
                 self._write(each, use, reached, once=once, top=top, value=value)
         self._names.forget()
 
     def _reads(self, node: ast.AST) -> None:
-        for each in ast.walk(node):
+        for each in nodes_in(node, ast.Attribute):
             name = field_of(each)
-            if (
-                name in self._facts.variables
-                and isinstance(each, ast.Attribute)
-                and isinstance(each.ctx, ast.Load)
-            ):
+            if name in self._facts.variables and is_loaded(each):
                 self._add(Access(name, "", Touch.READ, FileLine(self._file, each.lineno)))
 
     def _write(
@@ -153,17 +142,16 @@ class Accesses:
 
     def _freed(self, found: Condition) -> Condition:
         """Return a condition in which inputs are named as such, and fields without what tells their turns."""
-        match found:
-            case Bit(text, on):
-                name = text.partition("#")[0].removeprefix("self.")
-                variable = self._facts.variables.get(name)
-                is_input = variable is not None and variable.role is Role.INPUT
-                return Bit(f"{INPUT}{name}" if is_input else name, on)
-            case AllOf(parts):
-                return AllOf(tuple(map(self._freed, parts)))
-            case AnyOf(parts):
-                return AnyOf(tuple(map(self._freed, parts)))
-        return found
+
+        def of(leaf: Condition) -> Condition:
+            if not isinstance(leaf, Bit):
+                return leaf
+            name = base_of(leaf.name).removeprefix("self.")
+            variable = self._facts.variables.get(name)
+            is_input = variable is not None and variable.role is Role.INPUT
+            return Bit(f"{INPUT}{name}" if is_input else name, leaf.on)
+
+        return with_leaves(found, of)
 
     def _add(self, access: Access) -> None:
         for owner in sorted(self._owners.get(self._function, {""})):
@@ -187,14 +175,11 @@ def called_twice(
 ) -> Iterator[tuple[ast.Call, str]]:
     """Yield the second call of a block in a method that every scan executes, and in its helpers."""
     calls = list(_with_helpers(_paths(function.body, ()), methods, DEPTH))
-    for at, (call, arms) in enumerate(calls):
+    own = [(call, arms) for call, arms in calls if field_of(call.func) in blocks]
+    for at, (call, arms) in enumerate(own):
         name = field_of(call.func)
-        before = (
-            other
-            for other, others in calls[:at]
-            if field_of(other.func) == name and not _exclude(arms, others)
-        )
-        if name in blocks and next(before, None) is not None:
+        before = (others for other, others in own[:at] if field_of(other.func) == name)
+        if not all(_exclude(arms, others) for others in before):
             yield call, name
 
 
@@ -204,18 +189,17 @@ Arms = tuple[tuple[int, int], ...]
 
 def _paths(body: Sequence[ast.stmt], arms: Arms) -> Iterator[tuple[ast.Call, Arms]]:
     for node in body:
+        tested = node.test if isinstance(node, ast.If) else node
+        yield from ((each, arms) for each in nodes_in(tested, ast.Call))
         if isinstance(node, ast.If):
-            yield from ((each, arms) for each in ast.walk(node.test) if isinstance(each, ast.Call))
             yield from _paths(node.body, (*arms, (id(node), 0)))
             yield from _paths(node.orelse, (*arms, (id(node), 1)))
-        else:
-            yield from ((each, arms) for each in ast.walk(node) if isinstance(each, ast.Call))
 
 
 def _with_helpers(
     calls: Iterable[tuple[ast.Call, Arms]], methods: Mapping[str, Function], depth: int
 ) -> Iterator[tuple[ast.Call, Arms]]:
-    """Yield calls, and behind the call of a helper those in it."""
+    """Yield calls, and after the call of a helper the calls in it."""
     for call, arms in calls:
         yield call, arms
         helper = methods.get(field_of(call.func))

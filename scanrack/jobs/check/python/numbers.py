@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from types import MappingProxyType
 
 from scanrack.io_images.amci3601 import BlendSegment
 
 from ..ranges import ANY, OPERATIONS, Range, exactly, joined
 from .expression_options import Options
-from .reader import Function, Reader, UnknownError
+from .nodes import Function, nodes_in
+from .reader import Reader, UnknownError
 
 OPERATORS: Mapping[type[ast.operator], str] = {
     ast.Add: "+",
@@ -25,7 +27,7 @@ NONE: Mapping[str, tuple[Range, ...]] = MappingProxyType({})
 NO_FUNCTIONS: Mapping[str, Function] = MappingProxyType({})
 
 DEPTH = 8
-"""Levels of names behind a name."""
+"""Levels of names that a name gets its value from."""
 
 
 class Numbers:
@@ -49,26 +51,21 @@ class Numbers:
 
     def sequence(self, node: ast.expr) -> Sequence[object] | None:
         """Return the elements of a sequence that the text determines; None if it does not."""
+        is_listed = isinstance(node, ast.Tuple | ast.List)
         try:
-            found = self._reader.value(node) if not isinstance(node, ast.Tuple | ast.List) else None
+            found = self._evaluated(node) if is_listed else self._reader.value(node)
         except UnknownError:
-            found = self._evaluated(node)
-        if isinstance(node, ast.Tuple | ast.List):
             found = self._evaluated(node)
         return found if isinstance(found, tuple | list) else None
 
     def _evaluated(self, node: ast.expr) -> object:
         """Return the value of an expression whose calls only make sequences; None for another one."""
-        for each in ast.walk(node):
-            called = (
-                self._reader.names.get(ast.unparse(each.func), ast.unparse(each.func))
-                if isinstance(each, ast.Call)
-                else None
-            )
-            if called is not None and called is not BlendSegment and called not in ("range", "tuple", "list"):
-                return None
-            if isinstance(each, ast.Await | ast.Lambda | ast.Pow):
-                return None
+        names = (ast.unparse(call.func) for call in nodes_in(node, ast.Call))
+        called = [self._reader.names.get(name, name) for name in names]
+        if not all(each is BlendSegment or each in ("range", "tuple", "list") for each in called):
+            return None
+        if any(nodes_in(node, ast.Await, ast.Lambda, ast.Pow)):
+            return None
         try:
             return eval(compile(ast.Expression(node), self._reader.file, "eval"), dict(self._reader.names))
         except Exception:
@@ -82,21 +79,19 @@ class Numbers:
             return (*self.choices(node.body, given, depth), *self.choices(node.orelse, given, depth))
         if isinstance(node, ast.Name) and node.id in given:
             return given[node.id]
-        try:
+        with suppress(UnknownError):
             return _of_values(self._reader.possible(node))
-        except UnknownError:
-            pass
-        if depth and isinstance(node, ast.Name | ast.Attribute) and ast.unparse(node) in self._stored:
-            values = self._stored[ast.unparse(node)]
-            if values and None not in values:
-                return tuple(
-                    each
-                    for value in values
-                    if value is not None
-                    for each in self.choices(value, given, depth - 1)
-                )
+        stored = self._known(node) if depth else []
+        if stored:
+            return tuple(each for value in stored for each in self.choices(value, given, depth - 1))
         found = self._range(node, given, depth)
         return (found,) if found != ANY else self._options_of(node)
+
+    def _known(self, node: ast.expr) -> list[ast.expr]:
+        """Return all that the text assigns to a name or an attribute; nothing if not all of it is known."""
+        is_named = isinstance(node, ast.Name | ast.Attribute)
+        values = self._stored.get(ast.unparse(node), ()) if is_named else ()
+        return [] if None in values else [value for value in values if value is not None]
 
     def _options_of(self, node: ast.expr) -> tuple[Range, ...]:
         """Return what elements of tables may be, and what helpers make of them."""

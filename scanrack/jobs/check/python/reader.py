@@ -22,6 +22,7 @@ from scanrack.io_images import amci3601
 from scanrack.io_images.amci3601 import Acceleration, Direction, MoveKind
 
 from ..facts import FileLine, LocalFinding, UsesBit
+from .nodes import FUNCTIONS, Function, given_to, is_stored, names_in, nodes_in, unpacks
 
 NEUTRAL: Mapping[str, object] = {
     "kind": MoveKind.ABSOLUTE,
@@ -42,13 +43,15 @@ GIVEN = ("Move", "FindHome", "Manual", "PresetPosition", "PresetEncoder", "Reset
 CHECKED = (*GIVEN, "Configuration")
 """Classes whose arguments are checked."""
 
+ZEROING = frozenset({"Idle", "Hold", "ImmediateStop", "Image"})
+"""Classes without a command bit in word 0."""
+
+WRITING = frozenset({"clear", "set_bit", "words", "raw"})
+"""Attributes of an image with which it is written."""
+
 NO_FIELDS: Mapping[str, object] = MappingProxyType({})
 
-_FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda)
 _VALUES = (ast.Constant, ast.Name, ast.Attribute, ast.UnaryOp, ast.BinOp, ast.unaryop, ast.operator, ast.Load)
-
-
-Function = ast.FunctionDef | ast.AsyncFunctionDef
 
 
 class UnknownError(Exception):
@@ -67,19 +70,20 @@ class Reader:
         self, file: str, tree: ast.Module, names: Mapping[str, Any], fields: Mapping[str, object] = NO_FIELDS
     ) -> None:
         self.file, self.tree, self.names, self.fields = file, tree, names, fields
-        functions = [node for node in ast.walk(tree) if isinstance(node, _FUNCTIONS)]
+        functions = list(nodes_in(tree, *FUNCTIONS, ast.Lambda))
         self.local = {name for function in functions for name in _bound(function)}
         self.loops = dict(_loops(functions))
 
+    def place(self, node: ast.expr | ast.stmt | ast.arg) -> FileLine:
+        """Return the line of a node."""
+        return FileLine(self.file, node.lineno)
+
     def calls(self) -> Iterator[tuple[str, ast.Call]]:
         """Yield the calls of command classes, by the class's name."""
-        for node in ast.walk(self.tree):
-            if isinstance(node, ast.Call):
-                name = (
-                    node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-                )
-                if name in CHECKED and (name not in self.names or self.names[name] is _class(name)):
-                    yield name, node
+        for node in nodes_in(self.tree, ast.Call):
+            name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            if name in CHECKED and (name not in self.names or self.names[name] is _class(name)):
+                yield name, node
 
     def make(self, kind: str, call: ast.Call) -> object | None:
         """Make a command from the known arguments; None if a required one can't be replaced.
@@ -87,14 +91,8 @@ class Reader:
         Raises:
             ValueError: an argument is out of range.
         """
-        parameters = list(signature(_class(kind)).parameters)
-        given = dict(zip(parameters, call.args, strict=False))
-        given |= {each.arg: each.value for each in call.keywords if each.arg is not None}
-        complete = not any(isinstance(each, ast.Starred) for each in call.args) and None not in (
-            each.arg for each in call.keywords
-        )
         arguments: dict[str, Sequence[object]] = {}
-        for name, node in given.items():
+        for name, node in given_to(signature(_class(kind)).parameters, call).items():
             try:
                 arguments[name] = self.possible(node)
             except UnknownError:
@@ -103,17 +101,15 @@ class Reader:
                 if name in NEUTRAL:
                     arguments[name] = (NEUTRAL[name],)
         try:
-            made = [_class(kind)(**each) for each in variants(arguments)] if complete else [None]
+            made = [] if unpacks(call) else [_class(kind)(**each) for each in variants(arguments)]
         except TypeError:  # the call itself would fail, or an argument is unknown
             return None
-        return made[0]
+        return made[0] if made else None
 
     def known(self, kind: str, call: ast.Call) -> Mapping[str, object]:
         """Return the arguments of a call with a single value."""
-        given = dict(zip(signature(_class(kind)).parameters, call.args, strict=False))
-        given |= {str(each.arg): each.value for each in call.keywords}
         found = {}
-        for name, node in given.items():
+        for name, node in given_to(signature(_class(kind)).parameters, call).items():
             with suppress(UnknownError):
                 found[name] = self.value(node)
         return found
@@ -172,19 +168,17 @@ class Reader:
 
     def _may_zero(self) -> bool:
         """Return whether word 0 may be written by something other than a command."""
-        for node in ast.walk(self.tree):
-            if isinstance(node, ast.Name) and node.id in ("Idle", "Hold", "ImmediateStop", "Image"):
-                return True
-            if isinstance(node, ast.Subscript) and isinstance(node.ctx, ast.Store):
-                return True
-            if isinstance(node, ast.Attribute) and node.attr in ("clear", "set_bit", "words", "raw"):
-                return True
-        return False
+        attributes = (node.attr for node in nodes_in(self.tree, ast.Attribute))
+        return (
+            any(map(is_stored, nodes_in(self.tree, ast.Subscript)))
+            or not ZEROING.isdisjoint(names_in(self.tree))
+            or not WRITING.isdisjoint(attributes)
+        )
 
     def uses_bit(self, terminals: Set[str]) -> UsesBit | None:
         """Return a test whether the program names a terminal; None if it names none, and may use numbers."""
-        words = {node.value for node in ast.walk(self.tree) if isinstance(node, ast.Constant)}
-        words |= {node.attr for node in ast.walk(self.tree) if isinstance(node, ast.Attribute)}
+        words = {node.value for node in nodes_in(self.tree, ast.Constant)}
+        words |= {node.attr for node in nodes_in(self.tree, ast.Attribute)}
         if words.isdisjoint(terminals):
             return None
         return lambda _slot, _image, name, _word, _bit: name in words
@@ -193,18 +187,10 @@ class Reader:
 def functions_in(tree: ast.Module) -> Iterator[tuple[Function, ast.ClassDef | None]]:
     """Yield the functions of a module and the methods of its classes, with their class."""
     for node in tree.body:
-        if isinstance(node, Function):
-            yield node, None
-        if isinstance(node, ast.ClassDef):
-            for each in node.body:
-                if isinstance(each, Function):
-                    yield each, node
-
-
-def field_of(node: ast.AST) -> str:
-    """Return `name` of `self.name`; "" for another expression."""
-    is_own = isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "self"
-    return node.attr if is_own and isinstance(node, ast.Attribute) else ""
+        owner = node if isinstance(node, ast.ClassDef) else None
+        for each in (node,) if owner is None else owner.body:
+            if isinstance(each, Function):
+                yield each, owner
 
 
 def variants(arguments: Mapping[str, Sequence[object]]) -> Iterator[dict[str, Any]]:
@@ -222,16 +208,15 @@ def variants(arguments: Mapping[str, Sequence[object]]) -> Iterator[dict[str, An
 
 def _loops(functions: Sequence[ast.AST]) -> Iterator[tuple[str, tuple[ast.expr, int | None]]]:
     """Yield the variables of a single loop: its sequence, and their place in its rows, if any."""
-    nodes = [node for function in functions for node in ast.walk(function)]
-    names = [node for node in nodes if isinstance(node, ast.Name)]
-    stored = Counter(node.id for node in names if isinstance(node.ctx, ast.Store))
-    arguments = {node.arg for node in nodes if isinstance(node, ast.arg)}
-    for loop in nodes:
-        if isinstance(loop, ast.For):
-            rows = loop.target.elts if isinstance(loop.target, ast.Tuple) else [loop.target]
-            for at, target in enumerate(rows):
-                if isinstance(target, ast.Name) and stored[target.id] == 1 and target.id not in arguments:
-                    yield target.id, (loop.iter, at if isinstance(loop.target, ast.Tuple) else None)
+    stored = Counter(node.id for node in nodes_in(functions, ast.Name) if is_stored(node))
+    arguments = {node.arg for node in nodes_in(functions, ast.arg)}
+    for loop in nodes_in(functions, ast.For):
+        is_row = isinstance(loop.target, ast.Tuple)
+        for at, target in enumerate(
+            loop.target.elts if isinstance(loop.target, ast.Tuple) else [loop.target]
+        ):
+            if isinstance(target, ast.Name) and stored[target.id] == 1 and target.id not in arguments:
+                yield target.id, (loop.iter, at if is_row else None)
 
 
 def _item(row: object, at: int) -> object:
@@ -244,10 +229,7 @@ def _class(name: str) -> Any:
     return getattr(amci3601, name)
 
 
-def _bound(function: ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) -> Iterator[str]:
+def _bound(function: Function | ast.Lambda) -> Iterator[str]:
     """Yield the names that a function assigns."""
-    for node in ast.walk(function):
-        if isinstance(node, ast.arg):
-            yield node.arg
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-            yield node.id
+    yield from (node.arg for node in nodes_in(function, ast.arg))
+    yield from (node.id for node in nodes_in(function, ast.Name) if is_stored(node))

@@ -5,13 +5,13 @@ from __future__ import annotations
 import ast
 import difflib
 from collections.abc import Collection, Iterator
-from typing import Any
 
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.runtime.config.rackspec import RackSpec
 
-from ..facts import Command, Facts, FileLine, LocalFinding
+from ..facts import Command, Facts, LocalFinding
 from ..ranges import ANY, Range, exactly
+from .nodes import is_loaded, is_stored, last_name, names_in, nodes_in, stored_attributes
 from .reader import Reader
 
 KINDS = {
@@ -44,19 +44,20 @@ class Scans:
     def note(self) -> None:
         """Note all of it."""
         for node in ast.walk(self._reader.tree):
-            if isinstance(node, ast.Subscript):
-                self._subscript(node)
-            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
-                if node.func.attr in _WRITING and self._is_image(node.func.value, ".inputs"):
-                    self._remark("input-written", node, f"`{ast.unparse(node)}` writes an input image")
-            elif isinstance(node, ast.Assign):
-                for target in node.targets:
-                    self._assigned(target, node.value)
+            match node:
+                case ast.Subscript():
+                    self._subscript(node)
+                case ast.Call(func=ast.Attribute(value=image, attr=method)) if method in _WRITING:
+                    if self._is_image(image, ".inputs"):
+                        self._remark("input-written", node, f"`{ast.unparse(node)}` writes an input image")
+                case ast.Assign(targets=targets, value=value):
+                    for target in targets:
+                        self._assigned(target, value)
         self._attributes()
         self._commands()
 
-    def _remark(self, rule: str, node: ast.AST, text: str) -> None:
-        self._facts.remark(rule, FileLine(self._reader.file, getattr(node, "lineno", 1)), text)
+    def _remark(self, rule: str, node: ast.expr, text: str) -> None:
+        self._facts.remark(rule, self._reader.place(node), text)
 
     def _subscript(self, node: ast.Subscript) -> None:
         """Note a slot that the rack lacks, and an input that is written."""
@@ -65,10 +66,9 @@ class Scans:
             there = [slot.number for slot in self._spec.slot]
             if isinstance(index.value, int) and index.value not in there:
                 listed = ", ".join(map(str, there))
-                self._remark(
-                    "no-place", node, f"`{ast.unparse(node)}`: the rack has modules in slots {listed} only"
-                )
-        if isinstance(node.ctx, ast.Store) and self._is_image(owner, ".inputs"):
+                text = f"`{ast.unparse(node)}`: the rack has modules in slots {listed} only"
+                self._remark("no-place", node, text)
+        if is_stored(node) and self._is_image(owner, ".inputs"):
             self._remark("input-written", node, f"`{ast.unparse(node)}` is an input: the module writes it")
 
     def _is_image(self, node: ast.expr, end: str) -> bool:
@@ -89,143 +89,112 @@ class Scans:
     # --- state
 
     def _attributes(self) -> None:
-        """Note attributes that the objects of the module's own classes do not have."""
+        """Note attributes that objects of the module's own classes, and views of a status, do not have."""
         classes = {node.name: node for node in self._reader.tree.body if isinstance(node, ast.ClassDef)}
         for name, value in self._reader.names.items():
-            kind = classes.get(type(value).__name__)
-            if kind is None or type(value).__module__ != self._reader.names.get("__name__"):
-                continue
-            known = {*dir(value), *_fields(kind)}
-            if "__setattr__" in vars(type(value)) or "__getattr__" in vars(type(value)):
-                continue
-            for node in ast.walk(self._reader.tree):
-                is_ours = isinstance(node, ast.Attribute) and ast.unparse(node.value) == name
-                if is_ours and isinstance(node, ast.Attribute) and node.attr not in known:
-                    text = missing(f"{name}.{node.attr}", node.attr, known)
-                    self._remark("unknown-attribute", node, text)
-        for kind in classes.values():
-            self._own_attributes(kind)
-        self._views()
+            kind = type(value)
+            is_own = kind.__module__ == self._reader.names.get("__name__") and kind.__name__ in classes
+            if is_own and not {"__setattr__", "__getattr__"} & vars(kind).keys():
+                known = {*dir(value), *_fields(classes[kind.__name__])}
+                self._missing(self._reader.tree, name, known)
+        for each in classes.values():
+            if not each.bases and not each.keywords:
+                self._missing(each, "self", {*_fields(each), *dir(object)})
+        for name, view in self._views().items():
+            self._missing(self._reader.tree, name, set(dir(view)))
 
-    def _own_attributes(self, kind: ast.ClassDef) -> None:
-        if kind.bases or kind.keywords:
-            return
-        known = {*_fields(kind), *dir(object)}
-        for node in ast.walk(kind):
-            is_own = (
-                isinstance(node, ast.Attribute)
-                and isinstance(node.value, ast.Name)
-                and node.value.id == "self"
-            )
-            if is_own and isinstance(node, ast.Attribute) and node.attr not in known:
-                self._remark("unknown-attribute", node, missing(f"self.{node.attr}", node.attr, known))
+    def _missing(self, tree: ast.AST, name: str, known: set[str]) -> None:
+        """Note the attributes that an object does not have, in a text in which it has this name."""
+        for node in nodes_in(tree, ast.Attribute):
+            if node.attr not in known and ast.unparse(node.value) == name:
+                self._remark("unknown-attribute", node, missing(f"{name}.{node.attr}", node.attr, known))
 
-    def _views(self) -> None:
-        """Note bits that a view of a status does not have: `status.MOVE_COMPLET`."""
-        views: dict[str, Any] = {}
-        for node in ast.walk(self._reader.tree):
-            value = node.value if isinstance(node, ast.Assign) and len(node.targets) == 1 else None
-            called = self._reader.names.get(ast.unparse(value.func)) if isinstance(value, ast.Call) else None
-            if isinstance(node, ast.Assign) and getattr(called, "__name__", "") == "StatusView":
-                views[ast.unparse(node.targets[0])] = called
-        for node in ast.walk(self._reader.tree):
-            if isinstance(node, ast.Attribute) and ast.unparse(node.value) in views:
-                names = set(dir(views[ast.unparse(node.value)]))
-                if node.attr not in names:
-                    self._remark("unknown-attribute", node, missing(ast.unparse(node), node.attr, names))
+    def _views(self) -> dict[str, object]:
+        """Return the classes of views of a status by the name of the view, such as `status`."""
+        views: dict[str, object] = {}
+        for node in nodes_in(self._reader.tree, ast.Assign):
+            if len(node.targets) == 1 and isinstance(node.value, ast.Call):
+                called = self._reader.names.get(ast.unparse(node.value.func))
+                if getattr(called, "__name__", "") == "StatusView":
+                    views[ast.unparse(node.targets[0])] = called
+        return views
 
     # --- commands
 
     def _commands(self) -> None:
         """Note the commands, given as words."""
-        others = [node for node in ast.walk(self._reader.tree) if isinstance(node, ast.Subscript)]
-        writes = [
-            node
-            for node in others
-            if isinstance(node.ctx, ast.Store) and self._is_image(node.value, ".outputs")
-        ]
-        if (
-            len(writes) > len([node for node in writes if _is_zeroed(node, self._reader.tree)])
-            and self._slot is not None
-        ):
-            self._facts.computed.add(self._slot)
-        for node in ast.walk(self._reader.tree):
-            if not isinstance(node, ast.Call):
-                continue
-            name = ast.unparse(node.func).rpartition(".")[2]
+        tree = self._reader.tree
+        if self._slot is not None:
+            zeroed = {id(each) for node in nodes_in(tree, ast.Assign) for each in _zeroed(node)}
+            stored = (node for node in nodes_in(tree, ast.Subscript) if is_stored(node))
+            if any(self._is_image(each.value, ".outputs") for each in stored if id(each) not in zeroed):
+                self._facts.computed.add(self._slot)
+            self._facts.commands += self._given(self._slot)
+        load = next(filter(self._loads_motion, nodes_in(tree, ast.Call)), None)
+        if load is not None:
+            self._facts.at_once.append(LocalFinding(self._reader.place(load), "load writes all eight words"))
+
+    def _given(self, slot: int) -> Iterator[Command]:
+        """Yield the commands that the text makes."""
+        for call in nodes_in(self._reader.tree, ast.Call):
+            name = last_name(call.func)
             kind = KINDS.get(name, "")
             if name == "Move":
-                kind = "move_to" if "ABSOLUTE" in ast.unparse(node) else "move_by"
-            if kind == "configure" and not self._is_used(node):
-                continue
-            if kind and self._slot is not None:
-                place = FileLine(self._reader.file, node.lineno)
-                self._facts.commands.append(
-                    Command(kind, f"slot {self._slot}", self._slot, place, name, words=True)
-                )
-        for node in ast.walk(self._reader.tree):
-            called = node.func if isinstance(node, ast.Call) else None
-            is_load = isinstance(called, ast.Attribute) and called.attr == "load"
-            if not is_load or not isinstance(node, ast.Call) or not isinstance(called, ast.Attribute):
-                continue
-            if self._is_image(called.value, ".outputs") and self._is_motion(node):
-                place = FileLine(self._reader.file, node.lineno)
-                self._facts.at_once.append(LocalFinding(place, "load writes all eight words"))
-                return
+                kind = "move_to" if "ABSOLUTE" in ast.unparse(call) else "move_by"
+            if kind and (kind != "configure" or self._is_used(call)):
+                yield Command(kind, f"slot {slot}", slot, self._reader.place(call), name, words=True)
+
+    def _loads_motion(self, call: ast.Call) -> bool:
+        """Whether a call loads a motion to an output image."""
+        match call.func:
+            case ast.Attribute(value=image, attr="load"):
+                return self._is_image(image, ".outputs") and self._is_motion(call)
+        return False
 
     def _is_motion(self, load: ast.Call) -> bool:
         """Whether a call loads a motion, made there or under the name that it has in the text."""
         text = " ".join(map(ast.unparse, load.args))
-        named = [
-            ast.unparse(node.value)
-            for node in ast.walk(self._reader.tree)
-            if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == text.partition(".")[0]
-        ]
-        return any(f"{name}(" in each for name in ("Move", "FindHome", "Manual") for each in (text, *named))
+        name = text.partition(".")[0]
+        assignments = (node for node in nodes_in(self._reader.tree, ast.Assign))
+        named = [ast.unparse(node.value) for node in assignments if ast.unparse(node.targets[0]) == name]
+        return any(f"{kind}(" in each for kind in ("Move", "FindHome", "Manual") for each in (text, *named))
 
     def _is_used(self, made: ast.Call) -> bool:
         """Whether a configuration is used: in place, or by the name that it has in the module."""
-        for node in self._reader.tree.body:
-            if isinstance(node, ast.Assign) and any(each is made for each in ast.walk(node.value)):
-                names = {ast.unparse(each) for each in node.targets}
-                loads = (each for each in ast.walk(self._reader.tree) if isinstance(each, ast.Name))
-                return any(each.id in names and isinstance(each.ctx, ast.Load) for each in loads)
-        return True
+        assignments = (node for node in self._reader.tree.body if isinstance(node, ast.Assign))
+        own = (node for node in assignments if any(each is made for each in ast.walk(node.value)))
+        names = next(({ast.unparse(each) for each in node.targets} for node in own), None)
+        loads = (node for node in nodes_in(self._reader.tree, ast.Name) if is_loaded(node))
+        return names is None or any(each.id in names for each in loads)
 
 
-def _is_zeroed(target: ast.Subscript, tree: ast.Module) -> bool:
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Assign) and any(each is target for each in node.targets):
-            return isinstance(node.value, ast.Constant) and node.value.value == 0
-    return False
+def _zeroed(node: ast.Assign) -> list[ast.expr]:
+    """Return the targets of an assignment of 0."""
+    return node.targets if isinstance(node.value, ast.Constant) and node.value.value == 0 else []
 
 
 def _aliases(tree: ast.Module) -> Iterator[tuple[str, str]]:
     """Yield names of slots and images with what they stand for: `inputs = scan.slot[2].inputs`."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Assign) and len(node.targets) == 1 and isinstance(node.targets[0], ast.Name):
-            text = ast.unparse(node.value)
-            if (
-                isinstance(node.value, ast.Attribute | ast.Subscript)
-                and text.partition(".")[0] != node.targets[0].id
-            ):
-                yield node.targets[0].id, text
+    for node in nodes_in(tree, ast.Assign):
+        match node:
+            case ast.Assign(targets=[ast.Name(id=name)], value=ast.Attribute() | ast.Subscript() as value):
+                text = ast.unparse(value)
+                if text.partition(".")[0] != name:
+                    yield name, text
 
 
 def _fields(kind: ast.ClassDef) -> Iterator[str]:
     """Yield the names that the body of a class, and its `__init__`, declare."""
     for node in kind.body:
-        if isinstance(node, ast.Assign):
-            yield from (
-                each.id for target in node.targets for each in ast.walk(target) if isinstance(each, ast.Name)
-            )
-        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-            yield node.target.id
-        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            yield node.name
-            if node.name in ("__init__", "__post_init__"):
-                stored = (each for each in ast.walk(node) if isinstance(each, ast.Attribute))
-                yield from (each.attr for each in stored if isinstance(each.ctx, ast.Store))
+        match node:
+            case ast.Assign(targets=targets):
+                yield from (name for target in targets for name in names_in(target))
+            case ast.AnnAssign(target=ast.Name(id=name)):
+                yield name
+            case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name):
+                yield name
+                if name in ("__init__", "__post_init__"):
+                    yield from stored_attributes(node)
 
 
 def missing(text: str, name: str, names: Collection[str]) -> str:

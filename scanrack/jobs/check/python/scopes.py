@@ -6,8 +6,10 @@ import ast
 import builtins
 from collections.abc import Iterator
 
-from ..facts import Facts, FileLine
-from .reader import Function, Reader, functions_in
+from ..facts import Facts
+from ..groups import reached
+from .nodes import Function, field_of, is_stored, names_in, nodes_in, outer_names
+from .reader import Reader, functions_in
 
 _USUAL = frozenset(
     ["id", "input", "type", "help", "exit", "quit", "license", "format", "dir", "vars", "object", "property"]
@@ -33,8 +35,8 @@ class Scopes:
             self._unread(function)
         self._recursion()
 
-    def _remark(self, rule: str, node: ast.AST, text: str) -> None:
-        self._facts.remark(rule, FileLine(self._reader.file, getattr(node, "lineno", 1)), text)
+    def _remark(self, rule: str, node: ast.expr | ast.stmt | ast.arg, text: str) -> None:
+        self._facts.remark(rule, self._reader.place(node), text)
 
     def _parameters(self, function: Function, owner: ast.ClassDef | None) -> None:
         """Note parameters that nothing uses."""
@@ -43,97 +45,60 @@ class Scopes:
         is_entry = owner is None and not self._is_called(function.name)
         if is_entry or function.decorator_list or function.name.startswith("__") or _is_stub(function):
             return
-        used = {node.id for node in ast.walk(function) if isinstance(node, ast.Name)}
-        for each in every[1 if owner is not None else 0 :]:
+        used = set(names_in(function))
+        for each in every if owner is None else every[1:]:
             if each.arg not in used and not each.arg.startswith("_"):
-                self._remark(
-                    "unused-parameter", each, f"{function.name} does not use its parameter {each.arg}"
-                )
+                text = f"{function.name} does not use its parameter {each.arg}"
+                self._remark("unused-parameter", each, text)
 
     def _is_called(self, name: str) -> bool:
-        calls = (node.func for node in ast.walk(self._reader.tree) if isinstance(node, ast.Call))
+        calls = (node.func for node in nodes_in(self._reader.tree, ast.Call))
         return any(isinstance(each, ast.Name) and each.id == name for each in calls)
 
     def _shadows(self, function: Function) -> None:
         """Note local names that hide a name of the module, or a built-in function."""
-        declared = {
-            name
-            for node in ast.walk(function)
-            if isinstance(node, ast.Global | ast.Nonlocal)
-            for name in node.names
-        }
-        seen = set()
+        seen = outer_names(function)
         for name, node in _bound_in(function):
-            if name in seen or name in declared:
-                continue
+            hidden = f"{name} of the module" if name in self._globals else f"the built-in {name}"
+            if name not in seen and name in self._globals | _HIDING:
+                self._remark("shadowed-name", node, f"{name} in {function.name} hides {hidden}")
             seen.add(name)
-            if name in self._globals:
-                self._remark("shadowed-name", node, f"{name} in {function.name} hides {name} of the module")
-            elif name in _HIDING:
-                self._remark("shadowed-name", node, f"{name} in {function.name} hides the built-in {name}")
-        for loop in ast.walk(function):
-            if isinstance(loop, ast.For):
-                own = {each.id for each in ast.walk(loop.target) if isinstance(each, ast.Name)}
-                for inner in (each for part in loop.body for each in ast.walk(part)):
-                    if isinstance(inner, ast.For):
-                        again = own & {
-                            each.id for each in ast.walk(inner.target) if isinstance(each, ast.Name)
-                        }
-                        for name in sorted(again - {"_"}):
-                            self._remark(
-                                "shadowed-name", inner, f"this loop uses {name}, as the loop around it does"
-                            )
+        for loop in nodes_in(function, ast.For):
+            own = set(names_in(loop.target)) - {"_"}
+            for inner in nodes_in(loop.body, ast.For):
+                for name in sorted(own & set(names_in(inner.target))):
+                    text = f"this loop uses {name}, as the loop around it does"
+                    self._remark("shadowed-name", inner, text)
 
     def _unread(self, function: Function) -> None:
         """Note local variables that nothing reads."""
-        names = [node for node in ast.walk(function) if isinstance(node, ast.Name)]
-        read = {node.id for node in names if isinstance(node.ctx, ast.Load | ast.Del)}
-        outside = {
-            name
-            for node in ast.walk(function)
-            if isinstance(node, ast.Global | ast.Nonlocal)
-            for name in node.names
-        }
-        read |= {
-            node.target.id
-            for node in ast.walk(function)
-            if isinstance(node, ast.AugAssign) and isinstance(node.target, ast.Name)
-        }
-        for node in ast.walk(function):
-            target = node.targets[0] if isinstance(node, ast.Assign) and len(node.targets) == 1 else None
-            if (
-                isinstance(target, ast.Name)
-                and target.id not in read | outside
-                and not target.id.startswith("_")
-            ):
-                self._remark("never-read", node, f"{target.id} is assigned, and nothing reads it")
+        names = nodes_in(function, ast.Name)
+        used = {node.id for node in names if not is_stored(node)} | outer_names(function)
+        changed = (node.target for node in nodes_in(function, ast.AugAssign))
+        used.update(each.id for each in changed if isinstance(each, ast.Name))
+        for node in nodes_in(function, ast.Assign):
+            target = node.targets[0] if len(node.targets) == 1 else None
+            name = target.id if isinstance(target, ast.Name) else "_"
+            if name not in used and not name.startswith("_"):
+                self._remark("never-read", node, f"{name} is assigned, and nothing reads it")
 
     def _recursion(self) -> None:
         """Note functions that call themselves, directly or through others."""
+        functions = list(functions_in(self._reader.tree))
         calls: dict[str, set[str]] = {}
-        for function, owner in functions_in(self._reader.tree):
-            called = [node.func for node in ast.walk(function) if isinstance(node, ast.Call)]
+        for function, owner in functions:
+            called = (node.func for node in nodes_in(function, ast.Call))
             own = (each for each in called if _is_own(each, method=owner is not None))
             calls[function.name] = {ast.unparse(each).removeprefix("self.") for each in own}
-        for function, _ in functions_in(self._reader.tree):
-            reached: set[str] = set()
-            todo = [*calls[function.name]]
-            while todo:
-                name = todo.pop()
-                if name not in reached and name in calls:
-                    reached.add(name)
-                    todo += calls[name]
-            if function.name in reached:
-                self._remark(
-                    "recursion", function, f"{function.name} calls itself, directly or through others"
-                )
+        for function, _ in functions:
+            if function.name in reached([function.name], lambda name: calls.get(name, ())):
+                text = f"{function.name} calls itself, directly or through others"
+                self._remark("recursion", function, text)
 
 
 def _is_own(called: ast.expr, *, method: bool) -> bool:
     """Whether a call is one of `self.name()`, in a function one of `name()`."""
-    if isinstance(called, ast.Attribute):
-        return method and isinstance(called.value, ast.Name) and called.value.id == "self"
-    return isinstance(called, ast.Name)
+    return isinstance(called, ast.Name) or (method and bool(field_of(called)))
 
 
 def _is_stub(function: Function) -> bool:
@@ -148,18 +113,20 @@ def _is_stub(function: Function) -> bool:
 
 def _declared(node: ast.stmt) -> Iterator[str]:
     """Yield the names of values that a statement of the module declares, and of functions and classes."""
-    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-        yield node.name
-    elif isinstance(node, ast.Assign | ast.AnnAssign):
-        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-        yield from (each.id for target in targets for each in ast.walk(target) if isinstance(each, ast.Name))
-    elif isinstance(node, ast.Import | ast.ImportFrom):
-        yield from ((each.asname or each.name).partition(".")[0] for each in node.names)
+    match node:
+        case ast.FunctionDef(name=name) | ast.AsyncFunctionDef(name=name) | ast.ClassDef(name=name):
+            yield name
+        case ast.Assign(targets=targets):
+            yield from (name for target in targets for name in names_in(target))
+        case ast.AnnAssign(target=target):
+            yield from names_in(target)
+        case ast.Import(names=names) | ast.ImportFrom(names=names):
+            yield from ((each.asname or each.name).partition(".")[0] for each in names)
 
 
-def _bound_in(function: Function) -> Iterator[tuple[str, ast.AST]]:
+def _bound_in(function: Function) -> Iterator[tuple[str, ast.arg | ast.Name]]:
     for node in ast.walk(function):
         if isinstance(node, ast.arg) and node.arg != "self":
             yield node.arg, node
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+        elif isinstance(node, ast.Name) and is_stored(node):
             yield node.id, node

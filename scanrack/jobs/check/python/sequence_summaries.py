@@ -6,7 +6,7 @@ A helper, `await self.stroke(self.feeder, 4000)`, is part of each sequence that 
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from inspect import signature
 from typing import Any
@@ -17,14 +17,17 @@ from scanrack.ladder.python.axis3601 import Axis3601
 from ..facts import Command, Facts, FileLine
 from ..ranges import ANY, Range, exactly, joined
 from .locks import Locks
+from .nodes import Function, field_of, given_to, last_name, nodes_in, parents_in
 from .numbers import Numbers
-from .reader import Function, field_of
 
 ENDING = ("move_to", "move_by", "home", "run_blend", "configure", "program_blend", "set_position")
 """Commands that end by themselves; the next one must wait for it."""
 
-TAKING = (*ENDING, "run", "gear")
+TAKING = (*ENDING, "run", "gear", "register")
 """Commands that take the axis from another one."""
+
+RELEASING = ("halt", "stop", "reset")
+"""Commands that end another one."""
 
 DEPTH = 8
 """Helpers in helpers that are followed."""
@@ -71,7 +74,7 @@ class SequenceSummaries:
         self._followed: set[int] = set()
         self.reached: dict[str, set[str]] = {}
 
-    def tell(self, sequence: str, owner: str) -> None:
+    def follow(self, sequence: str, owner: str) -> None:
         """Note what a sequence does."""
         self._owner, self._pending = owner, {}
         self._call(sequence, _Place("", sequence), None)
@@ -90,14 +93,12 @@ class SequenceSummaries:
     def _arguments(
         self, function: Function, call: ast.Call, place: _Place
     ) -> tuple[dict[str, str], dict[str, tuple[Range, ...]]]:
-        names = [each.arg for each in function.args.args[1:]]
-        given = dict(zip(names, call.args, strict=False))
-        given |= {each.arg: each.value for each in call.keywords if each.arg is not None}
+        """Return the axes and the ranges of numbers that a helper gets, by parameter."""
+        given = given_to([each.arg for each in function.args.args[1:]], call)
         axes = {name: axis for name, node in given.items() if (axis := self._axis(node, place))}
-        self._followed |= {id(node) for name, node in given.items() if name in axes}
-        numbers = {
-            name: self._numbers[place.file].choices(node, place.numbers) for name, node in given.items()
-        }
+        self._followed |= {id(given[name]) for name in axes}
+        choices = self._numbers[place.file].choices
+        numbers = {name: choices(node, place.numbers) for name, node in given.items()}
         return axes, {name: found for name, found in numbers.items() if joined(*found).is_known}
 
     # --- statements
@@ -127,9 +128,7 @@ class SequenceSummaries:
                     self._body(node.body, inner)
             case ast.Try():
                 self._body(node.body, place)
-                for block in (*(each.body for each in node.handlers), node.orelse, node.finalbody):
-                    self._pending = {}
-                    self._body(block, unsure)
+                self._branches((*(each.body for each in node.handlers), node.orelse, node.finalbody), unsure)
             case ast.With() | ast.AsyncWith():
                 for item in node.items:
                     self._expression(item.context_expr, place)
@@ -137,12 +136,16 @@ class SequenceSummaries:
                 self._body(node.body, place)
             case ast.Match():
                 self._expression(node.subject, place)
-                for case in node.cases:
-                    self._pending = {}
-                    self._body(case.body, unsure)
+                self._branches([case.body for case in node.cases], unsure)
             case _:
                 self._expression(node, place)
                 self._named(node, place)
+
+    def _branches(self, bodies: Iterable[Sequence[ast.stmt]], place: _Place) -> None:
+        """Note the bodies of a statement of which some may run: no command is pending before them."""
+        for body in bodies:
+            self._pending = {}
+            self._body(body, place)
 
     def _passes(self, loop: ast.For, place: _Place) -> Iterator[_Place]:
         """Yield the place of each pass over axes, `for axis in (self.x, self.z)`; one for another loop."""
@@ -157,22 +160,22 @@ class SequenceSummaries:
 
     def _named(self, node: ast.AST, place: _Place) -> None:
         """Follow a local name of an axis, `axis = self.x`."""
-        if isinstance(node, ast.Assign) and len(node.targets) == 1 and isinstance(node.targets[0], ast.Name):
-            axis = self._axis(node.value, place)
-            if axis:
-                self._followed.add(id(node.value))
-                place.axes = {**place.axes, node.targets[0].id: axis}
+        match node:
+            case ast.Assign(targets=[ast.Name(id=name)], value=value):
+                axis = self._axis(value, place)
+                if axis:
+                    self._followed.add(id(value))
+                    place.axes = {**place.axes, name: axis}
 
     def escaped(self) -> set[str]:
         """Return the axes that the text hands to something that is not followed."""
         found = set()
         for _, function in self._methods.values():
-            parents = {id(child): node for node in ast.walk(function) for child in ast.iter_child_nodes(node)}
-            for node in ast.walk(function):
-                name = field_of(node) if isinstance(node, ast.expr) else ""
+            parents = parents_in(function)
+            for node in nodes_in(function, ast.Attribute):
                 is_used = isinstance(parents.get(id(node)), ast.Attribute) or id(node) in self._followed
-                if name in self._axes and not is_used:
-                    found.add(name)
+                if field_of(node) in self._axes and not is_used:
+                    found.add(node.attr)
         return found
 
     def _with(self, node: ast.expr, statement: ast.stmt, place: _Place) -> _Place:
@@ -187,26 +190,23 @@ class SequenceSummaries:
 
     def _expression(self, node: ast.AST, place: _Place) -> None:
         """Note the commands in an expression, in their order."""
-        awaited = {id(each) for top in ast.walk(node) if isinstance(top, ast.Await) for each in ast.walk(top)}
-        waits = [each for each in ast.walk(node) if isinstance(each, ast.Await)]
+        waits = list(nodes_in(node, ast.Await))
+        awaited = {id(each) for each in nodes_in(waits, ast.Call)}
         in_one: dict[str, str] = {}
         for call in _calls(node):
-            axis = self._axis(call.func.value, place) if isinstance(call.func, ast.Attribute) else ""
+            axis = self._commanded(call, place)
+            helper = field_of(call.func)
             if axis and isinstance(call.func, ast.Attribute):
                 self._command(axis, call.func.attr, call, place, awaited=id(call) in awaited, in_one=in_one)
-            else:
-                helper = field_of(call.func)
-                if helper in self._methods:
-                    self._call(helper, place, call)
-        if any(not _is_dwell(each) and not self._is_command(each.value, place) for each in waits):
+            elif helper in self._methods:
+                self._call(helper, place, call)
+        if not all(_is_dwell(each.value) or self._commanded(each.value, place) for each in waits):
             self._pending = {}
 
-    def _is_command(self, node: ast.expr, place: _Place) -> bool:
-        return (
-            isinstance(node, ast.Call)
-            and isinstance(node.func, ast.Attribute)
-            and bool(self._axis(node.func.value, place))
-        )
+    def _commanded(self, node: ast.expr, place: _Place) -> str:
+        """Return the axis whose method an expression calls; "" for another expression."""
+        method = node.func if isinstance(node, ast.Call) else None
+        return self._axis(method.value, place) if isinstance(method, ast.Attribute) else ""
 
     def _command(
         self, axis: str, kind: str, call: ast.Call, place: _Place, *, awaited: bool, in_one: dict[str, str]
@@ -214,69 +214,70 @@ class SequenceSummaries:
         at = FileLine(place.file, call.lineno)
         self._order += 1
         values = self._values(axis, kind, call, place)
-        if (kind == "run" and "register" in values) or any(each.arg == "register" for each in call.keywords):
-            kind = "register"
-        self._facts.commands.append(
-            Command(
-                kind,
-                axis,
-                self._axes[axis].slot,
-                at,
-                f"{axis}.{call.func.attr if isinstance(call.func, ast.Attribute) else kind}",
-                {name: joined(*each) for name, each in values.items()},
-                values,
-                self._order,
-                place.unit,
-                self._owner,
-                place.sure,
-                frozenset(place.locks),
-                segments=self._segments(call, place) if kind == "program_blend" else None,
-            )
+        command = Command(
+            "register" if _is_registration(kind, values, call) else kind,
+            axis,
+            self._axes[axis].slot,
+            at,
+            f"{axis}.{kind}",
+            {name: joined(*each) for name, each in values.items()},
+            values,
+            self._order,
+            place.unit,
+            self._owner,
+            place.sure,
+            frozenset(place.locks),
+            segments=self._segments(call, place) if kind == "program_blend" else None,
         )
-        before = (
-            self._pending.pop(axis, None) if kind in (*TAKING, "register", "halt", "stop", "reset") else None
-        )
-        if before is not None and kind in (*TAKING, "register"):
-            text = f"{axis}.{kind} aborts {axis}.{before[0]} of line {before[1]}, which nothing waits for"
-            self._facts.remark("move-interrupted", at, text)
-        elif axis in in_one and kind in TAKING:
-            self._facts.remark(
-                "move-interrupted", at, f"{axis}.{kind} aborts {axis}.{in_one[axis]} in the same wait"
-            )
-        if kind in ENDING:
-            in_one[axis] = kind
+        self._facts.commands.append(command)
+        self._interrupted(command, in_one)
+        if command.kind in ENDING:
+            in_one[axis] = command.kind
             if not awaited:
-                self._pending[axis] = kind, call.lineno
+                self._pending[axis] = command.kind, call.lineno
+
+    def _interrupted(self, command: Command, in_one: Mapping[str, str]) -> None:
+        """Note a command that takes the axis from another one, which has not ended.
+
+        Args:
+            in_one: the command of each axis in the same wait.
+        """
+        axis, kind = command.axis, command.kind
+        before = self._pending.pop(axis, None) if kind in (*TAKING, *RELEASING) else None
+        if before is not None and kind in TAKING:
+            text = f"{axis}.{kind} aborts {axis}.{before[0]} of line {before[1]}, which nothing waits for"
+            self._facts.remark("move-interrupted", command.place, text)
+        elif axis in in_one and kind in TAKING and kind != "register":
+            text = f"{axis}.{kind} aborts {axis}.{in_one[axis]} in the same wait"
+            self._facts.remark("move-interrupted", command.place, text)
 
     def _segments(self, call: ast.Call, place: _Place) -> tuple[tuple[Range, Range, Range], ...] | None:
         """Return length, speed and rate of the segments of a blend, if the text determines them."""
-        listed = (
-            call.args[0]
-            if call.args
-            else next((each.value for each in call.keywords if each.arg == "segments"), None)
-        )
+        listed = given_to(["segments"], call).get("segments")
         found = self._numbers[place.file].sequence(listed) if listed is not None else None
         if found is None or not all(isinstance(each, BlendSegment) for each in found):
             return None
         return tuple((exactly(each.length), exactly(each.speed), exactly(each.rate)) for each in found)  # type: ignore[attr-defined]
 
     def _values(self, axis: str, kind: str, call: ast.Call, place: _Place) -> dict[str, tuple[Range, ...]]:
-        method: Any = getattr(self._axes[axis], kind, None)
-        if not callable(method):
-            return {}
-        try:
-            named = {each.arg: each.value for each in call.keywords if each.arg is not None}
-            bound = signature(method).bind_partial(*call.args, **named).arguments
-        except TypeError:
-            return {}
+        """Return the ranges of the arguments of a command, as far as they are known."""
+        bound = self._bound(axis, kind, call)
+        segments = bound.pop("segments", None)
         numbers = self._numbers[place.file]
-        found = {
-            name: numbers.choices(node, place.numbers) for name, node in bound.items() if name != "segments"
-        }
-        path = numbers.sequence(bound["segments"]) if "segments" in bound else None
+        found = {name: numbers.choices(node, place.numbers) for name, node in bound.items()}
+        path = None if segments is None else numbers.sequence(segments)
         if path is not None:
             found["segments"] = (exactly(len(path)),)
         return {name: each for name, each in found.items() if joined(*each) != ANY}
+
+    def _bound(self, axis: str, kind: str, call: ast.Call) -> dict[str, ast.expr]:
+        """Return the arguments of a command by parameter; none if they do not fit."""
+        method: Any = getattr(self._axes[axis], kind, None)
+        named = {each.arg: each.value for each in call.keywords if each.arg is not None}
+        try:
+            return dict(signature(method).bind_partial(*call.args, **named).arguments)
+        except TypeError:
+            return {}
 
     def _axis(self, node: ast.expr, place: _Place) -> str:
         """Return the axis that an expression is; "" if it is none."""
@@ -296,6 +297,10 @@ def _calls(node: ast.AST) -> Iterator[ast.Call]:
         yield node
 
 
-def _is_dwell(node: ast.Await) -> bool:
-    value = node.value
-    return isinstance(value, ast.Call) and ast.unparse(value.func).rpartition(".")[2] == "dwell"
+def _is_dwell(node: ast.expr) -> bool:
+    return isinstance(node, ast.Call) and last_name(node.func) == "dwell"
+
+
+def _is_registration(kind: str, values: Mapping[str, object], call: ast.Call) -> bool:
+    """Whether a command is a registration move: it gets a distance from the edge."""
+    return (kind == "run" and "register" in values) or any(each.arg == "register" for each in call.keywords)

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import ast
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fnmatch import fnmatch
 from inspect import getattr_static
 from pathlib import Path
@@ -21,7 +21,7 @@ from typing import Any
 from scanrack.io_images.amci3601 import Configuration
 from scanrack.io_images.annotations import declared
 from scanrack.io_images.input_files import read_input_text
-from scanrack.io_images.site import NOWHERE, Site, SiteError, sites_of
+from scanrack.io_images.site import NOWHERE, SiteError, sites_of
 from scanrack.io_images.text_limits import TextKind
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.sequences import (
@@ -44,6 +44,7 @@ from scanrack.runtime.config.rackspec import RackSpec
 from ...load.bare_slots import bare_slots
 from ..facts import Facts, FileLine, LocalFinding, Role, SentCommand, UsesBit, Variable
 from ..rungs.accesses import declaration_lines
+from ..written import place_at
 from .attributes import note_names
 from .calls import Calls
 from .counting import never_called, note_counting
@@ -51,8 +52,9 @@ from .flow import Flow
 from .images import Images
 from .loops import endless, fixed_loops, skips_wait
 from .names import Accesses, called_twice, variables_of
+from .nodes import Function, assignments_in, field_of, is_loaded, is_stored, nodes_in, stored_attributes
 from .numbers import Numbers
-from .reader import Function, Reader, field_of, functions_in
+from .reader import Reader, functions_in
 from .reals import note_reals
 from .scans import missing, word_lost
 from .sequence_summaries import SequenceSummaries
@@ -64,39 +66,54 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
     """Read the facts of a program with sequences, from an instance of its class."""
     logic = fresh(program)
     texts = list(_texts(type(program), path))
+    trees = [tree for _, tree, _ in texts]
     facts = Facts(not_seen=["values that the program computes"])
     facts.remarks["no-place"] += _misplaced(logic, spec, path)
     if not facts.remarks["no-place"]:
-        facts.uses_bit = _uses_bit(logic, [tree for _, tree, _ in texts])
+        facts.uses_bit = _uses_bit(logic, trees)
     parts = {each.name: each for each in parts_of(logic)}
     axes = {name: each for name, each in parts.items() if isinstance(each, Axis3601)}
-    fields = _constant_fields(logic, [tree for _, tree, _ in texts])
-    inputs = [name for name, each in parts.items() if isinstance(each, Input | InputWord)]
     for axis in axes.values():
-        if isinstance(axis.configuration, Configuration):  # the rules read the words of a 3601
-            words = tuple(axis.configuration.to_image().words.tolist())
-            facts.configurations.append(SentCommand(_place(axis.declared, path), axis.slot, words))
-        if not axis.parameters_first:
-            text = f"{axis.name} sends each command together with its parameters"
-            facts.at_once.append(LocalFinding(_place(axis.declared, path), text))
+        _note_axis(axis, path, facts)
+    fields = _constant_fields(logic, trees)
     readers = {str(file): Reader(str(file), tree, names, fields) for file, tree, names in texts}
-    for file, reader in readers.items():
-        calls = Calls(reader, axes, type(program).__mro__)
-        facts.searches.extend(SentCommand(place, axis.slot) for place, axis in calls.searches())
-        facts.remarks["out-of-range"] += calls.refused()
-        facts.remarks["bad-call"] += calls.failing()
-        facts.remarks["preset-zero"] += calls.without_time()
-        facts.remarks["preset-unit"] += calls.waits_below_one_scan(spec.scan_ns)
-        for node, text in waits_below_one_scan(reader, spec.scan_ns):
-            facts.remark("preset-unit", FileLine(file, node.lineno), text)
-        loops = [*endless(reader.tree, inputs), *skips_wait(reader.tree), *fixed_loops(reader.tree, parts)]
-        loops = list(dict(loops).items())  # one per line
-        facts.remarks["never-waits"] += (LocalFinding(FileLine(file, line), text) for line, text in loops)
+    for reader in readers.values():
+        _note_calls(Calls(reader, axes, type(program).__mro__), reader, spec, facts)
+        _note_loops(reader, parts, facts)
         Flow(reader, facts).note()
         note_names(reader, facts)
         note_reals(reader, facts)
     _SequenceReader(logic, readers, spec, path, facts).note()
     return facts
+
+
+def _note_axis(axis: Axis3601, path: Path, facts: Facts) -> None:
+    """Note the configuration of an axis, and whether it sends commands in one piece."""
+    place = place_at(axis.declared, path)
+    if isinstance(axis.configuration, Configuration):  # the rules read the words of a 3601
+        words = tuple(axis.configuration.to_image().words.tolist())
+        facts.configurations.append(SentCommand(place, axis.slot, words))
+    if not axis.parameters_first:
+        text = f"{axis.name} sends each command together with its parameters"
+        facts.at_once.append(LocalFinding(place, text))
+
+
+def _note_calls(calls: Calls, reader: Reader, spec: RackSpec, facts: Facts) -> None:
+    facts.searches.extend(SentCommand(place, axis.slot) for place, axis in calls.searches())
+    facts.remarks["out-of-range"] += calls.refused()
+    facts.remarks["bad-call"] += calls.failing()
+    facts.remarks["preset-zero"] += calls.without_time()
+    facts.remarks["preset-unit"] += calls.waits_below_one_scan(spec.scan_ns)
+    for node, text in waits_below_one_scan(reader, spec.scan_ns):
+        facts.remark("preset-unit", reader.place(node), text)
+
+
+def _note_loops(reader: Reader, parts: Mapping[str, object], facts: Facts) -> None:
+    """Note the loops that never wait, once per line."""
+    inputs = [name for name, each in parts.items() if isinstance(each, Input | InputWord)]
+    loops = [*endless(reader.tree, inputs), *skips_wait(reader.tree), *fixed_loops(reader.tree, parts)]
+    for line, text in dict(loops).items():
+        facts.remark("never-waits", FileLine(reader.file, line), text)
 
 
 class _SequenceReader:
@@ -106,74 +123,65 @@ class _SequenceReader:
         self, logic: Logic, readers: Mapping[str, Reader], spec: RackSpec, path: Path, facts: Facts
     ) -> None:
         self._logic, self._readers, self._spec, self._path, self._facts = logic, readers, spec, path, facts
+        self._trees = [reader.tree for reader in readers.values()]
+        self._attributes = {node.attr for node in nodes_in(self._trees, ast.Attribute)}
+        self._constants = {node.value for node in nodes_in(self._trees, ast.Constant)}
         self._parts = {each.name: each for each in parts_of(logic)}
+        self._blocks = {name: each for name, each in self._parts.items() if isinstance(each, Block)}
         self._methods = dict(self._all_methods())
 
     def note(self) -> None:
         """Note all of it."""
-        texts = [reader.tree for reader in self._readers.values()]
-        nodes = [node for tree in texts for node in ast.walk(tree)]
-        self._facts.reads_all = any(
-            isinstance(node, ast.Name) and node.id in ("getattr", "setattr", "vars") for node in nodes
-        )
+        self._facts.reads_all = _uses_names(self._trees)
         own = FileLine(str(self._path), 1)
         lines = declaration_lines(self._path)
         for each in variables_of(self._logic, own, self._is_recorded, lines):
             self._facts.variables[each.name] = each
-            self._unnamed(each, nodes)
-        self._stories()
-        self._attributes()
-        self._counters()
-        self._steps()
+            self._unnamed(each)
+        owners = self._summaries()
+        self._unknown_attributes()
+        if len(self._readers) == 1 and not self._facts.reads_all:
+            self._of_one_file(*self._readers.values())
+        self._zero_presets()
+        self._called_twice()
         for name, (file, function) in self._methods.items():
-            self._blocks(file, function)
-            if name not in self._owners and not function.name.startswith("__"):
+            if name not in owners and not function.name.startswith("__"):
                 self._unused(file, function)
 
-    def _unnamed(self, field: Variable, nodes: Sequence[ast.AST]) -> None:
+    def _unnamed(self, field: Variable) -> None:
         """Note a field that nothing names."""
-        named = (node for node in nodes if isinstance(node, ast.Attribute | ast.Constant))
-        is_unnamed = all(getattr(node, "attr", getattr(node, "value", None)) != field.name for node in named)
-        if is_unnamed and field.role is Role.PLAIN and not self._is_recorded(field.name):
+        is_own = field.role is Role.PLAIN and not self._is_recorded(field.name)
+        if is_own and field.name not in self._attributes and field.name not in self._constants:
             text = f"field {field.name} is declared, and nothing names it"
             self._facts.remark("unused-tag", field.place, text)
 
-    def _steps(self) -> None:
-        """Note the steps of a number or a text of a class in one file, without what they command."""
-        if len(self._readers) > 1 or self._facts.reads_all:
-            return
-        for reader in self._readers.values():
-            steps = PythonSteps(reader, Images(reader, self._spec, Facts()), ())
-            self._facts.actions += steps.actions()
-            self._facts.step_use, self._facts.first_steps = steps.use, steps.first
-
-    def _counters(self) -> None:
-        """Note counters and blocks that nothing runs, of a class in one file."""
-        if len(self._readers) > 1 or self._facts.reads_all:
-            return
+    def _of_one_file(self, reader: Reader) -> None:
+        """Note counters and blocks that nothing runs, and steps, without what they command."""
         recorded = [name for name in self._facts.variables if self._is_recorded(name)]
-        blocks = [name for name, each in self._parts.items() if isinstance(each, Block)]
-        for reader in self._readers.values():
-            note_counting(reader, self._facts, recorded)
-            never_called(reader, blocks, self._facts)
+        note_counting(reader, self._facts, recorded)
+        never_called(reader, self._blocks, self._facts)
+        steps = PythonSteps(reader, Images(reader, self._spec, Facts()), ())
+        self._facts.actions += steps.actions()
+        self._facts.step_use, self._facts.first_steps = steps.use, steps.first
 
-    def _stories(self) -> None:
+    def _summaries(self) -> Mapping[str, set[str]]:
+        """Note what sequences do, and what methods do with fields; return the sequences by method."""
         axes = {name: each for name, each in self._parts.items() if isinstance(each, Axis3601)}
         locks = [name for name, each in self._parts.items() if isinstance(each, Lock)]
         numbers = {
             file: Numbers(reader, _stored(reader, self._logic)) for file, reader in self._readers.items()
         }
-        stories = SequenceSummaries(self._methods, axes, locks, numbers, self._facts)
+        summaries = SequenceSummaries(self._methods, axes, locks, numbers, self._facts)
         sequences = [each.name for each in sequences_of(self._logic)]
         for each in sequences:
-            stories.tell(each, each)
-        stories.tell("every_scan", "")
-        self._owners = stories.reached
-        self._facts.escaped = stories.escaped()
-        self._words(numbers)
-        accesses = Accesses(self._facts, stories.reached, sequences)
+            summaries.follow(each, each)
+        summaries.follow("every_scan", "")
+        self._facts.escaped = summaries.escaped()
+        accesses = Accesses(self._facts, summaries.reached, sequences)
         for file, function in self._methods.values():
+            self._words(file, function, numbers[file])
             accesses.note(file, function)
+        return summaries.reached
 
     def _all_methods(self) -> Iterator[tuple[str, tuple[str, Function]]]:
         """Yield the methods of the class and its bases, the derived ones last."""
@@ -189,98 +197,98 @@ class _SequenceReader:
 
     def _unused(self, file: str, function: Function) -> None:
         """Note a helper that nothing names."""
-        trees = [reader.tree for reader in self._readers.values()]
-        named = {node.attr for tree in trees for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
-        if function.name not in named and function.name != "every_scan" and not function.decorator_list:
+        is_entry = function.name == "every_scan" or function.decorator_list
+        if function.name not in self._attributes and not is_entry:
             text = f"nothing calls {function.name}"
             self._facts.remark("unreachable", FileLine(file, function.lineno), text)
 
-    def _blocks(self, file: str, function: Function) -> None:
-        blocks = {name: each for name, each in self._parts.items() if isinstance(each, Block)}
-        helpers = {each.name: each for _, each in self._methods.values()}
-        nodes = [node for each in helpers.values() for node in ast.walk(each) if isinstance(node, ast.Call)]
-        is_own = isinstance(function, ast.FunctionDef)  # its calls are those of what calls it
-        is_called = is_own and function.name in {field_of(each.func) for each in nodes}
-        for call, name in () if is_called else called_twice(function, blocks, helpers):
-            text = f"{name} is called twice in {function.name}: the second call counts, and edges are lost"
-            self._facts.remark("block-twice", FileLine(file, call.lineno), text)
-        for name, each in blocks.items():
-            is_zero = (isinstance(each, Timer) and each.preset_ns == 0) or getattr(each, "preset", 1) == 0
-            if is_zero and function.name == next(iter(self._methods.values()))[1].name:
+    def _zero_presets(self) -> None:
+        """Note blocks with a preset of 0."""
+        for name, each in self._blocks.items():
+            if (isinstance(each, Timer) and each.preset_ns == 0) or getattr(each, "preset", 1) == 0:
                 text = f"{name}: its preset is 0, so it is done at once"
-                self._facts.remark("preset-zero", _place(each.declared, self._path), text)
+                self._facts.remark("preset-zero", place_at(each.declared, self._path), text)
 
-    def _words(self, numbers: Mapping[str, Numbers]) -> None:
-        """Note words that are given another number than they can hold."""
+    def _called_twice(self) -> None:
+        """Note blocks that are called twice in a scan."""
+        helpers = {each.name: each for _, each in self._methods.values()}
+        called = {field_of(call.func) for call in nodes_in(helpers.values(), ast.Call)}
         for file, function in self._methods.values():
-            for node in ast.walk(function):
-                targets = node.targets if isinstance(node, ast.Assign) else []
-                for target in targets:
-                    part = self._parts.get(ast.unparse(target).removeprefix("self."))
-                    if isinstance(part, OutputWord) and isinstance(node, ast.Assign):
-                        text = word_lost(node.value, numbers[file].of(node.value))
-                        if text:
-                            self._facts.remark(
-                                "lossy-conversion", FileLine(file, node.lineno), f"{part.name}: {text}"
-                            )
+            is_helper = isinstance(function, ast.FunctionDef) and function.name in called
+            for call, name in () if is_helper else called_twice(function, self._blocks, helpers):
+                where = f"{name} is called twice in {function.name}"
+                text = f"{where}: the second call counts, and edges are lost"
+                self._facts.remark("block-twice", FileLine(file, call.lineno), text)
 
-    def _attributes(self) -> None:
+    def _words(self, file: str, function: Function, numbers: Numbers) -> None:
+        """Note words that are given another number than they can hold."""
+        for node in nodes_in(function, ast.Assign):
+            for target in node.targets:
+                part = self._parts.get(ast.unparse(target).removeprefix("self."))
+                lost = word_lost(node.value, numbers.of(node.value)) if isinstance(part, OutputWord) else ""
+                if part is not None and lost:
+                    place = FileLine(file, node.lineno)
+                    self._facts.remark("lossy-conversion", place, f"{part.name}: {lost}")
+
+    def _unknown_attributes(self) -> None:
         """Note attributes that do not exist."""
-        known = {*dir(self._logic), *(name for name in vars(self._logic)), *self._methods}
+        known = {*dir(self._logic), *vars(self._logic), *self._methods}
         for kind in type(self._logic).__mro__:
             known.update(declared(vars(kind)))
         for file, function in self._methods.values():
             if function.args.args and function.args.args[0].arg == "self":
-                called = {id(node.func) for node in ast.walk(function) if isinstance(node, ast.Call)}
-                for node in ast.walk(function):
-                    if isinstance(node, ast.Attribute):
-                        self._attribute(node, file, known, called=id(node) in called)
+                called = {id(node.func) for node in nodes_in(function, ast.Call)}
+                for node in nodes_in(function, ast.Attribute):
+                    names = self._names_of(node, known, called=id(node) in called)
+                    if names is not None and node.attr not in names:
+                        text = missing(ast.unparse(node), node.attr, names)
+                        self._facts.remark("unknown-attribute", FileLine(file, node.lineno), text)
 
-    def _attribute(self, node: ast.Attribute, file: str, known: set[str], *, called: bool) -> None:
-        owner, text = ast.unparse(node.value), ""
-        if owner == "self" and node.attr not in known and isinstance(node.ctx, ast.Load):
-            text = missing(f"self.{node.attr}", node.attr, known)
-        elif owner.startswith("self.") and owner.count(".") == 1:
-            part = self._parts.get(owner.removeprefix("self."))
-            is_command = isinstance(part, Axis3601) and called  # see `calls`
-            if part is not None and not isinstance(part, InputWord | Output) and not is_command:
-                names = set(dir(part))
-                text = "" if node.attr in names else missing(f"{owner}.{node.attr}", node.attr, names)
-        elif owner.startswith("self.") and owner.endswith(".status") and owner.count(".") == 2:
-            part = self._parts.get(owner.split(".")[1])
-            names = set(dir(part.status)) if isinstance(part, Axis3601) else {node.attr}
-            text = "" if node.attr in names else missing(f"{owner}.{node.attr}", node.attr, names)
-        if text:
-            self._facts.remark("unknown-attribute", FileLine(file, node.lineno), text)
+    def _names_of(self, node: ast.Attribute, known: set[str], *, called: bool) -> set[str] | None:
+        """Return the attributes of the owner of an attribute; None if they are not known, or any is legal.
+
+        Args:
+            known: attributes of `self`.
+        """
+        match ast.unparse(node.value).split("."):
+            case ["self"]:
+                return known if is_loaded(node) else None
+            case ["self", name]:
+                part = self._parts.get(name)
+                is_command = isinstance(part, Axis3601) and called  # see `calls`
+                is_open = part is None or isinstance(part, InputWord | Output) or is_command
+                return None if is_open else set(dir(part))
+            case ["self", name, "status"]:
+                part = self._parts.get(name)
+                return set(dir(part.status)) if isinstance(part, Axis3601) else None
+        return None
 
 
 def _stored(reader: Reader, logic: Logic) -> dict[str, list[ast.expr | None]]:
     """Return what a text assigns to each field and each local variable; None for what is not a value."""
     found: dict[str, list[ast.expr | None]] = {}
     simple: set[int] = set()
-    for node in ast.walk(reader.tree):
-        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
-            for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
-                parts = target.elts if isinstance(target, ast.Tuple) else [target]
-                for at, each in enumerate(parts):
-                    element = ast.Subscript(node.value, ast.Constant(at), ast.Load())
-                    if isinstance(each, ast.Name | ast.Attribute):
-                        simple.add(id(each))
-                        stored = node.value if each is target else element
-                        found.setdefault(ast.unparse(each), []).append(stored)
-    for node in ast.walk(reader.tree):
-        if (
-            isinstance(node, ast.Name | ast.Attribute)
-            and isinstance(node.ctx, ast.Store)
-            and id(node) not in simple
-        ):
-            found.setdefault(ast.unparse(node), []).append(None)
-        elif isinstance(node, ast.arg):
+    for target, value in _single_assignments(reader.tree):
+        simple.add(id(target))
+        found.setdefault(ast.unparse(target), []).append(value)
+    for node in nodes_in(reader.tree, ast.Name, ast.Attribute, ast.arg):
+        if isinstance(node, ast.arg):
             found.setdefault(node.arg, []).append(None)
-    for name, value in fields_of(logic).items():
-        if isinstance(value, int) and f"self.{name}" in found and value:
-            found[f"self.{name}"].append(ast.parse(repr(int(value)), mode="eval").body)
+        elif is_stored(node) and id(node) not in simple:
+            found.setdefault(ast.unparse(node), []).append(None)
+    for name, initial in fields_of(logic).items():
+        if isinstance(initial, int) and f"self.{name}" in found and initial:
+            found[f"self.{name}"].append(ast.parse(repr(int(initial)), mode="eval").body)
     return found
+
+
+def _single_assignments(tree: ast.Module) -> Iterator[tuple[ast.expr, ast.expr]]:
+    """Yield the names and attributes that get a value, or an element of one, with the value."""
+    for target, value in assignments_in(tree):
+        for at, each in enumerate(target.elts if isinstance(target, ast.Tuple) else [target]):
+            if isinstance(each, ast.Name | ast.Attribute):
+                element = ast.Subscript(value, ast.Constant(at), ast.Load())
+                yield each, value if each is target else element
 
 
 def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[LocalFinding]:
@@ -290,8 +298,8 @@ def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[LocalFindin
         logic.__attach_logic__(slots)
     except DeclarationError as error:
         for each in error.errors:
-            site = next(sites_of(each), NOWHERE)
-            yield LocalFinding(_place(site, path), each.reason if isinstance(each, SiteError) else str(each))
+            place = place_at(next(sites_of(each), NOWHERE), path)
+            yield LocalFinding(place, each.reason if isinstance(each, SiteError) else str(each))
 
 
 def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mapping[str, Any]]]:
@@ -309,17 +317,14 @@ def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mappin
 
 def _uses_bit(logic: Logic, texts: Sequence[ast.Module]) -> UsesBit:
     """Return whether the class declares a bit, or its word, under a name that its text uses."""
-    nodes = [node for tree in texts for node in ast.walk(tree)]
-    named = [node for node in nodes if isinstance(node, ast.Attribute)]
-    stored = {node.attr for node in named if isinstance(node.ctx, ast.Store)}
-    read = {node.attr for node in named if isinstance(node.ctx, ast.Load)}
-    by_name = any(isinstance(node, ast.Name) and node.id in ("getattr", "setattr", "vars") for node in nodes)
+    read = {node.attr for node in nodes_in(texts, ast.Attribute) if is_loaded(node)}
+    used = {"I": read, "O": stored_attributes(texts)}
+    by_name = _uses_names(texts)
+    signals = ((each.name, each.at) for each in parts_of(logic) if isinstance(each, Signal))
     places = {
-        (each.at.slot, each.at.image, each.at.word, each.at.bit)
-        for each in parts_of(logic)
-        if isinstance(each, Signal)
-        and each.at is not None
-        and (by_name or each.name in (stored if each.at.image == "O" else read))
+        (at.slot, at.image, at.word, at.bit)
+        for name, at in signals
+        if at is not None and (by_name or name in used[at.image])
     }
 
     def uses(slot: int, image: str, _name: str, word: int, bit: int) -> bool:
@@ -328,18 +333,15 @@ def _uses_bit(logic: Logic, texts: Sequence[ast.Module]) -> UsesBit:
     return uses
 
 
+def _uses_names(texts: Iterable[ast.AST]) -> bool:
+    """Whether a text may use attributes whose names it computes."""
+    by_name = ("getattr", "setattr", "vars")
+    return any(node.id in by_name for node in nodes_in(texts, ast.Name))
+
+
 def _constant_fields(logic: Logic, texts: Sequence[ast.Module]) -> dict[str, object]:
     """Return the plain values in the body of the class that its text never changes, by name."""
-    stored = {
-        node.attr
-        for tree in texts
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
-    }
-    bodies = [name for kind in type(logic).__mro__ if issubclass(kind, Logic) for name in vars(kind)]
-    values = {name: getattr_static(type(logic), name) for name in bodies if name not in stored}
+    kinds = [kind for kind in type(logic).__mro__ if issubclass(kind, Logic)]
+    names = dict.fromkeys(name for kind in kinds for name in vars(kind)).keys() - stored_attributes(texts)
+    values = {name: getattr_static(type(logic), name) for name in names}
     return {name: value for name, value in values.items() if isinstance(value, int | str | tuple)}
-
-
-def _place(site: Site, path: Path) -> FileLine:
-    return FileLine(site.file or str(path), site.line or 1)

@@ -15,7 +15,7 @@ from functools import cached_property
 
 from scanrack.io_images.amci3601 import CommandMsw, StatusMsw
 
-from ..facts import FileLine, Step, StepAction, StepUse
+from ..facts import Step, StepAction, StepUse
 from ..logic import (
     TRUE,
     AllOf,
@@ -26,14 +26,16 @@ from ..logic import (
     FixedTruth,
     all_of,
     base_of,
+    is_only_of,
     leaves,
     negated,
     steps_in,
 )
-from ..module_kinds import KINDS, MODE_CONFIG, MOVING, OFF_AT_END
+from ..module_kinds import MOVING, OFF_AT_END, command_bits, first_kind
 from .conditions import ConditionNames, condition, constant_of
 from .images import Images
-from .reader import Function, Reader, functions_in
+from .nodes import Function, assignments_in, is_stored, last_name, nodes_in
+from .reader import Reader, functions_in
 from .scans import KINDS as CLASSES
 
 TELLING = re.compile(r"now_ns|number|position|" + "|".join(each.name or "" for each in StatusMsw))
@@ -51,9 +53,12 @@ BITS = {
 
 START = "__init__"
 
-ALL = 0xFFFF
 DEPTH = 4
 """Functions in functions that are followed."""
+
+
+_WORKING = (ast.If, ast.IfExp, ast.Match, ast.BinOp, ast.BoolOp, ast.Compare)
+"""What a step that depends on other conditions has in it."""
 
 
 class PythonSteps:
@@ -69,7 +74,7 @@ class PythonSteps:
 
     def actions(self) -> Iterator[StepAction]:
         """Yield what the program does in its steps."""
-        called = {callee_of(node) for node in ast.walk(self._reader.tree) if isinstance(node, ast.Call)}
+        called = set(map(callee_of, nodes_in(self._reader.tree, ast.Call)))
         for name, function in self._functions.items() if self._machines else ():
             if name not in called and name != START:
                 self.function = function
@@ -130,38 +135,34 @@ class PythonSteps:
         self, node: ast.expr, reached: Condition, axis: str, sets: int, clears: int
     ) -> Iterator[StepAction]:
         """Yield a write of the command word, for each machine."""
-        bits = 0 if sets & MODE_CONFIG else sets
-        kind = next((kind for bit, kind in KINDS.items() if bits & bit), "")
-        cleared = clears | (ALL if sets & MODE_CONFIG else 0)
+        bits, cleared = command_bits(sets, clears)
+        kind = first_kind(bits)
+        text = f"the command {kind}"
         for machine in self._machines:
             action = self._action(node, machine, reached)
-            text = f"the command {kind}"
             yield replace(action, axis=axis, kind=kind, text=text, sets=bits, clears=cleared)
 
     def _action(
         self, node: ast.expr | ast.stmt, machine: str, reached: Condition, *, goes: Step | None = None
     ) -> StepAction:
-        steps = self._machines[machine]
-        numbers = {self._number(step): step for step in steps}
+        parts = list(leaves(reached))
+        ends = any(map(self._says_end, parts))
+        moves = any(isinstance(each, Bit) and each.on and _last(each.name) in MOVING for each in parts)
+        there, place = self._there(reached, machine), self._reader.place(node)
+        return StepAction(machine, there, place, goes, ends, moves, when=reached)
+
+    def _there(self, reached: Condition, machine: str) -> frozenset[Step] | None:
+        """Return the steps in which a condition can hold; None for all."""
+        numbers = {self._number(step): step for step in sorted(self._machines[machine], key=str)}
         there = steps_in(reached, machine, frozenset(numbers))
-        ends = any(map(self._says_end, leaves(reached)))
-        moves = any(
-            isinstance(each, Bit) and each.on and _last(each.name) in MOVING for each in leaves(reached)
-        )
-        found = None if there is None else frozenset(numbers[each] for each in there)
-        place = FileLine(self._reader.file, node.lineno)
-        return StepAction(machine, found, place, goes, ends, moves, when=reached)
+        return None if there is None else frozenset(numbers[each] for each in there)
 
     def where(self, reached: Condition) -> dict[str, tuple[frozenset[Step] | None, bool]]:
         """Return the steps in which a condition may hold, and whether it does in each scan of them."""
-        found: dict[str, tuple[frozenset[Step] | None, bool]] = {}
-        parts = [each for each in leaves(reached) if each != TRUE]
-        for machine, steps in self._machines.items():
-            numbers = {self._number(step): step for step in steps}
-            there = steps_in(reached, machine, frozenset(numbers))
-            sure = all(isinstance(each, Compare) and base_of(each.name) == machine for each in parts)
-            found[machine] = (None if there is None else frozenset(numbers[each] for each in there), sure)
-        return found
+        return {
+            machine: (self._there(reached, machine), is_only_of(reached, machine))
+            for machine in self._machines
+        }
 
     def _number(self, step: Step) -> float:
         return float(self.names.number(step) or 0)
@@ -170,15 +171,10 @@ class PythonSteps:
         """Return what the text does in a step; None if it may go on in a way that is not read here."""
         name = machine.rpartition(".")[2]
         others = (text for text in self.values if text != machine and text.endswith(f".{name}"))
-        if not self._stored[machine] <= self._assigning or next(others, None) is not None:
+        if not self._stored[machine] <= self._assigning or any(others):
             return None
         bodies = [body for of, one, body in self._arms() if of == machine and one == step]
-        works = any(
-            isinstance(node, ast.If | ast.IfExp | ast.Match | ast.BinOp | ast.BoolOp | ast.Compare)
-            for body in bodies
-            for each in body
-            for node in ast.walk(each)
-        )
+        works = any(any(nodes_in(body, *_WORKING)) for body in bodies)
         return StepUse(bool(bodies), works, chosen=True)
 
     def first(self, machine: str) -> frozenset[Step]:
@@ -187,14 +183,8 @@ class PythonSteps:
         bodies = [self._reader.tree.body]
         bodies += [node.body for node in self._reader.tree.body if isinstance(node, ast.ClassDef)]
         bodies += [each.body for each in self._functions.values() if each.name == START]
-        found = {
-            _step(node.value)
-            for body in bodies
-            for node in body
-            if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None
-            for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
-            if ast.unparse(target).rpartition(".")[2] == name
-        }
+        declared = (pair for body in bodies for pair in assignments_in(body))
+        found = (_step(value) for target, value in declared if last_name(target) == name)
         return frozenset(each for each in found if each is not None)
 
     @cached_property
@@ -202,55 +192,48 @@ class PythonSteps:
         """The lines that store each target, but those of a start."""
         found: dict[str, set[int]] = {}
         for function in self._functions.values():
-            for node in ast.walk(function) if function.name != START else ():
-                is_stored = isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store)
-                if is_stored and isinstance(node, ast.expr):
+            for node in nodes_in(function, ast.Name, ast.Attribute) if function.name != START else ():
+                if is_stored(node):
                     found.setdefault(ast.unparse(node), set()).add(node.lineno)
         return found
 
     def _arms(self) -> Iterator[tuple[str, Step | None, Sequence[ast.stmt]]]:
         """Yield what `if step == "feed":` and `case "feed":` execute: number or text, step and body."""
-        for node in ast.walk(self._reader.tree):
-            if isinstance(node, ast.If):
-                for each in ast.walk(node.test):
-                    if (
-                        isinstance(each, ast.Compare)
-                        and len(each.ops) == 1
-                        and isinstance(each.ops[0], ast.Eq)
-                    ):
-                        yield ast.unparse(each.left), _step(each.comparators[0]), node.body
-            elif isinstance(node, ast.Match):
-                for case in node.cases:
-                    for pattern in ast.walk(case.pattern):
-                        if isinstance(pattern, ast.MatchValue):
-                            yield ast.unparse(node.subject), _step(pattern.value), case.body
+        for node in nodes_in(self._reader.tree, ast.If):
+            for each in nodes_in(node.test, ast.Compare):
+                if len(each.ops) == 1 and isinstance(each.ops[0], ast.Eq):
+                    yield ast.unparse(each.left), _step(each.comparators[0]), node.body
+        for match in nodes_in(self._reader.tree, ast.Match):
+            for case in match.cases:
+                for pattern in nodes_in(case.pattern, ast.MatchValue):
+                    yield ast.unparse(match.subject), _step(pattern.value), case.body
 
     # --- what texts mean
 
     @cached_property
     def _machines(self) -> dict[str, frozenset[Step]]:
         """The names that only get constants and that are compared with them: their steps."""
-        found = {
-            text: frozenset(step for step in map(_step, values) if step is not None)
-            for text, values in self.values.items()
-            if all(_step(each) is not None for each in values)
-        }
-        compared: dict[str, set[Step]] = {}
-        for node in ast.walk(self._reader.tree):
-            if isinstance(node, ast.Compare) and len(node.comparators) == 1:
-                step = _step(node.comparators[0])
-                compared.setdefault(ast.unparse(node.left), set()).update(() if step is None else (step,))
-        return {text: steps | compared.get(text, set()) for text, steps in found.items() if len(steps) > 1}
+        compared: dict[str, set[Step | None]] = {}
+        for node in nodes_in(self._reader.tree, ast.Compare):
+            if len(node.comparators) == 1:
+                compared.setdefault(ast.unparse(node.left), set()).add(_step(node.comparators[0]))
+        found: dict[str, frozenset[Step]] = {}
+        for text, values in self.values.items():
+            steps = set(map(_step, values))
+            every = frozenset(each for each in steps | compared.get(text, set()) if each is not None)
+            if None not in steps and len(every) > 1:
+                found[text] = every
+        return found
 
     @cached_property
     def values(self) -> Mapping[str, list[ast.expr]]:
         """What the text assigns, by target."""
         found: dict[str, list[ast.expr]] = {}
-        for node in ast.walk(self._reader.tree):
+        for node in nodes_in(self._reader.tree, ast.Assign, ast.AugAssign):
             if isinstance(node, ast.Assign):
                 for target in node.targets:
                     found.setdefault(ast.unparse(target), []).append(node.value)
-            elif isinstance(node, ast.AugAssign):
+            else:
                 found.setdefault(ast.unparse(node.target), []).append(node)  # type: ignore[arg-type]  # no constant
         return found
 

@@ -9,7 +9,8 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Mapping
 
-from .reader import Function, Reader, UnknownError, functions_in
+from .nodes import Function, nodes_in
+from .reader import Reader, UnknownError, functions_in
 
 CLOCK = "now_ns"
 """The attribute of the scan that counts nanoseconds."""
@@ -19,33 +20,22 @@ def waits_below_one_scan(reader: Reader, scan_ns: int) -> Iterator[tuple[ast.exp
     """Yield comparisons of times by the scan's clock with less than a scan: expression, and problem."""
     for function, _ in functions_in(reader.tree):
         names = _names(function)
-        for node in ast.walk(function):
-            if isinstance(node, ast.Compare) and len(node.comparators) == 1:
-                for one, other in ((node.left, node.comparators[0]), (node.comparators[0], node.left)):
-                    unit = _unit(one, names, reader)
-                    limit = _number(other, reader)
-                    if unit is not None and limit is not None and 0 < limit * unit < scan_ns:
-                        text = (
-                            f"`{ast.unparse(node)}` is a time of {limit * unit:,g} ns, "
-                            f"and a scan takes {scan_ns:,} ns"
-                        )
-                        yield node, text
+        for node in nodes_in(function, ast.Compare):
+            sides = (node.left, node.comparators[0])
+            for one, other in (sides, sides[::-1]) if len(node.comparators) == 1 else ():
+                unit, limit = _unit(one, names, reader), _number(other, reader)
+                if unit is not None and limit is not None and 0 < limit * unit < scan_ns:
+                    time = f"{limit * unit:,g} ns, and a scan takes {scan_ns:,} ns"
+                    yield node, f"`{ast.unparse(node)}` is a time of {time}"
 
 
 def _names(function: Function) -> dict[str, ast.expr]:
     """Return the local names that a function assigns once, with their values."""
-    stored = [
-        node.targets[0].id
-        for node in ast.walk(function)
-        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
-    ]
-    return {
-        node.targets[0].id: node.value
-        for node in ast.walk(function)
-        if isinstance(node, ast.Assign)
-        and isinstance(node.targets[0], ast.Name)
-        and stored.count(node.targets[0].id) == 1
-    }
+    found: dict[str, list[ast.expr]] = {}
+    for node in nodes_in(function, ast.Assign):
+        if isinstance(node.targets[0], ast.Name):
+            found.setdefault(node.targets[0].id, []).append(node.value)
+    return {name: values[0] for name, values in found.items() if len(values) == 1}
 
 
 def _unit(node: ast.expr, names: Mapping[str, ast.expr], reader: Reader, depth: int = 4) -> float | None:

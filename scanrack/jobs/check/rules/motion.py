@@ -230,7 +230,7 @@ def _needed_by(subject: Subject, bit: str) -> Iterator[str]:
 
 
 def beyond_limits(subject: Subject) -> Iterator[Violation]:
-    """Find absolute moves behind a limit switch, of an axis whose position comes from its home switch.
+    """Find absolute moves beyond a limit switch, of an axis whose position comes from its home switch.
 
     Position 0 is where the search ends: at an end of the range of the home switch.
     """
@@ -272,7 +272,7 @@ def _beyond_limit(
 
 
 def _limit_at(machine: MachineSpec, low: float, high: float) -> InputBit | None:
-    """Return the limit behind which all of a range of the shaft lies, None without one."""
+    """Return the limit beyond which all of a range of the shaft lies, None without one."""
     for each in machine.switches:
         if each.input == InputBit.CW_LIMIT and each.first is not None and low > each.first > 0:
             return each.input

@@ -86,8 +86,8 @@ FINAL = re.compile(r"done|end|finish|complete|ready|full|stop|idle|off|run", re.
 def without_way_out(subject: Subject) -> Iterator[Violation]:
     """Find steps that are entered and that nothing leaves.
 
-    A start-up that ends in a step which goes on working is none, nor is the end of a list of steps. In rungs
-    a step to which its steps go at choice is taken for the end of a job.
+    The end of a start-up, in a step that continues to work, is legal; so is the end of a list of steps. In
+    rungs a step is taken for the end of a job if each step that goes there may also go elsewhere.
     """
     use = subject.facts.step_use
     if use is None:

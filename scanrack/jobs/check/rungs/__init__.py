@@ -1,5 +1,6 @@
 """Collectors of a ladder program: rungs, and structured text.
 
+operands.py         operands of instructions: uses, parts, names
 number_ranges.py    ranges of numbers, from constants and from what the program writes
 conditions.py       what instructions and expressions decide
 walk.py             each instruction with the condition under which it acts

@@ -18,7 +18,7 @@ from .number_ranges import Values, is_whole
 from .operands import path_of
 
 DEPTH = 8
-"""Tags behind a tag."""
+"""Levels of tags that a tag gets its value from."""
 
 MOST = 64
 """Options that are looked at."""

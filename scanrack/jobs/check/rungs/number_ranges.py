@@ -34,7 +34,7 @@ BY_PEOPLE = re.compile(r"HMI|SCADA|PANEL|OPERATOR|RECIPE|SETPOINT", re.IGNORECAS
 """In names of tags that people read and write from outside of the program."""
 
 DEPTH = 8
-"""Levels of tags behind a tag."""
+"""Levels of tags that a tag gets its value from."""
 
 
 def type_range(kind: Elementary) -> Range:

@@ -16,9 +16,9 @@ def uses_of(step: LoweredStep) -> Iterable[tuple[Use, Any]]:
     return zip(step.uses, step.operands, strict=False)
 
 
-def steps_in(routine: LoweredRoutine) -> Iterator[LoweredStep]:
-    """Yield the instructions of a routine, with the copies of add-on parameters."""
-    return (step for line in routine.lines for step in line.all_steps)
+def steps_in(*routines: LoweredRoutine) -> Iterator[LoweredStep]:
+    """Yield the instructions of routines, with the copies of add-on parameters."""
+    return (step for routine in routines for line in routine.lines for step in line.all_steps)
 
 
 def written_by(step: LoweredStep) -> Iterator[Any]:

@@ -101,7 +101,7 @@ class WriteReader:
 
     def _stages(self, lowered: LoweredProgram) -> Iterator[tuple[str, tuple[int, int]]]:
         """Yield the paths of tags that are copied to all output words: slot, and first word."""
-        for step in (step for routine in lowered.routines.values() for step in steps_in(routine)):
+        for step in steps_in(*lowered.routines.values()):
             source = first_of(step, COPIES)
             is_tag = isinstance(source, Place | Group) and output_word(source) is None
             slot = self._whole_image(step) if is_tag else None

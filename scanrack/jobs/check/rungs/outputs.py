@@ -1,4 +1,4 @@
-"""Outputs of a ladder program, and the inputs behind the bits that switch them on.
+"""Outputs of a ladder program, and the inputs that switch them on, over any bits between.
 
 XIC(FwdPB)XIO(RevCmd)OTE(FwdCmd);  XIC(FwdCmd)OTE(Forward);     Forward: FwdPB and not RevCmd
 """
@@ -16,7 +16,7 @@ from .operands import first_of, is_zero, key_of
 from .walk import Point
 
 DEPTH = 4
-"""Bits behind a bit that are followed."""
+"""Levels of bits that are followed."""
 
 SETTING = ("OTE", "OTL", ":=")
 
@@ -55,7 +55,7 @@ class OutputBits:
                 yield OutputWrite(point.place, bit.text, key, free)
 
     def _freed(self, condition: Condition, depth: int, seen: tuple[str, ...]) -> Condition:
-        """Return a condition of what is behind its bits."""
+        """Return a condition with what switches its bits in place of the bits."""
 
         def of(leaf: Condition) -> Condition:
             return self._bit(leaf, depth, seen) if isinstance(leaf, Bit) else plain(leaf)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.io_images.cards import KINDS
+from scanrack.io_images.drives.models import Model
 from scanrack.io_images.drives.translation import model_of
 from scanrack.io_images.site import Site
 from scanrack.ladder import LadderLogic
@@ -65,11 +66,10 @@ class _ProgramReader:
         self.mentions = cross_reference(self.lowered).mentions
         self.declared = declaration_lines(path)
         self.slots = {slot.number: slot for slot in spec.slot if is_stepper(slot.words)}
-        drives = {slot.number: model_of(slot.words) for slot in spec.slot}
-        self.drives = {number: model for number, model in drives.items() if model is not None}
+        self.drives = dict(_drives_of(spec))
         self.tags = self.lowered.layout.tags()
         routines = self.lowered.routines.values()
-        every = [step for routine in routines for step in steps_in(routine)]
+        every = list(steps_in(*routines))
         self.values = Values(every, self.mentions, self.tags, self.lowered.presets, counted(routines))
         self.counts = counts_by_site(routines)
         self.writes = WriteReader(
@@ -250,6 +250,14 @@ class _ProgramReader:
 
     def _place(self, line: LoweredLine) -> FileLine:
         return place_at(line.origin, self.path)
+
+
+def _drives_of(spec: RackSpec) -> Iterator[tuple[int, Model]]:
+    """Yield the networked drives of a rack by slot."""
+    for slot in spec.slot:
+        model = model_of(slot.words)
+        if model is not None:
+            yield slot.number, model
 
 
 def _is_analog(module: str) -> bool:

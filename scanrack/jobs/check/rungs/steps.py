@@ -51,7 +51,7 @@ UNDER_WAY = ("BUSY", "ACTIVE", "TT", "EN")
 """Members of blocks and timers that are on until they are done."""
 
 DEPTH = 3
-"""Tags behind a tag whose conditions are looked at."""
+"""Levels of coils and timers whose conditions are followed."""
 
 
 class Steps:

@@ -38,7 +38,7 @@ LIBRARY = "axis3601"
 """The library of motion blocks, whose inside is not the user's."""
 
 LEAVES = ("TND", "RET", "JMP")
-"""Instructions behind which a rung without a label is not reached."""
+"""Instructions after which a rung without a label is not reached."""
 
 
 def own_add_ons(program: LadderLogic) -> list[AddOn]:

@@ -9,7 +9,7 @@ where it is lost.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -81,7 +81,7 @@ def scenes_in(
     follows = module if isinstance(module, ResumedModule) else None
     since_last = sampled
     until_next = captured and facts.get("words") != SAMPLED
-    scenes = list(_Scenes(recording, slot, follows, since_last, until_next, timing.lag_ns).found())
+    scenes = _Scenes(recording, slot, follows, since_last, until_next, timing.lag_ns).found()
     notes = resumed.notes([] if scenes else [slot]) if follows else []
     if not scenes:
         scenes = [PlayedScene("all", note="the module is never configured, so nothing is known of its state")]
@@ -114,37 +114,46 @@ class _Scenes:
         self._in_effect = True  # the configuration; images of the one before it tell no levels
         self._levels = 0
         self._place: ImageWords | None = None  # of the first rest of a scene, as words
+        self._scenes: list[PlayedScene] = []  # those that have ended
+        self._scene: PlayedScene | None = None
 
-    def found(self) -> Iterator[PlayedScene]:
-        """Yield the scenes."""
-        scene: PlayedScene | None = None
+    def found(self) -> list[PlayedScene]:
+        """Return the scenes."""
         sent, known = ZERO, False
         for row, at_ns in enumerate(self._times):
             words = _words(self._outputs[row])
             seen = SeenImage(Window(self._times[row - 1] if row else 0, at_ns), _words(self._inputs[row]))
-            now_known, rests = self._follow(at_ns, sent)
-            if scene is not None and known and not now_known:
-                yield scene
-                scene = None
+            was_known = known
+            known, rests = self._follow(at_ns, sent)
+            if was_known and not known:
+                self._end()
             inputs = self._changed(seen)
             written = [Transmission(self._window(row), words)] if words != sent else []
             if words[0] < 0 <= sent[0] and not self._is_refused(row):
-                if scene is not None:
-                    yield scene
-                scene = self._configured(row, seen)
-                scene.moments += written
-            elif scene is not None:
-                scene.moments += [*inputs, *written, seen] if self._since_last else [*inputs, seen, *written]
+                self._end()
+                self._scene = self._configured(row, seen)
+                self._scene.moments += written
+            elif self._scene is not None:
+                self._scene.moments += inputs
+                self._scene.moments += [*written, seen] if self._since_last else [seen, *written]
             if rests and not written:
-                if scene is not None and self._place not in (None, seen.words[2:4]):
-                    yield scene
-                    scene = None
-                if scene is None:
-                    scene = self._resumed(seen, sent)
-                self._place = seen.words[2:4]
-            sent, known = words, now_known
-        if scene is not None:
-            yield scene
+                self._rest(seen, sent)
+            sent = words
+        self._end()
+        return self._scenes
+
+    def _end(self) -> None:
+        """End the scene, if there is one."""
+        self._scenes += [] if self._scene is None else [self._scene]
+        self._scene = None
+
+    def _rest(self, seen: SeenImage, sent: ImageWords) -> None:
+        """Begin another scene if the axis rests elsewhere than before, or if there is none."""
+        if self._place not in (None, seen.words[2:4]):
+            self._end()
+        if self._scene is None:
+            self._scene = self._resumed(seen, sent)
+        self._place = seen.words[2:4]
 
     def _window(self, row: int) -> Window:
         """Return when words were sent that a scan shows first."""

@@ -209,16 +209,19 @@ class Draws:
         if not self._events:
             return scenario, first
         at = self._when(scenario, edges, first)
-        pressed: tuple[Contact, ...] = (*scenario.presses, *scenario.pushes)
         if self._press in self._events and random.random() < RHYTHM:
             return self._with_rhythm(scenario, at)
-        if pressed and random.random() < AGAIN:
-            part: Timed = self._pressed_again(random.choice(pressed), at)
-        else:
-            part = random.choice(self._events)(at, edges)
+        part = self._next_part(scenario, at, edges)
         end = at + getattr(part, "for_ns", 0) // self.scan_ns
         after_end = end < self.scans and random.random() < AFTER_END
         return with_part(scenario, part), end if after_end else at
+
+    def _next_part(self, scenario: Scenario, at: int, edges: Edges) -> Timed:
+        """Return a new event in a scan, or an earlier press again."""
+        pressed: tuple[Contact, ...] = (*scenario.presses, *scenario.pushes)
+        if pressed and self._random.random() < AGAIN:
+            return self._pressed_again(self._random.choice(pressed), at)
+        return self._random.choice(self._events)(at, edges)
 
     def _pressed_again(self, part: Contact, at: int) -> Contact:
         """Return the same press in another scan, of any axis that has this input."""

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.cpu import Cpu
 
-from ..scenarios.parts import Lasting, Timed, parts_of, timed_parts
+from ..scenarios.parts import end_ns, parts_of, timed_parts
 from ..scenarios.scenario import Scenario
 from .probe import Probe
 
@@ -30,7 +30,7 @@ class ExploredStates:
 
     def begin(self, scenario: Scenario, spec: RackSpec) -> ExploredStateStop:
         """Return what ends the run of a scenario."""
-        ends_ns = [_end_ns(part) for part in timed_parts(scenario)]
+        ends_ns = map(end_ns, timed_parts(scenario))
         whole = [part for _, part in parts_of(scenario) if not hasattr(part, "at_ns")]
         return ExploredStateStop(self._firsts, repr(whole), max(ends_ns, default=0) // spec.scan_ns + 2)
 
@@ -68,7 +68,3 @@ class ExploredStateStop:
         for state, scan in self._passed.items():
             if len(self._firsts) < MOST or state in self._firsts:
                 self._firsts[state] = min(scan, self._firsts.get(state, scan))
-
-
-def _end_ns(part: Timed) -> int:
-    return part.at_ns + (part.for_ns if isinstance(part, Lasting) else 0)

@@ -207,18 +207,22 @@ def _rounds(
 ) -> Iterator[Iterator[Task]]:
     """Yield the rounds, each with the state at its beginning; an interrupted round is the last one."""
     while again or end is None or state.tasks < end:
+        names = known | frozenset(state.found)
         if again:
-            count = -(-len(again) // examples)
-            parts = [again[place::count] for place in range(count)]
-            end = None if end is None else end + len(parts)
-            names = known | frozenset(state.found)
-            yield iter(
-                [Task(number, len(part), names, again=part) for number, part in enumerate(parts, state.tasks)]
-            )
+            tasks = _tasks_again(again, state.tasks, examples, names)
+            end = None if end is None else end + len(tasks)
+            yield iter(tasks)
         else:
             count = width(state.tasks) if end is None else min(width(state.tasks), end - state.tasks)
-            yield _round(state, state.tasks, count, examples, known | frozenset(state.found))
+            yield _round(state, state.tasks, count, examples, names)
         again = suggest(state) if end is None or state.tasks < end else ()
+
+
+def _tasks_again(again: tuple[Scenario, ...], first: int, examples: int, known: frozenset[str]) -> list[Task]:
+    """Return the tasks that run given scenarios."""
+    count = -(-len(again) // examples)
+    parts = [again[place::count] for place in range(count)]
+    return [Task(number, len(part), known, again=part) for number, part in enumerate(parts, first)]
 
 
 def _round(state: State, first: int, count: int, examples: int, known: frozenset[str]) -> Iterator[Task]:

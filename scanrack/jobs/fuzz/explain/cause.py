@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from scanrack.io_images.addresses import Address
-from scanrack.ladder.debug import told
+from scanrack.ladder.debug import answer_text
 from scanrack.traces.replay import PackedTrace
 
 from ...bench.opening import loading
@@ -30,7 +30,7 @@ def cause_of(recording: PackedTrace, job: LoadedRack, rack: str, broken: BrokenI
         return []
     changed, address = found
     try:
-        return told(chain_of(recording, job, address, changed, load=loading(job, rack))).splitlines()
+        return answer_text(chain_of(recording, job, address, changed, load=loading(job, rack))).splitlines()
     except ValueError as error:
         return [f"(not known: {error})"]
 

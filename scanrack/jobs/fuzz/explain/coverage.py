@@ -218,17 +218,22 @@ def _branch_gaps(data: bytes, file: str, branches: bytearray) -> dict[int, str]:
 
     The missing `else` of an `if` has the line of the `if`.
     """
-    without_else = {
-        node.lineno
-        for node in ast.walk(ast.parse(data, file))
-        if isinstance(node, ast.If) and not node.orelse
-    }
     taken: dict[int, list[int]] = {}
     for line, each in zip(branch_lines(data, file), branches, strict=False):
         taken.setdefault(line, []).append(each)
-    gaps = {}
-    for line, ways in taken.items():
-        other_way = line in without_else and (len(ways) == 1 or any(ways))
-        if not any(ways) or (other_way and not all(ways)):
-            gaps[line] = "never false" if other_way else "never reached"
-    return gaps
+    without_else = _ifs_without_else(data, file)
+    gaps = {line: _branch_gap(ways, line in without_else) for line, ways in taken.items()}
+    return {line: gap for line, gap in gaps.items() if gap}
+
+
+def _branch_gap(ways: Sequence[int], is_without_else: bool) -> str:
+    """Return what never happened in the branches of a line; empty for nothing."""
+    if is_without_else and (len(ways) == 1 or any(ways)):
+        return "" if all(ways) else "never false"
+    return "" if any(ways) else "never reached"
+
+
+def _ifs_without_else(data: bytes, file: str) -> set[int]:
+    """Return the lines of the `if`s of a program that have no `else`."""
+    nodes = ast.walk(ast.parse(data, file))
+    return {node.lineno for node in nodes if isinstance(node, ast.If) and not node.orelse}

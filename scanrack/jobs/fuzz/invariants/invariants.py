@@ -230,13 +230,18 @@ def load_invariants(path: Path | str) -> list[Invariant]:
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
-        steps = traceback.extract_tb(error.__traceback__)
-        line = next((step.lineno for step in reversed(steps) if step.filename == str(path)), 1)
-        what = error if isinstance(error, InvariantError) else f"{type(error).__name__}: {error}"
-        raise InvariantError(f"{path}:{line}: {what}") from error
+        raise _not_loaded(path, error) from error
     found = [value for value in vars(module).values() if isinstance(value, Invariant)]
     if not found:
         raise InvariantError(
             f"{path}: it defines no invariant; write functions under @always, @never, @eventually"
         )
     return found
+
+
+def _not_loaded(path: Path, error: BaseException) -> InvariantError:
+    """Return the error of a file that raised, with its line."""
+    steps = traceback.extract_tb(error.__traceback__)
+    line = next((step.lineno for step in reversed(steps) if step.filename == str(path)), 1)
+    what = error if isinstance(error, InvariantError) else f"{type(error).__name__}: {error}"
+    return InvariantError(f"{path}:{line}: {what}")

@@ -49,6 +49,11 @@ def timed_parts(scenario: Scenario) -> list[Timed]:
     return [part for field in TIMED.values() for part in getattr(scenario, field)]
 
 
+def end_ns(part: Timed) -> int:
+    """Return the instant at which a part ends; its beginning without a duration."""
+    return part.at_ns + getattr(part, "for_ns", 0)
+
+
 def with_part(scenario: Scenario, part: Timed) -> Scenario:
     """Return a scenario with a further part."""
     field = TIMED[type(part)]

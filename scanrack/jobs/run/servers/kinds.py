@@ -140,15 +140,17 @@ def addresses(
     """
     found = [ServerAddress.parse(each) for each in given or ()]
     names = [each.protocol for each in found]
-    for each in found:
-        if names.count(each.protocol) > 1:
-            raise ValueError(f"--server {each.protocol} is given twice: a rack has one of each")
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"--server {name} is given twice: a rack has one of each")
     if (security or users) and OPC_UA not in names:
         raise ValueError(f"--opc-ua-{'security' if security else 'users'} goes with --server {OPC_UA}")
     if users and security == OPEN:
         raise ValueError(f"--opc-ua-users needs encryption: it can't go with --opc-ua-security {OPEN}")
-    for place, each in enumerate(found):
-        if each.protocol == OPC_UA:
-            encrypted = security == ENCRYPTED if security else bool(users) or not each.is_local
-            found[place] = replace(each, encrypted=encrypted, users=users)
-    return tuple(found)
+    return tuple(_secured(each, security, users) if each.protocol == OPC_UA else each for each in found)
+
+
+def _secured(address: ServerAddress, security: str | None, users: Path | None) -> ServerAddress:
+    """Return an address with its encryption; without `security` only one of this machine may be open."""
+    encrypted = security == ENCRYPTED if security else bool(users) or not address.is_local
+    return replace(address, encrypted=encrypted, users=users)

@@ -29,7 +29,7 @@ from ..source.lines import Line
 from ..traced_run import Load
 
 DEEPEST = 6
-"""Most values of the program one behind the other."""
+"""Most values of the program in a chain."""
 
 Masks = dict[tuple[int, int], int]
 
@@ -69,9 +69,9 @@ class Looker:
         for each in self.writers:
             if each in self.lacks or each.function != line.function:
                 continue
-            for test, wanted in each.tests:
+            for test, expected in each.tests:
                 if test.lineno == line.number:
-                    parts = list(_false_parts(test, wanted, frame, reads))
+                    parts = list(_false_parts(test, expected, frame, reads))
                     if parts:
                         self.lacks[each] = parts
                         break
@@ -127,20 +127,22 @@ def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0)
     sequence = next((each for each in writers if each.function in chain.names.sequences), None)
     if sequence is not None:
         wait = chain.of_sequence(sequence.function, row)
-        said = f"{source_line(str(chain.load.program), sequence.line)} has not been reached"
-        return linked([(wait,)] if wait else [], **parts, text=said, site=_site(chain, sequence.line))
+        shown_text = f"{source_line(str(chain.load.program), sequence.line)} has not been reached"
+        return linked([(wait,)] if wait else [], **parts, text=shown_text, site=_site(chain, sequence.line))
     looker = Looker(writers)
     chain.look(looker, row)
     found = [(each, looker.lacks[each]) for each in writers if looker.lacks.get(each)]
     if not found:
         return None
     writer, lacks = min(found, key=lambda pair: len(pair[1]))
-    causes = [(link,) for part in lacks for link in _behind(chain, part, row, text, depth)]
-    said = f"{' and '.join(part.text for part in lacks)} is false"
-    return linked(causes, **parts, text=said, site=_site(chain, writer.line))
+    causes = [(link,) for part in lacks for link in _links_of_part(chain, part, row, text, depth)]
+    shown_text = f"{' and '.join(part.text for part in lacks)} is false"
+    return linked(causes, **parts, text=shown_text, site=_site(chain, writer.line))
 
 
-def _behind(chain: PythonChain, part: FalsePart, row: int, text: str, depth: int) -> Iterator[CauseLink]:
+def _links_of_part(
+    chain: PythonChain, part: FalsePart, row: int, text: str, depth: int
+) -> Iterator[CauseLink]:
     """Yield the inputs that a false part reads; without any, its values."""
     inputs = [
         Bits(slot, "in", word, ALL_BITS if mask == ALL_BITS else 1 << bit)
@@ -175,29 +177,29 @@ def writers_of(program: Path, text: str) -> list[Writer]:
 
 
 def _writers(
-    node: ast.AST, wanted: tuple[str, str, str], function: str, tests: tuple[tuple[ast.expr, bool], ...]
+    node: ast.AST, expected: tuple[str, str, str], function: str, tests: tuple[tuple[ast.expr, bool], ...]
 ) -> Iterator[Writer]:
     for part in ast.iter_child_nodes(node):
         if isinstance(part, ast.FunctionDef | ast.AsyncFunctionDef):
-            yield from _writers(part, wanted, part.name, ())
+            yield from _writers(part, expected, part.name, ())
         elif isinstance(part, ast.If | ast.While):
             for inner, truth in ((part.body, True), (part.orelse, False)):
                 body = ast.Module(inner, [])
-                yield from _writers(body, wanted, function, (*tests, (part.test, truth)))
+                yield from _writers(body, expected, function, (*tests, (part.test, truth)))
         elif (
             function
             and isinstance(part, ast.Assign | ast.AugAssign | ast.AnnAssign)
             and part.value is not None
         ):
             targets = part.targets if isinstance(part, ast.Assign) else [part.target]
-            if any(_means(each, wanted) for each in targets):
+            if any(_is_target(each, expected) for each in targets):
                 yield Writer(part.lineno, function, part.value, tests)
         else:
-            yield from _writers(part, wanted, function, tests)
+            yield from _writers(part, expected, function, tests)
 
 
-def _means(target: ast.expr, wanted: tuple[str, str, str]) -> bool:
-    owner, _, name = wanted
+def _is_target(target: ast.expr, expected: tuple[str, str, str]) -> bool:
+    owner, _, name = expected
     if isinstance(target, ast.Name):
         return not owner and target.id == name
     if not isinstance(target, ast.Attribute) or target.attr != name:
@@ -210,21 +212,21 @@ def _is_constant(value: ast.expr, present: Any) -> bool:
     return isinstance(value, ast.Constant) and type(value.value) is type(present) and value.value == present
 
 
-def _false_parts(test: ast.expr, wanted: bool, frame: FrameType, reads: Reads) -> Iterator[FalsePart]:
-    """Yield the parts of an expression that keep it from being as wanted."""
+def _false_parts(test: ast.expr, expected: bool, frame: FrameType, reads: Reads) -> Iterator[FalsePart]:
+    """Yield the parts of an expression that keep it from being as expected."""
     if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
-        yield from _false_parts(test.operand, not wanted, frame, reads)
+        yield from _false_parts(test.operand, not expected, frame, reads)
     elif isinstance(test, ast.BoolOp):
-        parts = [list(_false_parts(each, wanted, frame, reads)) for each in test.values]
-        if isinstance(test.op, ast.And) is wanted:
+        parts = [list(_false_parts(each, expected, frame, reads)) for each in test.values]
+        if isinstance(test.op, ast.And) is expected:
             yield from (part for each in parts for part in each)
         elif all(parts):
             yield from min(parts, key=len)
     else:
         value, masks = _evaluated(_meant(test, frame), frame, reads)
-        if value is not None and value is not wanted:
+        if value is not None and value is not expected:
             text = ast.unparse(test)
-            yield FalsePart(text if wanted else f"not {text}", masks, tuple(_names(test)))
+            yield FalsePart(text if expected else f"not {text}", masks, tuple(_names(test)))
 
 
 def _meant(test: ast.expr, frame: FrameType) -> ast.expr:
@@ -254,7 +256,7 @@ def _evaluated(expression: ast.expr, frame: FrameType, reads: Reads) -> tuple[bo
         code = compile(ast.Expression(expression), "<why>", "eval")
         value = bool(eval(code, frame.f_globals, dict(frame.f_locals)))
         return value, {key: mask for key, mask in reads.masks.items() if mask}
-    except Exception:  # the program's own code: what it can't be asked has no answer
+    except Exception:  # the program's own code: what raises has no value
         return None, {}
     finally:
         reads.counts = counts

@@ -1,4 +1,4 @@
-"""The blocks of an axis by what its module does: what a busy one waits for, and the rule behind an error."""
+"""The blocks of an axis: what its module waits for while one is busy, and the rule that made an error."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class AxisBlocks:
         return CauseLink("module", path, None, recording.numbers[changed], recording.times[changed], text)
 
     def failed(self, path: str, since: int, scan: int) -> CauseLink | None:
-        """Return the module's bit behind an error of a block, with its rule; None without one."""
+        """Return the module's bit that made an error of a block, with its rule; None without one."""
         slot = slot_of(self.chain.chains.lowered, path)
         if slot is None:
             return None

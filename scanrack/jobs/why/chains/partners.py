@@ -1,4 +1,4 @@
-"""The chain of causes behind a consumed tag: in the rack that produces it."""
+"""The chain of causes of a consumed tag, in the rack that produces it."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class ProgramChain(RackChain):
     spec: RackSpec = field(kw_only=True)
     load: Load = field(kw_only=True)
     names: Names = field(kw_only=True)
-    present: dict[str, Any] = field(default_factory=dict)  # values that were asked about last
+    present: dict[str, Any] = field(default_factory=dict)  # the values of the latest question
     _runs: dict[tuple[int, str], TracedRun] = field(default_factory=dict)
 
     # --- questions
@@ -262,7 +262,7 @@ class ProgramChain(RackChain):
         return [self._of_end(steps, at[-1] - 1, self._row(steps[at[-1]]))] if at and at[-1] else []
 
     def _of_wait(self, steps: Sequence[Step], number: int) -> CauseLink:
-        """Return the link of a wait that has begun, behind it the end of the one before."""
+        """Return the link of a wait that has begun; its cause is the end of the one before."""
         step = steps[number]
         row = self._row(step)
         causes = [(self._of_end(steps, number - 1, row),)] if number else []

@@ -60,12 +60,12 @@ def of_axis(chain: PythonChain, name: str, number: int, row: int) -> CauseLink:
 def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row: int) -> CauseLink | None:
     """Return the link of an input whose edge is awaited: one that came too early is named."""
     bits, past = Bits.at(chain.place(name)), Past(chain.recording, row)
-    wanted = way == "rises"
+    rises = way == "rises"
     words = next(each.words for each in chain.recording.slots if each.number == bits.slot)
     edges = [
         each
         for each in past.changes(bits.slot, bits.image, bits.word, bits.mask)
-        if bool(past.words(bits.slot, bits.image, each)[bits.word] & bits.mask) is wanted
+        if bool(past.words(bits.slot, bits.image, each)[bits.word] & bits.mask) is rises
         and not words.configures("in", past.words(bits.slot, "in", each))
     ]
     last = edges[-1] if edges else None
@@ -73,8 +73,8 @@ def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row
     if last is None or not missed:
         found = chain.of_bits(bits, name, row)
         return None if found is None else replace(found, causes=(), depth=1)
-    verb = "rose" if wanted else "fell"
-    new = "rise" if wanted else "fall"
+    verb = "rose" if rises else "fell"
+    new = "rise" if rises else "fall"
     text = f"{verb} at {seconds(chain.recording.times[last])} s while {missed}; it needs a new {new}"
     value = chain.value(bits, row)
     return CauseLink("input", name, value, chain.recording.numbers[last], chain.recording.times[last], text)

@@ -33,11 +33,11 @@ MOST_ALSO = 2
 """Most further ends that the last line names."""
 
 AT_REST = ("never", "setting", "timer")
-"""Kinds of links that say themselves since when."""
+"""Kinds of links whose text has its own time."""
 
 
-def told(link: CauseLink, *, deep: bool = False) -> str:
-    """Return a chain as an answer of at most six lines; with `deep` all of it behind it, see `CauseLink`."""
+def answer_text(link: CauseLink, *, deep: bool = False) -> str:
+    """Return a chain as an answer of at most six lines; with `deep` the whole chain follows."""
     path = link.path
     way = list(path[1:-1])
     lines = [_line("", link, _scan(link))]
@@ -71,7 +71,7 @@ def _scan(link: CauseLink) -> str:
 
 
 def _also(link: CauseLink) -> str:
-    """Return the other ends of the kind of the last one: what was lacking as well."""
+    """Return the other ends of the kind of the last one: what was missing as well."""
     end = link.end
     others = [
         each for each in _ends(link) if each is not end and (each.kind, each.scan) == (end.kind, end.scan)
@@ -81,7 +81,7 @@ def _also(link: CauseLink) -> str:
 
 
 def _ends(link: CauseLink) -> Iterator[CauseLink]:
-    """Yield the ends behind the links of the path that were needed as well."""
+    """Yield the ends of the further causes that the links of the path needed."""
     for each in link.path:
         for group in each.causes:
             if len(group) == 1 and group[0] not in link.path:
@@ -147,7 +147,7 @@ def _place(link: CauseLink) -> str:
 
 
 def _values(link: CauseLink) -> str:
-    """Return the values that a line had read, as ` [state.step = 'first']`; contacts of a rung say them."""
+    """Return the values that a line of Python had read, as ` [state.step = 'first']`."""
     read = link.operands[:MOST_VALUES] if link.kind == "line" else ()
     listed = ", ".join(f"{each.name} = {shown(each.value)}" for each in read)
     return f" [{listed}]" if listed else ""

@@ -1,6 +1,6 @@
-"""What an owner could have done in a recorded run so that a value becomes another one: tried on copies of it.
+"""Finds what an owner could have done in a recorded run to give a tag another value, by trials on copies.
 
-The rack runs again up to the scan, with the orders that the session was given, see `why.acts`.
+The rack runs again up to the scan, with the orders of the session, see `why.acts`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.live.operator_actions import AppliedAction, OperatorActions
 from scanrack.traces.read.reader import Trace
 
-from ..record.order_repeater import is_edit
+from ..record.edits_and_forces import is_edit
 from ..trust.attachments import job_of
 from ..why.acts import Acts, every_act
 from ..why.traced_run import Load
@@ -24,11 +24,11 @@ from .opening import bench_of
 MOST_ANSWERS = 6
 
 
-def wanted_in_trace(
+def acts_in_trace(
     trace: Trace,
     folder: Path,
     tag: str,
-    wanted: object,
+    value: object,
     scan: int,
     orders: Iterable[AppliedAction],
     *,
@@ -59,4 +59,4 @@ def wanted_in_trace(
             bench.scan(number - bench.scans)
             hands.act(order, number * bench.cpu.period_ns, number)
     bench.scan(scan + 1 - bench.scans)
-    yield from islice(every_act(bench, bench.chain(tag), tag, wanted), MOST_ANSWERS)
+    yield from islice(every_act(bench, bench.chain(tag), tag, value), MOST_ANSWERS)

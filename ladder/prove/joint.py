@@ -1,0 +1,164 @@
+"""Inductions of many truths at once: each scan is translated once, and one question is about many truths.
+
+Base and step are those of `induction`. If a disjunction can't hold, none of its truths can; a model of one
+that can drops each truth that holds in it. Runs that the solver finds are not replayed here.
+
+The longest step is asked first: what does not follow from k scans does not follow from fewer. For what does
+follow the least k is found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from .algebra.terms import TRUE, T
+from .induction import FUSES, Limits
+from .solving.frames import Frame
+from .solving.solver import SAT, UNKNOWN, Solver
+from .system import System
+
+GROUP = 60
+"""Truths of one question: the disjunction of hundreds is hard."""
+
+
+@dataclass(slots=True)
+class JointAnswers:
+    """What inductions found about truths.
+
+    Attributes:
+        proved: the scans of the induction of each truth that never holds.
+        broken: truths that some run of the relation makes true.
+        gave_up: truths whose fuse blew: an induction of each alone may get further.
+        work: terms of the questions, see `Solver`.
+    """
+
+    proved: dict[T, int] = field(default_factory=dict)
+    broken: set[T] = field(default_factory=set)
+    gave_up: set[T] = field(default_factory=set)
+    work: int = 0
+
+
+def satisfiable(solver: Solver, formulas: Mapping[T, Any]) -> tuple[set[T], set[T]]:
+    """Ask which truths can hold, each without the others, beside what is stated.
+
+    Args:
+        formulas: the solver's term of each truth.
+
+    Returns:
+        Those that can, and those whose fuse blew.
+    """
+    can, gave_up = set[T](), set[T]()
+    todo = [*_parts(list(formulas), GROUP)]
+    while todo:
+        part = todo.pop()
+        answer = solver.check(_joined(solver, "or", [formulas[t] for t in part]))
+        if answer == SAT:
+            holding = {t for t in part if solver.found(formulas[t], t)} or {part[0]}
+            can |= holding
+            todo += _parts([t for t in part if t not in holding], GROUP)
+        elif answer == UNKNOWN and len(part) > 1:
+            todo += _parts(part, -(-len(part) // 2))
+        elif answer == UNKNOWN:
+            gave_up |= {*part}
+    return can, gave_up
+
+
+def _joined(solver: Solver, op: str, made: Sequence[Any]) -> Any:
+    """Return the conjunction or disjunction of one or more truths."""
+    return solver.apply(op, made) if len(made) > 1 else made[0]
+
+
+def _parts(truths: Sequence[T], size: int) -> Iterator[list[T]]:
+    for begin in range(0, len(truths), size):
+        yield [*truths[begin : begin + size]]
+
+
+def decide_jointly(system: System, truths: Iterable[T], limits: Limits) -> JointAnswers:
+    """Decide which truths hold in no scan; a truth that is in no set of the answers stays open.
+
+    The relation has to follow the program, see `induction`.
+
+    Args:
+        limits: of each truth; all of them together have as much of it as they are many.
+    """
+    found, groups = JointAnswers(), dict[T, list[T]]()
+    for t in dict.fromkeys(truths):
+        groups.setdefault(system.narrowed([t]), []).append(t)
+    for group in groups.values():
+        with system.narrowing(group[:1]):
+            for part in _parts(group, GROUP):
+                _JointInduction(system, part, limits, found).decide()
+    return found
+
+
+class _JointInduction:
+    """An induction of truths that have one contract."""
+
+    def __init__(self, system: System, truths: Sequence[T], limits: Limits, found: JointAnswers) -> None:
+        self._system, self._limits, self._many, self._found = system, limits, len(truths), found
+        self._left = list(truths)  # what no run of the scans so far makes true, and what is not proved
+        self._work = self._steps = 0
+
+    def decide(self) -> None:
+        """Ask the base up to the longest induction, the step, and further scans of the base."""
+        base, run = Solver(self._limits.fuse), None
+        last = self._limits.scans - 1
+        for number in range(self._limits.scans):
+            run = Frame(self._system, base, run, first=run is None)
+            broken, gave_up = satisfiable(base, {t: run.term(t) for t in self._left})
+            self._found.broken |= broken
+            self._found.gave_up |= gave_up
+            self._leave(broken | gave_up)
+            if self._has_met_a_limit(base) or not self._keeps_contract(base):
+                break
+            if number == min(self._limits.k, last):
+                self._prove(number)
+            if not self._left:
+                break
+        self._found.work += self._work + base.work
+
+    def _has_met_a_limit(self, base: Solver) -> bool:
+        limits, many = self._limits, self._many
+        is_too_long = self._steps + base.steps > many * FUSES * limits.fuse
+        return is_too_long or self._work + base.work > many * limits.work
+
+    def _keeps_contract(self, base: Solver) -> bool:
+        """Whether some run of the scans so far keeps what is assumed."""
+        return self._system.contract is TRUE or base.check() == SAT
+
+    def _prove(self, most: int) -> None:
+        """Find what follows from at most some scans in which it was false."""
+        proved, gave_up = self._follow(self._left, most, most)
+        if most:
+            least, _ = self._follow([t for t in self._left if t in proved or t in gave_up], 0, most)
+            proved |= least
+        self._found.proved |= proved
+        self._leave(proved)
+
+    def _follow(self, truths: Iterable[T], first: int, last: int) -> tuple[dict[T, int], set[T]]:
+        """Return the least k of a range from which each truth follows, and what blew the fuse."""
+        solver, scan = Solver(self._limits.fuse), None
+        unbroken: dict[T, list[Any]] = {t: [] for t in truths}
+        proved, gave_up = dict[T, int](), set[T]()
+        for k in range(last + 1):
+            scan = Frame(self._system, solver, scan)
+            made = {t: scan.term(t) for t in unbroken}
+            if k < first:
+                solver.check()  # its model is where the search in a longer run begins
+            else:
+                breaking = {t: _joined(solver, "and", [made[t], *unbroken[t]]) for t in unbroken}
+                can, late = satisfiable(solver, breaking)
+                proved |= {t: k for t in breaking if t not in can and t not in late}
+                gave_up |= late
+            unbroken = {
+                t: [*held, solver.apply("not", [made[t]])]
+                for t, held in unbroken.items()
+                if t not in proved and t not in gave_up
+            }
+        self._work, self._steps = self._work + solver.work, self._steps + solver.steps
+        return proved, gave_up
+
+    def _leave(self, truths: Container[T]) -> None:
+        self._left = [t for t in self._left if t not in truths]

@@ -1,0 +1,202 @@
+"""Debugs a test of pytest: the racks on its benches, one after the other.
+
+    pytest --scanrack-debug     prints a port and a key, and waits for a client at the first bench
+    launch with `pytest`        the adapter runs pytest itself
+
+The test stands still while the client looks: it continues when the client does.
+"""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable
+from contextlib import ExitStack, nullcontext
+from typing import TYPE_CHECKING, Any
+
+from scanrack.jobs.bench import Bench
+from scanrack.ladder.debug import Debugger
+from scanrack.ladder.python.online.fields import Fields
+from scanrack.ladder.python.sequences import Logic
+from scanrack.runtime.live import actions
+from scanrack.terminal.terminal import say
+from scanrack.watch.python_stops import LineTrace
+from typing_extensions import override
+
+from .adapter import Adapter
+from .command import client_of, key_line
+from .live import LiveRungs, LiveText, ScanDriver
+from .protocol import DebugError
+from .requests import REQUESTS
+
+if TYPE_CHECKING:
+    import pytest
+
+WAIT_S = 60.0
+"""Longest wait of a test for a client."""
+
+
+class BenchRun:
+    """A bench, as `live.Scanned`."""
+
+    def __init__(self, bench: Bench) -> None:
+        self._bench, self.cpu, self.rack = bench, bench.cpu, bench.cpu.rack
+        self.debugger = bench.logic if isinstance(bench.logic, Debugger) else None
+        self.program = self
+
+    @property
+    def logic(self) -> Callable[..., None]:
+        """What the CPU calls."""
+        found: Callable[..., None] = self._bench.logic
+        return found
+
+    @property
+    def edits(self) -> int:
+        """Number of edits."""
+        return 0 if self.debugger is None else len(self.debugger.edits)
+
+    @property
+    def operated(self) -> Debugger | Fields | None:
+        """Its values, as far as they can be set and forced."""
+        logic = self._bench.logic
+        return Fields(lambda: logic) if isinstance(logic, Logic) else self.debugger
+
+
+class InTest(ScanDriver):
+    """Drives nothing: the test runs its bench; stands in the scan loop while the client looks."""
+
+    def __init__(self, adapter: Adapter, bench: Bench) -> None:
+        run = BenchRun(bench)
+        if run.debugger is not None:
+            super().__init__(adapter, LiveRungs(run))
+        elif bench.load is not None:
+            load = bench.load
+            super().__init__(adapter, LiveText(run, load, bench.spec, [load.program], LineTrace()))
+        else:
+            raise DebugError("this bench has a program without a file: there are no lines to step through")
+        self._bench, self._stepping, self._pausing = bench, False, False
+        adapter.begin(self.subject, self)
+        self.place_again()
+        while not adapter.configured and not adapter.over:
+            adapter.serve(None)
+        adapter.running = True
+        bench.cpu.add_listener(self)
+
+    @override
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        adapter = self._adapter
+        if adapter.over:
+            return
+        hits = [(each.breakpoint, each.text) for each in self.look(scan, now_ns, flags)]
+        if adapter.wire.waiting:
+            adapter.serve(0)
+        stepped = self._stepping and (not isinstance(self.subject, LiveText) or self.subject.arrived)
+        if not (hits or stepped or self._pausing):
+            return
+        if isinstance(self.subject, LiveText):
+            self.subject.step(on=False)
+        self._stepping = self._pausing = False
+        if hits:
+            adapter.stop_at_hit(scan, hits)
+        else:
+            adapter.look_at(scan, "start" if stepped else "end")
+            adapter.stopped("step" if stepped else "pause")
+        while not adapter.running and not adapter.over:
+            adapter.serve(None)
+
+    @override
+    def begin(self, *, stop: bool) -> None:
+        if stop:
+            self.step()
+
+    @override
+    def go(self) -> None:
+        self._adapter.leave()
+        self._adapter.running = True
+
+    @override
+    def pause(self) -> None:
+        self._pausing = True
+
+    @override
+    def step(self) -> None:
+        self._stepping = True
+        if isinstance(self.subject, LiveText):
+            self.subject.step(on=True)
+        self.go()
+
+    @override
+    def give(self, order: actions.Action) -> None:
+        desk = BenchRun(self._bench).operated
+        if desk is None or not isinstance(order, actions.Write | actions.Force | actions.Unforce):
+            raise DebugError("the test gives the orders here: this one is none of a test")
+        if isinstance(order, actions.Write):
+            desk.tags[order.tag] = order.value
+        elif isinstance(order, actions.Force):
+            desk.force(order.tag, order.value)
+        else:
+            desk.unforce(None if order.tag == actions.ALL else order.tag)
+
+    @override
+    def end(self) -> None:
+        self._adapter.running = True  # the test continues
+
+
+def run_tests(adapter: Adapter, words: str) -> None:
+    """Run pytest, whose benches the client of an adapter debugs."""
+    import pytest
+
+    class Given:
+        """Debugs the benches of this run."""
+
+        def pytest_configure(self, config: pytest.Config) -> None:
+            """Give pytest's plugin the adapter."""
+            from .stash import DEBUG
+
+            config.stash[DEBUG] = lambda bench: InTest(adapter, bench)
+
+    pytest.main([*shlex.split(words), "--scanrack-keep=never"], plugins=[Given()])
+
+
+class PortOfTests:
+    """Waits for a client at the first bench of a run of pytest.
+
+    Args:
+        config: of the run.
+    """
+
+    def __init__(self, config: pytest.Config) -> None:
+        self._config, self._stack = config, ExitStack()
+        config.add_cleanup(self._stack.close)
+        self._adapter: Adapter | None = None
+        self._tried = False
+
+    def __call__(self, bench: Bench) -> None:
+        """Debug a bench; without a client in time the test runs on."""
+        if not self._tried:
+            self._tried, self._adapter = True, self._connected()
+        if self._adapter is not None and not self._adapter.over:
+            InTest(self._adapter, bench)
+
+    def _say(self, text: str) -> None:
+        """Print a line at the terminal, whatever pytest captures."""
+        capture: Any = self._config.pluginmanager.getplugin("capturemanager")
+        with nullcontext() if capture is None else capture.global_and_fixture_disabled():
+            say(text)
+
+    def _connected(self) -> Adapter | None:
+        from scanrack.watch.gate import listen
+
+        listening = self._stack.enter_context(listen(0))
+        key = key_line()
+        self._say(f"scanrack debug: {listening.getsockname()[1]} {key}; waits {WAIT_S:.0f} s for a client")
+        try:
+            wire = client_of(listening, key, self._stack, WAIT_S)
+        except TimeoutError:
+            self._say("scanrack debug: no client has come: the tests run without one")
+            return None
+        adapter = Adapter(wire, REQUESTS)
+        self._stack.callback(adapter.event, "terminated")
+        adapter.waits = True
+        while adapter.waits and not adapter.over:  # for launch or attach
+            adapter.serve(None)
+        return adapter

@@ -1,0 +1,124 @@
+"""Nodes of the text of a Python program: walks over them, and what they are."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable, Iterator, Sequence
+from typing import TypeVar, overload
+
+One = TypeVar("One", bound=ast.AST)
+Two = TypeVar("Two", bound=ast.AST)
+Three = TypeVar("Three", bound=ast.AST)
+
+Trees = ast.AST | Iterable[ast.AST]
+
+Function = ast.FunctionDef | ast.AsyncFunctionDef
+
+FUNCTIONS = (ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+@overload
+def nodes_in(tree: Trees, kind: type[One], /) -> Iterator[One]: ...
+
+
+@overload
+def nodes_in(tree: Trees, kind: type[One], other: type[Two], /) -> Iterator[One | Two]: ...
+
+
+@overload
+def nodes_in(
+    tree: Trees, kind: type[One], other: type[Two], third: type[Three], /
+) -> Iterator[One | Two | Three]: ...
+
+
+@overload
+def nodes_in(tree: Trees, *kinds: type[ast.AST]) -> Iterator[ast.AST]: ...
+
+
+def nodes_in(tree: Trees, *kinds: type[ast.AST]) -> Iterator[ast.AST]:
+    """Yield the nodes of these kinds in a tree, or in the trees of several statements."""
+    for each in [tree] if isinstance(tree, ast.AST) else tree:
+        for node in ast.walk(each):
+            if isinstance(node, kinds):
+                yield node
+
+
+def names_in(tree: ast.AST) -> Iterator[str]:
+    """Yield the names in a tree, without attributes."""
+    return (node.id for node in nodes_in(tree, ast.Name))
+
+
+def is_stored(node: ast.AST) -> bool:
+    """Whether a statement assigns a name, an attribute or an element."""
+    return isinstance(getattr(node, "ctx", None), ast.Store)
+
+
+def is_loaded(node: ast.AST) -> bool:
+    """Whether an expression reads a name, an attribute or an element."""
+    return isinstance(getattr(node, "ctx", None), ast.Load)
+
+
+def stored_attributes(tree: Trees) -> set[str]:
+    """Return the attributes that a text assigns, of any object."""
+    return {node.attr for node in nodes_in(tree, ast.Attribute) if is_stored(node)}
+
+
+def targets_of(node: ast.AST) -> Sequence[ast.expr]:
+    """Return what an assignment of a value assigns to; nothing for another statement."""
+    if isinstance(node, ast.Assign):
+        return node.targets
+    return [node.target] if isinstance(node, ast.AnnAssign) and node.value is not None else []
+
+
+def assignments_in(nodes: Trees) -> Iterator[tuple[ast.expr, ast.expr]]:
+    """Yield the targets of assignments with their values.
+
+    Args:
+        nodes: a tree; or statements, whose inner statements do not count.
+    """
+    for node in ast.walk(nodes) if isinstance(nodes, ast.AST) else nodes:
+        if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+            for target in targets_of(node):
+                yield target, node.value
+
+
+def outer_names(tree: ast.AST) -> set[str]:
+    """Return the names that functions declare as global or nonlocal."""
+    return {name for node in nodes_in(tree, ast.Global, ast.Nonlocal) for name in node.names}
+
+
+def parents_in(tree: ast.AST) -> dict[int, ast.AST]:
+    """Return the parent of each node, by the node's `id`."""
+    return {id(child): node for node in ast.walk(tree) for child in ast.iter_child_nodes(node)}
+
+
+def unpacks(call: ast.Call) -> bool:
+    """Whether a call unpacks arguments, so that it is not known which parameters they are."""
+    is_starred = any(isinstance(each, ast.Starred) for each in call.args)
+    return is_starred or any(each.arg is None for each in call.keywords)
+
+
+def given_to(parameters: Iterable[str], call: ast.Call) -> dict[str, ast.expr]:
+    """Return the arguments of a call by the names of its parameters, without those that it unpacks."""
+    named = {each.arg: each.value for each in call.keywords if each.arg is not None}
+    return {**dict(zip(parameters, call.args, strict=False)), **named}
+
+
+def parameters_of(function: Function) -> list[str]:
+    """Return the names of the parameters that a call by position gives, without `self`."""
+    return [each.arg for each in function.args.args if each.arg != "self"]
+
+
+def is_self(node: ast.AST) -> bool:
+    """Whether an expression is `self`."""
+    return isinstance(node, ast.Name) and node.id == "self"
+
+
+def field_of(node: ast.AST) -> str:
+    """Return `name` of `self.name`; "" for another expression."""
+    return node.attr if isinstance(node, ast.Attribute) and is_self(node.value) else ""
+
+
+def last_name(node: ast.AST) -> str:
+    """Return the name of a function, an attribute or a variable, without what it belongs to."""
+    return ast.unparse(node).rpartition(".")[2]

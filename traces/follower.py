@@ -1,0 +1,110 @@
+"""Replay: plays a recording to a module, a program or a whole rack, and compares the outcome.
+
+    recording ---> receiver ---> its images in each scan
+        |                                |
+        +---------- Follower ------------+   stops at the first scan that differs
+
+The receiver knows nothing of traces: its owner runs it scan by scan, and a
+`Follower` listens to that run like a recorder.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+
+from .compare import EXACT, Comparison, Tolerance, compare_parts
+from .read.columns import Columns
+from .read.event_text import describe
+from .read.packed import NotedScans
+from .replay import Image, PackedTrace
+
+
+class Follower:
+    """Follows a replay and compares it with the recording; a listener of the scan loop.
+
+    Args:
+        memory: the memory block of the receiver, with the layout of the recording.
+
+    Attributes:
+        stop: called at the first scan that differs, without a tolerance; a comparison with tolerance
+            reads the whole recording, since late changes may still be in time. None: continue.
+        stopped: whether it has been called.
+    """
+
+    def __init__(
+        self,
+        recording: PackedTrace,
+        memory: bytearray,
+        images: Sequence[Image],
+        *,
+        tolerance: Tolerance = EXACT,
+    ) -> None:
+        self._recording = recording
+        self._memory = memory
+        self._images = tuple(images)
+        self._tolerance = tolerance
+        self.stop: Callable[[], None] | None = None
+        self.stopped = False
+        self._spans = [recording.span(image) for image in self._images]
+        self._recorded = recording.memory
+        self._replayed = NotedScans(recording.layout.words)
+        self._rules: list[tuple[int, object, str]] = []
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, object]) -> None:
+        """Note the rules that fire."""
+        if fields.get("kind") == "rule":
+            self._rules.append((scan, fields.get("slot"), describe(topic, scan, fields)))
+
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        """Note a scan, and stop the replay if it differs."""
+        block, recorded = bytes(self._memory), self._recorded[self.scans]
+        self._replayed.add(scan, now_ns, flags, block)
+        if self.stop is not None and self._tolerance.exact and self._differ(block, recorded):
+            self.stop()
+            self.stopped, self.stop = True, None
+
+    def _differ(self, block: bytes, recorded: bytes) -> bool:
+        return block != recorded and any(block[span] != recorded[span] for span in self._spans)
+
+    def close(self) -> None:
+        """Do nothing: nothing is open."""
+
+    @property
+    def scans(self) -> int:
+        """Number of replayed scans."""
+        return len(self._replayed)
+
+    def comparison(self) -> Comparison:
+        """Return the comparison, the recording first, the replay second.
+
+        A replay that was not stopped here and is not at its end is the shorter of the two.
+        """
+        slots, recorded = self._recording.slots, self._recording.scans.chunks()
+        found = compare_parts(
+            (slots, _first_scans(recorded, self.scans) if self.stopped else recorded),
+            (slots, self._replayed.packed().chunks()),
+            self._tolerance,
+            only=frozenset(self._images),
+        )
+        if found.first is None:
+            return found
+        involved = {detail.slot for detail in found.first.details}
+        rules = [
+            (event.scan, event.fields.get("slot"), describe(event.topic, event.scan, event.fields))
+            for event in self._recording.events
+            if event.fields.get("kind") == "rule"
+        ]
+        rules_a, rules_b = (
+            tuple(text for number, slot, text in fired if number == scan and slot in involved)
+            for fired, scan in ((rules, found.first.scan), (self._rules, found.first.scan_b))
+        )
+        return replace(found, first=replace(found.first, rules_a=rules_a, rules_b=rules_b))
+
+
+def _first_scans(chunks: Iterator[Columns], count: int) -> Iterator[Columns]:
+    for columns in chunks:
+        yield columns.rows(0, count)
+        count -= len(columns.scan)
+        if count <= 0:
+            return
