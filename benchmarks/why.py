@@ -2,8 +2,9 @@
 
     python benchmarks/why.py [COMMIT] [--scans 300000] [--rounds 9] [--smoke]
 
-The feeder runs on the bench; then its tag Feeding is asked about, which has not changed since the eleventh
-second. Checked: the chain, and that the search scan by scan finds the same scan. Compared within the run:
+The feeder runs on the bench; then the chain of its tag Feeding is made. The tag has not changed since the
+eleventh second. Checked: the chain, and that the search scan by scan finds the same scan. Compared within the
+run:
 
     command         `scanrack why` of the recording with its snapshots, a process of its own: processor time
     chain           the whole chain on the bench, which has run the scans already
@@ -58,7 +59,7 @@ def read(path: Path) -> int:
 
 
 def chain(bench: Bench) -> None:
-    """Ask, and check the answer."""
+    """Make the chain, and check it."""
     link = bench.chain("Feeding")
     names = [each.name for each in link.walk()]
     assert (link.scan, link.value) == (CHANGED, True), (link.scan, link.value)
@@ -67,7 +68,7 @@ def chain(bench: Bench) -> None:
 
 
 def chain_scan_by_scan(bench: Bench) -> None:
-    """Ask without the search in all stretches at once."""
+    """Make the chain without the search in all stretches at once."""
     bench.program._past._found.clear()  # what has been found is kept
     side_by_side, replay.ONE_BY_ONE = replay.ONE_BY_ONE, 1 << 30
     try:
@@ -76,19 +77,19 @@ def chain_scan_by_scan(bench: Bench) -> None:
         replay.ONE_BY_ONE = side_by_side
 
 
-def asked(trace: Path, site: Path | None = None) -> float:
-    """Ask the command in a process of its own, and check the last line; return its processor time, s.
+def command_of(trace: Path, site: Path | None = None) -> float:
+    """Run the command in a process of its own, and check the last line; return its processor time, s.
 
     Args:
         site: folder with the package of a commit; None for the installed one.
     """
     words = [sys.executable, "-m", "scanrack", "why", str(trace), "Feeding"]
     before = children_s()
-    said = subprocess.run(
+    answer = subprocess.run(
         words, cwd=trace.parent, env=of(site), capture_output=True, text=True, check=True, encoding="utf-8"
     ).stdout
     took = children_s() - before
-    assert said.splitlines()[-1].startswith("Cause: slot1.status.IN_HOME is on since 10.492 s"), said
+    assert answer.splitlines()[-1].startswith("Cause: slot1.status.IN_HOME is on since 10.492 s"), answer
     return took
 
 
@@ -120,14 +121,16 @@ def report_turns(commit: str, scans: int, rounds: int, folder: Path, bars: Bars)
     for site, trace in zip(sites, traces, strict=True):
         words = [sys.executable, "-c", RECORD, str(FEEDER), str(trace), str(scans)]
         subprocess.run(words, cwd=folder, env=of(site), check=True)
-        asked(trace, site)  # compiled files are written
-    pairs = [[asked(trace, site) for trace, site in zip(traces, sites, strict=True)] for _ in range(rounds)]
+        command_of(trace, site)  # compiled files are written
+    pairs = [
+        [command_of(trace, site) for trace, site in zip(traces, sites, strict=True)] for _ in range(rounds)
+    ]
     there, here = (median(each) for each in zip(*pairs, strict=True))
     ratios = sorted(this / other for other, this in pairs)
     spread = f"{ratios[len(ratios) // 4]:.2f} to {ratios[-1 - len(ratios) // 4]:.2f}"
-    said = bars.most("why", median(ratios), MOST)
+    grade = bars.most("why", median(ratios), MOST)
     print(
-        f"the command at {commit}: {there:.2f} s, here {here:.2f} s; {median(ratios):.2f}, {spread}, {said}"
+        f"the command at {commit}: {there:.2f} s, here {here:.2f} s; {median(ratios):.2f}, {spread}, {grade}"
     )
 
 
@@ -136,9 +139,9 @@ def report_chain(scans: int, folder: Path) -> None:
     with open_bench(FEEDER, record=folder / "run.mcap") as bench:
         bench.scan(scans)
         first, again = spent(lambda: chain(bench)), spent(lambda: chain(bench))
-        print(f"chain through {scans:,} scans: {first:.2f} s of a processor, asked again {again:.2f} s")
+        print(f"chain through {scans:,} scans: {first:.2f} s of a processor, repeated {again:.2f} s")
         print(f"  scan by scan: {spent(lambda: chain_scan_by_scan(bench)):.2f} s")
-    print(f"  the command, of the recording: {asked(folder / 'run.mcap'):.2f} s of a processor")
+    print(f"  the command, of the recording: {command_of(folder / 'run.mcap'):.2f} s of a processor")
     counted: list[int] = []
     floor = spent(lambda: counted.append(read(folder / "run.mcap")))
     assert counted == [scans], counted
@@ -147,14 +150,14 @@ def report_chain(scans: int, folder: Path) -> None:
 
 def report_scans(rounds: int) -> None:
     """Measure scans before and after questions, in turns."""
-    plain, asked = open_bench(FEEDER), open_bench(FEEDER)
-    for bench in (plain, asked):
+    plain, questioned = open_bench(FEEDER), open_bench(FEEDER)
+    for bench in (plain, questioned):
         bench.scan(CHANGED + 1)
-    chain(asked)
+    chain(questioned)
     before, after = [], []
     for _ in range(rounds):
         before.append(spent(lambda: plain.scan(ROUND)))
-        after.append(spent(lambda: asked.scan(ROUND)))
+        after.append(spent(lambda: questioned.scan(ROUND)))
     one, other = (1e6 * min(each) / ROUND for each in (before, after))
     print(f"a scan on the bench: {one:.1f} us before a question, {other:.1f} us after one")
 

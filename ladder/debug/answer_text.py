@@ -99,7 +99,7 @@ def _whole(head: str, link: CauseLink, scan: str = "", also: str = "") -> str:
         where = f": {site.spot}: {site.instruction}" if site is not None else ""
         if link.text.startswith("waits for "):
             return f"{head}{link.name} {link.text} since {at}{where}{also}"
-        return f"{head}{link.name} went on at {at}: {_place(link)}{also}"
+        return f"{head}{link.name} continued at {at}: {_place(link)}{also}"
     since = "" if _says_when(link) else f" since {at}"
     place = " ".join(_place(link).split())
     return f"{head}{_state(link)}{since}{': ' if place else ''}{place}{also}"

@@ -83,15 +83,15 @@ class CrossReference:
 
     def of(self, tag: str) -> tuple[Mention, ...]:
         """Return the mentions of an address, its parts, and what contains it, or raise a LadderError."""
-        wanted = self._resolver.named(tag)
-        found = _mentions(self._lowered, lambda operand: overlap(wanted, operand, stretch=True))
-        return tuple(each for each in _once(found) if overlap(wanted, each.where, stretch=each.stretch))
+        named = self._resolver.named(tag)
+        found = _mentions(self._lowered, lambda operand: overlap(named, operand, stretch=True))
+        return tuple(each for each in _once(found) if overlap(named, each.where, stretch=each.stretch))
 
     def writers(self, leaf: Leaf, index: int, mask: int | None) -> tuple[Mention, ...]:
         """Return the mentions that may write a value, or a bit of it, those of add-on instructions too."""
         path = leaf.path.upper()
 
-        def wanted(operand: Place | Group) -> bool:
+        def matches(operand: Place | Group) -> bool:
             own = _path(operand)
             return path == own or path.startswith(f"{own}.") or own.startswith(f"{path}.")
 
@@ -103,7 +103,7 @@ class CrossReference:
             of_bit = mask is None or not isinstance(bit, Constant) or bool(mask >> int(bit.value) & 1)
             return where.leaf is leaf and (at in (None, index) or each.stretch) and of_bit
 
-        return tuple(each for each in _mentions(self._lowered, wanted) if each.writes and written(each))
+        return tuple(each for each in _mentions(self._lowered, matches) if each.writes and written(each))
 
     def __iter__(self) -> Iterator[Mention]:
         return iter(self.mentions)
@@ -134,19 +134,19 @@ def _path(operand: Place | Group) -> str:
     return (operand.leaf.path if isinstance(operand, Place) else operand.path).upper()
 
 
-def _mentions(lowered: LoweredProgram, wanted: Callable[[Place | Group], bool]) -> Iterator[Mention]:
+def _mentions(lowered: LoweredProgram, matches: Callable[[Place | Group], bool]) -> Iterator[Mention]:
     """Yield mentions; those inside an add-on instruction only if a matching tag is passed to it."""
     seen: set[object] = set()
     for routine in lowered.routines.values():
         if not routine.frame:
-            yield from _in_routine(lowered, routine, lambda operand: operand, wanted, seen)
+            yield from _in_routine(lowered, routine, lambda operand: operand, matches, seen)
 
 
 def _in_routine(
     lowered: LoweredProgram,
     routine: LoweredRoutine,
     placed: Callable[[Place | Group], Place | Group],
-    wanted: Callable[[Place | Group], bool],
+    matches: Callable[[Place | Group], bool],
     seen: set[object],
     instance: str = "",
 ) -> Iterator[Mention]:
@@ -158,26 +158,26 @@ def _in_routine(
                 yield replace(each, where=where, text=where.text, instance=instance)
             for call in step.operands:
                 if isinstance(call, AddOnCall):
-                    yield from _in_call(lowered, call, placed, wanted, seen)
+                    yield from _in_call(lowered, call, placed, matches, seen)
 
 
 def _in_call(
     lowered: LoweredProgram,
     call: AddOnCall,
     placed: Callable[[Place | Group], Place | Group],
-    wanted: Callable[[Place | Group], bool],
+    matches: Callable[[Place | Group], bool],
     seen: set[object],
 ) -> Iterator[Mention]:
     handed = {name: placed(operand) for name, operand in call.handed.items()}
     handed[OWN] = placed(call.instance)
     known = (call.name, *((name, each.text) for name, each in handed.items()))
-    if known in seen or not any(map(wanted, handed.values())):
+    if known in seen or not any(map(matches, handed.values())):
         return
     seen.add(known)
     for key in call.routines:
         routine, own = lowered.routines[key], handed[OWN].text
         yield from _in_routine(
-            lowered, routine, lambda operand: placed_in(lowered, handed, operand), wanted, seen, own
+            lowered, routine, lambda operand: placed_in(lowered, handed, operand), matches, seen, own
         )
 
 

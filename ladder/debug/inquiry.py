@@ -62,13 +62,11 @@ class Inquiry:
         lowered = self._engine.lowered
         image = where.leaf if isinstance(where, Place) and where.leaf.slot is not None else None
         is_input = image is not None and not image.output
-        can_change = image is None or image.output or image.ident in lowered.written_inputs
-        change = self.last_change(tag) if can_change else None
+        is_written = not is_input or (image is not None and image.ident in lowered.written_inputs)
+        change = self.last_change(tag) if is_written else None
         if is_input and change is None:
             return f"{tag} is {shown(value)} because the module reports it: it is an input image."
         if change is None:
-            state = state_of(where, value)
-            return explain_unchanged(
-                tag, state, [each for each in self._cross_reference.of(tag) if each.writes]
-            )
+            writers = [each for each in self._cross_reference.of(tag) if each.writes]
+            return explain_unchanged(tag, state_of(where, value), writers)
         return explain_change(lowered, tag, where, change, value)

@@ -41,7 +41,7 @@ class InputChange:
 
     def __str__(self) -> str:
         at = f" ({self.place})" if self.place else ""
-        does = ("goes off", "goes on")[self.value] if isinstance(self.value, bool) else _becomes(self.value)
+        does = ("goes off", "comes on")[self.value] if isinstance(self.value, bool) else _becomes(self.value)
         return f"{self.name}{at} {does}"
 
 

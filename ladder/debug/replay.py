@@ -181,19 +181,17 @@ class Replayer:
         begin = 0
         for changing in chain(self._changing_stretches(cells, starts), [len(starts)]):
             few = changing if changing - begin <= ONE_BY_ONE else begin + FIRST_ONE_BY_ONE
-            for number in range(begin, few):
-                found = self._change_in(starts[number], lasts[number], read)
-                if found is not None:
-                    return found
-            for number in range(few, changing, SIDE_BY_SIDE):
-                group = starts[number - 1 : min(number + SIDE_BY_SIDE, changing)]
-                found = self._change_in_many(group, cells, read)
-                if found is not None:
-                    return found
-            if changing < len(starts):
-                found = self._change_in(starts[changing], lasts[changing], read)
-                if found is not None:
-                    return found
+            searches = chain(
+                (self._change_in(starts[each], lasts[each], read) for each in range(begin, few)),
+                (
+                    self._change_in_many(starts[each - 1 : min(each + SIDE_BY_SIDE, changing)], cells, read)
+                    for each in range(few, changing, SIDE_BY_SIDE)
+                ),
+                (self._change_in(start, lasts[changing], read) for start in starts[changing : changing + 1]),
+            )
+            found = next((each for each in searches if each is not None), None)
+            if found is not None:
+                return found
             begin = changing + 1
         return None
 

@@ -142,13 +142,9 @@ class RungParser(ExpressionParser):
                 self.fail(f", or ) in {spec.name}")
 
     def _check_count(self, spec: Spec, operands: tuple[Operand, ...], start: int) -> None:
-        most = len(spec.operands)
-        least = most - spec.optional - spec.variadic
-        if len(operands) < least or (len(operands) > most and not spec.variadic):
-            count_text = str(most) if least == most else f"{least} to {most}"
-            found = f"{len(operands)}"
+        if expected := spec.other_count(len(operands)):
             self.at = start
-            self.fail(f"{count_text} operands of {spec.name}", found)
+            self.fail(f"{expected} operands of {spec.name}", str(len(operands)))
 
     def _operand(self, use: Use | None) -> Operand:
         if use in (Use.LABEL, Use.ANYTHING) and self.text.startswith((",", ")"), self.at):

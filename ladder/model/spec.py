@@ -206,6 +206,14 @@ class Spec:
         """Whether it takes any number of further operands."""
         return Use.PARAMETERS in self.operands or Use.ANYTHING in self.operands
 
+    def other_count(self, count: int) -> str:
+        """Return how many operands it takes instead of some: `2`, `2 to 4`; "" if it takes as many."""
+        most = len(self.operands)
+        least = most - self.optional - self.variadic
+        if least <= count and (count <= most or self.variadic):
+            return ""
+        return str(most) if least == most else f"{least} to {most}"
+
     def __call__(self, *given: object) -> Instruction:
         """Return the instruction with these operands, or raise a LadderError."""
         operands = [
@@ -213,8 +221,7 @@ class Spec:
             for place, each in enumerate(given)
         ]
         most = len(self.operands)
-        least = most - self.optional - self.variadic
-        if len(operands) < least or (len(operands) > most and not self.variadic):
+        if self.other_count(len(operands)):
             raise LadderError(f"{self.name} takes {most} operands, {len(operands)} are given")
         if Use.PRESET in self.operands:
             operands += [Unknown()] * (most - len(operands))

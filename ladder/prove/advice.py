@@ -23,7 +23,7 @@ _WAYS: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (
         r"(?P<where>.*): .*(?:more than \d+ passes|calls more than \d+ deep|jump backwards)",
         lambda found, _: (
-            f"nothing is known behind {found['where']}: let constants bound its loop, "
+            f"nothing is known after {found['where']}: let constants bound its loop, "
             "64 passes at most, and nest fewer calls"
         ),
     ),

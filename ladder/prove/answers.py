@@ -62,13 +62,13 @@ class ScenarioStep:
     again: bool = False
 
     def __str__(self) -> str:
-        return self.told([value_text(name, value) for name, value in self.changes])
+        return self.text([value_text(name, value) for name, value in self.changes])
 
-    def told(self, changes: Sequence[str]) -> str:
-        """Return it in words, with words for its changes."""
-        said = [f"{self.ms:,} ms later"] if self.ms else []
-        said += [KEY_TEXT] * self.turned + [AGAIN_TEXT] * self.again
-        return ", ".join([*said, *changes]) or "power-up"
+    def text(self, changes: Sequence[str]) -> str:
+        """Return it as text, with texts of its changes."""
+        parts = [f"{self.ms:,} ms later"] if self.ms else []
+        parts += [KEY_TEXT] * self.turned + [AGAIN_TEXT] * self.again
+        return ", ".join([*parts, *changes]) or "power-up"
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class Answer:
     """What is known of a claim; true if it holds.
 
     Attributes:
-        claim: what was asked.
+        claim: the claim that is decided.
         verdict: of its condition, see `induction`; of `reachable`, refuted means reached.
         scans: the run that breaks or reaches it, confirmed on the compiled program, see `smallest`.
         steps: its scans with the names of the tags.
@@ -120,21 +120,21 @@ class Answer:
 
 
 def answer(
-    problem: ProgramSystem, program: MonitoredProgram, asked: WatchedClaim, limits: Limits = LIMITS
+    problem: ProgramSystem, program: MonitoredProgram, watched: WatchedClaim, limits: Limits = LIMITS
 ) -> Answer:
     """Decide a claim of a program."""
-    with _assuming(problem, asked.assume):
-        bad = problem.after(asked.bit)
+    with _assuming(problem, watched.assume):
+        bad = problem.after(watched.bit)
         cone = problem.cone([bad, problem.narrowed([bad])])
-        verdict = prove(problem, asked.bit, limits)
+        verdict = prove(problem, watched.bit, limits)
         bits = problem.assume
     modules = [each for each in problem.settings["contracts"] if isinstance(each, KeptBy)]
-    scans = verdict.scans and smallest(program.program, verdict.scans, asked.bit, bits, modules)
-    own = [Claim("", ClaimKind.ASSUME, text) for text in asked.claim.assume]
+    scans = verdict.scans and smallest(program.program, verdict.scans, watched.bit, bits, modules)
+    own = [Claim("", ClaimKind.ASSUME, text) for text in watched.claim.assume]
     layout = problem.lowered.layout
     held = sorted((each.named(tag_text(layout, each.key)), each.value) for each in verdict.held)
     return Answer(
-        asked.claim,
+        watched.claim,
         verdict,
         scans,
         tuple(steps_of(layout, scans)),
@@ -146,7 +146,7 @@ def answer(
         sum(name in problem.key_of for name in cone),
         len(problem.machine.vars),
         advice(verdict.blame, _numbers_in(problem, cone)),
-        tuple(_end_of(program.program, scans, asked.bit)),
+        tuple(_end_of(program.program, scans, watched.bit)),
     )
 
 

@@ -2,8 +2,8 @@
 
 `proof.smt2` declares each value before a scan and defines terms of them. `proof.json` says which of these
 terms is what: the next value of each state, its initial value, what is assumed in each scan, what never
-holds, and the invariants that help. A checker that has these two needs nothing of the prover: it puts scans
-one behind the other and asks another solver.
+holds, and the invariants that help. A checker that has these two needs nothing of the prover: it writes
+consecutive scans and lets another solver decide.
 """
 
 from __future__ import annotations

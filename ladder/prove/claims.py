@@ -1,4 +1,4 @@
-"""What is asked of a program: conditions that never hold, always hold, can be reached, or are assumed.
+"""Claims about a program: conditions that never hold, always hold, can be reached, or are assumed.
 
     // prove: never Fwd AND Rev
     // prove: always NOT Valve OR Pump
@@ -28,7 +28,7 @@ NEVER = "NEVER"
 
 
 class ClaimKind(StrEnum):
-    """What a claim says of its condition."""
+    """How a claim uses its condition."""
 
     NEVER = "never"
     ALWAYS = "always"

@@ -5,7 +5,7 @@ which it held, whatever the state before them? From k = 1 on invariants help the
 
 A run that the solver finds is done by the compiled program, and its memory decides. If an instruction that is
 not modeled computed something else than the solver chose, or has not faulted as the solver chose, the solver
-gets that and tries again. A run ends with the scan of a major fault; its claims are about what stands then.
+gets that and tries again. A run ends with the scan of a major fault; claims are about the state then.
 """
 
 from __future__ import annotations
@@ -224,8 +224,8 @@ class _Proof:
             return True
         if system.follows is None:
             found = prove(system, system.deep, replace(self.limits, replays=False))
-            said = "the relation follows the program"
-            found.certificates = tuple(replace(each, says=said) for each in found.certificates)
+            text = "the relation follows the program"
+            found.certificates = tuple(replace(each, says=text) for each in found.certificates)
             system.follows = found
         if not system.follows:
             self._unknown(*system.limits_met())

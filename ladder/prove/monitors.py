@@ -1,11 +1,11 @@
-"""Monitors: a program with lines behind its scan that say which claims its state breaks.
+"""Monitors: a program with lines after its scan that set a bit for each claim that its state breaks.
 
 A claim becomes a line of structured text, compiled with the program:
 
     Prove__1 := 1; Prove__1 := Fwd AND Rev;              never Fwd AND Rev
     Prove__2 := 1; Prove__2 := NOT (Valve OR Idle);      always Valve OR Idle
     Prove__3 := 0; Prove__3 := Done;                     reachable Done
-    Old__1 := Count;                                     behind all claims, for old(Count)
+    Old__1 := Count;                                     after all claims, for old(Count)
 
 A condition that can't be computed, as its subscript leaves its array, ends there: a claim is then broken, and
 what is to be reached is not. The scan of a major fault has its claims, too: they are about what stands then.
@@ -96,8 +96,8 @@ def monitored(
         LadderError: a condition can't be used, with the claim's name; a routine NEVER is called.
     """
     built = program.build()
-    asked = named_apart([*claims, *claims_in(built)])
-    maker = _Maker(asked, never_routines(program), slots)
+    named_claims = named_apart([*claims, *claims_in(built)])
+    maker = _Maker(named_claims, never_routines(program), slots)
     with_them = _copy(program, slots)
     with_them.monitors = maker.lower
     try:
@@ -156,7 +156,7 @@ def is_claims(routine: str) -> bool:
 
 @contextmanager
 def monitoring(machine: Any) -> Iterator[None]:
-    """Let the body run monitors: behind the first scan and an open MCR zone; they leave no status flag.
+    """Let the body run monitors: after the first scan and an open MCR zone; they leave no status flag.
 
     Args:
         machine: an interpreter, or the machine of terms.
@@ -206,7 +206,7 @@ def never_routines(program: LadderLogic) -> list[Routine]:
 
 @dataclass(slots=True)
 class _Maker:
-    """Lowers monitors behind the routines of a program."""
+    """Lowers monitors after the routines of a program."""
 
     claims: Sequence[Claim]
     never: Sequence[Routine]
@@ -355,12 +355,12 @@ class _Maker:
 
     def refusal(self, error: BuildError) -> LadderError:
         """Return the error of a program that can't be built with its monitors, with the claims' names."""
-        said = []
+        lines = []
         for each in error.problems:
             claim = self._lines.get((each.site.routine.upper(), 0))
             where = _named(claim) + f": {claim.text}" if claim else each.where
-            said.append(f"{where}: {each.text}; {each.remedy}")
-        return LadderError("\n".join(said), *(each.site for each in error.problems))
+            lines.append(f"{where}: {each.text}; {each.remedy}")
+        return LadderError("\n".join(lines), *(each.site for each in error.problems))
 
 
 def _with_latches(text: str, latch: Callable[[str], str]) -> str:
@@ -393,8 +393,8 @@ def _claim_of(routine: Routine, index: int, rung: Rung) -> Claim:
     """Return the claim of a rung of a routine NEVER."""
     origin = rung.origin
     site = Site(program_of(routine.name), routine.name, index, file=origin.file, line=origin.line or None)
-    said = rung.comment.splitlines()
-    name = said[0].strip() if said else f"{_short(routine.name)} rung {index}"
+    lines = rung.comment.splitlines()
+    name = lines[0].strip() if lines else f"{_short(routine.name)} rung {index}"
     return Claim(name, ClaimKind.NEVER, str(rung), (), program_of(routine.name), site)
 
 

@@ -40,8 +40,8 @@ Broken = Callable[[Engine, "dict[str, Any]"], bool]
 class ScanOf:
     """A scan of a scenario: ms since the scan before, inputs that change before it.
 
-    `turned` says that before it the key is turned to program and back, `again` that it is the first of a run
-    that begins with the tags of the one before.
+    `turned`: the key is turned to program and back before it. `again`: it is the first scan of a run that
+    begins with the tags of the run before.
     """
 
     ms: float
@@ -81,7 +81,7 @@ class ReplayedRun:
     """What became of a scenario.
 
     Attributes:
-        confirmed: whether the program breaks the property, as the solver says.
+        confirmed: whether the program breaks the property, as the solver's model does.
         fault: the major fault that ended it, in its last scan or before.
         computed: what instructions that are not modeled computed, by scan and variable.
         done: scans without a fault.
@@ -101,14 +101,14 @@ class Run:
     def __init__(self, problem: ProgramSystem) -> None:
         self.problem, self.engine, self._started = problem, problem.program.compile(), False
         self.before: dict[str, Any] = {}  # values of all variables before the latest scan
-        self._told: Values = {}  # behind the scan before
-        self._told_before: Values = {}
+        self._chosen: Values = {}  # in the scan before
+        self._chosen_before: Values = {}
         self.set_bits: dict[Key, int] = {}  # numbers of which bits were written before the latest scan
 
     def scan(self, values: Values) -> dict[str, Any]:
         """Do a scan with a solver's values; return those of all variables before it."""
         problem, memory = self.problem, self.engine.memory
-        if is_again(self._told):
+        if is_again(self._chosen):
             self.engine = started_again(self.engine, problem.program.compile())
             memory = self.engine.memory
         for name, value in values.items():
@@ -116,10 +116,10 @@ class Run:
             if key is not None and problem.role(name) == "free":
                 memory.write(problem.machine.kinds[key], key[1], value)
         self._write_bits()
-        off, self._told_before = off_ticks(self._told, problem.tick_ns), self._told
-        if is_turned(self._told) or is_again(self._told):
+        off, self._chosen_before = off_ticks(self._chosen, problem.tick_ns), self._chosen
+        if is_turned(self._chosen) or is_again(self._chosen):
             self.engine.prescan()
-        self._told = values
+        self._chosen = values
         ticks = values.get(DT, problem.least)
         self.before = self._before(off) if self._started else dict(problem.initial)
         self.before.update(values)
@@ -129,15 +129,15 @@ class Run:
         return self.before
 
     def _write_bits(self) -> None:
-        """Write the bits that someone outside has told behind the scan before."""
+        """Write the bits that are written from outside after the scan before."""
         self.set_bits = {}
         for key, mask in self.problem.open.items():
-            told = self._told.get(f"{TOLD}{self.problem.machine.vars[key].val}")
+            bits = self._chosen.get(f"{TOLD}{self.problem.machine.vars[key].val}")
             leaf = self.problem.machine.kinds[key]
-            if told is None:
+            if bits is None:
                 continue
             word = int(self.engine.memory.read(leaf, key[1]))
-            after = signed_pattern(word & ~mask | int(told) & mask, leaf.type.wraps)
+            after = signed_pattern(word & ~mask | int(bits) & mask, leaf.type.wraps)
             if after != word:
                 self.engine.memory.write(leaf, key[1], after)
                 self.set_bits[key] = after
@@ -150,7 +150,7 @@ class Run:
             if key[0].endswith(CLOCK):
                 value = min(v.hi, max(0, engine.now_ns - int(value)) // problem.tick_ns + off)
             elif key == FIRST_SCAN and problem.lowered.schedule is None:
-                value = is_turned(self._told_before) or is_again(self._told_before)
+                value = is_turned(self._chosen_before) or is_again(self._chosen_before)
             found[v.val] = value
         return found
 
@@ -160,17 +160,17 @@ class Run:
 
 
 def is_turned(values: Values) -> bool:
-    """Whether the key is turned behind a scan."""
+    """Whether the key is turned after a scan."""
     return bool(values.get(TURNED, False))
 
 
 def is_again(values: Values) -> bool:
-    """Whether a run ends behind a scan, and the next one begins with its tags."""
+    """Whether a run ends after a scan, and the next one begins with its tags."""
     return bool(values.get(RETAINED, False))
 
 
 def off_ticks(values: Values, tick_ns: int) -> int:
-    """Return the time behind a scan in which the key is not in run, at most an hour, in a unit."""
+    """Return the time after a scan in which the key is not in run, at most an hour, in a unit."""
     is_off = is_turned(values) and not is_again(values)
     return min(int(values.get(OFF, 0)), MOST_OFF_MS * MS // tick_ns) if is_off else 0
 
@@ -202,11 +202,9 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
         except LadderFault as fault:
             result.fault = fault
             _learn_fault(problem, fault, number, result)
-            if number + 1 < len(scans):
-                return result
-            run_claims(run.engine)
-            before = run.before | was
-            result.confirmed = broken(run.engine, before)
+            if number + 1 == len(scans):
+                run_claims(run.engine)
+                result.confirmed = broken(run.engine, run.before | was)
             return result
         result.done += 1
         result.computed |= {(number, name): False for name in problem.machine.may_fault}
@@ -269,10 +267,10 @@ def _seen_havocs(problem: ProgramSystem, run: Run, before: Values) -> dict[str, 
 def _differences(
     problem: ProgramSystem, run: Run, before: Values, unknown: Collection[str]
 ) -> tuple[Key, ...]:
-    """Return places where the program left something else than the relation says.
+    """Return places where the program left something else than the relation computes.
 
     Args:
-        unknown: variables whose values are not known: nothing is said of what depends on them.
+        unknown: variables whose values are not known: places that depend on them are left out.
     """
     machine = problem.machine
     keys = sorted(key for key in machine.written if not key[0].endswith(CLOCK))[:2000]
@@ -315,10 +313,12 @@ def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
             if key is not None and system.role(name) == "free" and now.get(name) != value:
                 inputs[key] = now[name] = value
         inputs |= bits[number] if number < len(bits) else {}
-        told = scans[number - 1] if number else {}
-        again = is_again(told)
-        ticks = values.get(DT, system.least) + off_ticks(told, system.tick_ns) if number and not again else 0
-        found.append(ScanOf(ms_of(ticks, system.tick_ns), inputs, is_turned(told) and not again, again))
+        earlier = scans[number - 1] if number else {}
+        again = is_again(earlier)
+        ticks = (
+            values.get(DT, system.least) + off_ticks(earlier, system.tick_ns) if number and not again else 0
+        )
+        found.append(ScanOf(ms_of(ticks, system.tick_ns), inputs, is_turned(earlier) and not again, again))
     return tuple(found)
 
 

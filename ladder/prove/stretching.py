@@ -39,11 +39,11 @@ def in_short_scans(
     for number, values in enumerate(scans):
         pieces = _pieces(values.get(DT, longer.least), bounds) if number else [0]
         now = {name: value for name, value in values.items() if name in longer.key_of}
-        told = {name: values[name] for name in (TURNED, RETAINED, OFF) if name in values}
+        events = {name: values[name] for name in (TURNED, RETAINED, OFF) if name in values}
         for place, time in enumerate(pieces):
             held = now if inputs_first or place == len(pieces) - 1 else before
-            behind = told if place == len(pieces) - 1 else {}
-            found.append({**held, DT: time, **behind})
+            at_end = events if place == len(pieces) - 1 else {}
+            found.append({**held, DT: time, **at_end})
         before = now
     return found
 

@@ -157,11 +157,8 @@ class _Reader:
         spec = self._specs.get(name.upper())
         if spec is None:
             self._fail(name.start, f"an instruction; {name} is unknown")
-        most = len(spec.operands)
-        least = most - spec.optional - spec.variadic
-        if len(given) < least or (len(given) > most and not spec.variadic):
-            allowed = str(most) if least == most else f"{least} to {most}"
-            self._fail(name.start, f"{allowed} operands of {spec.name}", str(len(given)))
+        if expected := spec.other_count(len(given)):
+            self._fail(name.start, f"{expected} operands of {spec.name}", str(len(given)))
         uses = [*spec.operands, *[Use.PARAMETERS] * len(given)]
         operands = [self._argument(use, each, name) for use, each in zip(uses, given, strict=False)]
         return Invocation(Instruction(spec.name, tuple(operands)))

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import typer
 from scanrack.runtime.live.speeds import MAX, SPEED_LEAST, SPEED_MOST
 from scanrack.terminal.grouped import grouped
 from scanrack.terminal.status import BAD_INPUT, complain
 
 from .watch_options import WatchArguments, WatchOptions
+
+if TYPE_CHECKING:
+    from scanrack.jobs.load.loading import LoadedRack
 
 
 def speed_of(text: str) -> float | None:
@@ -30,79 +35,80 @@ def speed_of(text: str) -> float | None:
 def _watch_command(
     options: WatchArguments,
 ) -> None:
-    from scanrack.jobs.load.loading import forces_to_hold, load_job, recording_of, runs, scans_to_run
-    from scanrack.terminal.complaints import reported_mistakes
+    from scanrack.jobs.load.loading import runs
 
     if not runs(options.rack.partition("#")[0]):
-        of_racks = {
-            "--time-scale": options.speed != "1",
-            "--spin": options.spin,
-            "--paused": options.paused,
-            "--record": options.record,
-            "--for": options.duration,
-        }
-        of_racks |= {
-            "--scans": options.scans is not None,
-            "--live": options.live,
-            "--allow-writes": options.control,
-            "--text": options.text,
-        }
-        of_racks |= {
-            "--forces": options.forces,
-            "--keep-values": options.keep_values,
-            "--memory": options.memory is not None,
-            "--preview": options.preview,
-            "--server": bool(options.server),
-            "--opc-ua-security": options.ua_security is not None,
-            "--opc-ua-users": options.ua_users is not None,
-        }
-        given = [option for option, is_given in of_racks.items() if is_given]
-        from .recorded_session import place_of, watch_trace
-        from .share.page_file import is_page, recording_beside
+        raise typer.Exit(_watch_recording(options))
+    from .play import watch_job
 
-        with reported_mistakes():
-            place = place_of(recording_of(options.rack))
-            if given and place.path.exists():  # opening it says what is missing
-                raise ValueError(f"{given[0]} needs a running rack; {options.rack} is a trace")
-            if is_page(place.path):
-                place = place._replace(path=recording_beside(place.path))
-            status = watch_trace(place, port=options.port, trust=options.trust, opened=options.opened)
-        raise typer.Exit(status)
+    try:
+        job, watched = _read(options)
+    except ValueError as error:
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
+    raise typer.Exit(watch_job(job, watched))
+
+
+def _watch_recording(options: WatchArguments) -> int:
+    """Show a recording; return the exit status."""
+    from scanrack.jobs.load.loading import recording_of
+    from scanrack.terminal.complaints import reported_mistakes
+
+    from .recorded_session import place_of, watch_trace
+    from .share.page_file import is_page, recording_beside
+
+    of_racks = {
+        "--time-scale": options.speed != "1",
+        "--spin": options.spin,
+        "--paused": options.paused,
+        "--record": options.record,
+        "--for": options.duration,
+        "--scans": options.scans is not None,
+        "--live": options.live,
+        "--allow-writes": options.control,
+        "--text": options.text,
+        "--forces": options.forces,
+        "--keep-values": options.keep_values,
+        "--memory": options.memory is not None,
+        "--preview": options.preview,
+        "--server": bool(options.server),
+        "--opc-ua-security": options.ua_security is not None,
+        "--opc-ua-users": options.ua_users is not None,
+    }
+    given = [option for option, is_given in of_racks.items() if is_given]
+    with reported_mistakes():
+        place = place_of(recording_of(options.rack))
+        if given and place.path.exists():  # opening it says what is missing
+            raise ValueError(f"{given[0]} needs a running rack; {options.rack} is a trace")
+        if is_page(place.path):
+            place = place._replace(path=recording_beside(place.path))
+        return watch_trace(place, port=options.port, trust=options.trust, opened=options.opened)
+
+
+def _read(options: WatchArguments) -> tuple[LoadedRack, WatchOptions]:
+    """Return the rack and how it is watched; ValueError if an option can't be used."""
     from scanrack.jobs.load.exports import begun
+    from scanrack.jobs.load.loading import forces_to_hold, load_job, scans_to_run
     from scanrack.jobs.run.build import check_ports
     from scanrack.jobs.run.servers.kinds import addresses
     from scanrack.jobs.trust.owned import check_recording
 
-    from .play import watch_job
-
-    try:
-        factor = speed_of(options.speed)
-        export = begun(keep_values=options.keep_values, memory=options.memory)
-        job = load_job(options.rack, export=export)
-        check_ports(job.spec, realtime=True, live=options.live)
-        if options.live and (options.paused or factor != 1):
-            raise ValueError("--live: a real controller does not wait: no --paused and no --time-scale")
-        if options.control and not options.live:
-            raise ValueError("--allow-writes goes with --live")
-        if options.record is not None:
-            check_recording(job, options.record, keep=0 if options.replace else None)
-        held = forces_to_hold(job, options.forces)
-        where = addresses(options.server, options.ua_security, options.ua_users)
-        endless = options.scans is None and options.duration is None
-        count = None if endless else scans_to_run(job.spec, options.duration, options.scans, endless=True)
-    except ValueError as error:
-        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
+    keep = 0 if options.replace else None
+    factor = speed_of(options.speed)
+    export = begun(keep_values=options.keep_values, memory=options.memory)
+    job = load_job(options.rack, export=export)
+    check_ports(job.spec, realtime=True, live=options.live)
+    if options.live and (options.paused or factor != 1):
+        raise ValueError("--live: a real controller does not wait: no --paused and no --time-scale")
+    if options.control and not options.live:
+        raise ValueError("--allow-writes goes with --live")
+    if options.record is not None:
+        check_recording(job, options.record, keep=keep)
+    held = forces_to_hold(job, options.forces)
+    where = addresses(options.server, options.ua_security, options.ua_users)
+    endless = options.scans is None and options.duration is None
+    count = None if endless else scans_to_run(job.spec, options.duration, options.scans, endless=True)
     looking = options.read_only or (options.live and not options.control)
-    wanted = WatchOptions(
-        options,
-        factor,
-        looking,
-        count,
-        keep=0 if options.replace else None,
-        forces=held,
-        servers=where,
-    )
-    raise typer.Exit(watch_job(job, wanted))
+    return job, WatchOptions(options, factor, looking, count, keep=keep, forces=held, servers=where)
 
 
 _HELP = """Open a live rack or a trace in the browser: rungs with power flow, words, machine, timing.

@@ -152,7 +152,7 @@ class EditedPrograms:
             _ = job.logic.scanner  # compiled here, not between two scans
         elif self._has_recorded_tags and (ALL in names_in(restart) or not isinstance(job.logic, Logic)):
             raise ValueError(
-                f"{job.program}: its values are recorded (tags) and would begin anew: start a new session"
+                f"{job.program}: its values are recorded (tags) and would restart: start a new session"
             )
         return job
 

@@ -85,7 +85,7 @@ class Editor:
         self._ending, self._wake = threading.Event(), threading.Event()
         self._wanted = False
         self._restart = ""
-        self._state: Json = {}  # of edited rungs, as pages were told
+        self._state: Json = {}  # of edited rungs, as pages know it
         self._thread = threading.Thread(target=self._watch, name="edits", daemon=True)
 
     def start(self) -> None:
@@ -137,10 +137,10 @@ class Editor:
             self._follow()  # what a page knows from an answer has been followed
             self._answer(*self._asked.popleft())
         self._follow()
-        wanted, self._wanted = self._wanted, False
-        if wanted or self._programs.is_rewritten():
+        requested, self._wanted = self._wanted, False
+        if requested or self._programs.is_rewritten():
             self._programs.look()
-            if self._previews and not wanted:
+            if self._previews and not requested:
                 self._preview_saved()
             else:
                 self._load()
@@ -234,10 +234,10 @@ class Editor:
 
         def give() -> None:
             try:
-                told = {"ok": True, **answer()}
+                reported = {"ok": True, **answer()}
             except Exception as error:
-                told = {"refused": str(_named(error))}
-            reply(told)
+                reported = {"refused": str(_named(error))}
+            reply(reported)
 
         self._hand_over(give)
         if then is not None:
@@ -288,7 +288,7 @@ class Editor:
 
 
 def _named(error: Exception) -> Exception:
-    """Return what pages are told of an error; one that no rule makes has its type."""
+    """Return the report of an error; one that no rule makes has its type."""
     if isinstance(error, ValueError | OSError):
         return error
     return ValueError(f"it can't be carried out: {type(error).__name__}: {error}")

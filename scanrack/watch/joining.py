@@ -196,29 +196,21 @@ def _declared(code: str) -> Iterator[tuple[str, bool]]:
 
 def _variables(code: str, place: int) -> Iterator[str]:
     """Yield the variables of a declaration that begins at a place: `a = 1, [b, c] = d, { e, f: g } = h;`."""
-    depth, begins, target = 0, True, ""
+    depth, begins = 0, True  # of brackets; whether a variable is next, until its value begins
     for token in re.finditer(r"[\w$]+|\S", code[place:]):
         each = token[0]
-        if begins and depth and each in "]}":
-            depth, begins = depth - 1, False
-        elif begins and each in "[{":
-            depth += 1
-        elif begins and _NAME.fullmatch(each):
-            target = each
-            rest = code[place + token.end() :].lstrip()
-            if not (depth and rest.startswith(":")):
-                yield target
-            begins = bool(depth)
-        elif begins:
-            continue
-        elif each in "([{":
-            depth += 1
-        elif each in ")]}":
-            depth -= 1
-        elif not depth and each == ",":
-            begins = True
-        elif not depth and each == ";":
+        if each == ";" and not depth:
             return
+        if each in ("[{" if begins else "([{"):
+            depth += 1
+        elif each in ("]}" if begins else ")]}"):
+            depth, begins = depth - 1, begins and not depth
+        elif begins and _NAME.fullmatch(each):
+            if not (depth and code[place + token.end() :].lstrip().startswith(":")):
+                yield each
+            begins = bool(depth)
+        elif each == "," and not depth:
+            begins = True
 
 
 def _renamed(code: str, names: Mapping[str, str], spaces: Mapping[str, Mapping[str, str]]) -> str:

@@ -112,11 +112,11 @@ class OnlineEdit:
             edit = self._accepted(order, running)
         note = edit.changes if order.step == "accept" and edit is not None else ""
         note = self._programs.save_running() if order.step == "save" else note
-        wanted = running
+        requested = running
         if edit is not None and order.step != "save":
-            wanted = edit.edited if move.runs_edited else edit.before
-        job = None if wanted.files == running.files else self._job_of(wanted)
-        step = Step(replace(wanted, retained=None), job, note, self.stage, self.edit)
+            requested = edit.edited if move.runs_edited else edit.before
+        job = None if requested.files == running.files else self._job_of(requested)
+        step = Step(replace(requested, retained=None), job, note, self.stage, self.edit)
         self.stage, self.edit = move.stage, edit if move.stage else None
         return step
 
@@ -137,12 +137,12 @@ class OnlineEdit:
     def state(self, running: ProgramVersion) -> Json:
         """Return the state for pages, with the version that runs from now on."""
         data, on_disk = running.files[self._programs.name], self._programs.on_disk
-        told: Json = {"stage": self.stage, "base": digest(data), "unsaved": on_disk != data}
+        reported: Json = {"stage": self.stage, "base": digest(data), "unsaved": on_disk != data}
         if self.edit is not None:
             draft = self.edit.draft
-            told |= {"edit": self._digest(self.edit.edited), "of": self._digest(self.edit.before)}
-            told |= {"by": draft.by, "rungs": draft.rungs, "tags": draft.tags}
-        return told
+            reported |= {"edit": self._digest(self.edit.edited), "of": self._digest(self.edit.before)}
+            reported |= {"by": draft.by, "rungs": draft.rungs, "tags": draft.tags}
+        return reported
 
     def _digest(self, version: ProgramVersion) -> str:
         return digest(version.files[self._programs.name])

@@ -98,8 +98,8 @@ class Play:
 
     def _open_services(self, job: LoadedRack) -> None:
         """Open the ports for clients of tags; ValueError if one can't be used."""
-        wanted = self._wanted
-        self._services = TagServices(job, wanted.servers, complain, writes=not wanted.read_only)
+        requested = self._wanted
+        self._services = TagServices(job, requested.servers, complain, writes=not requested.read_only)
         self._stack.callback(self._services.end)
 
     def go_on(self, job: LoadedRack) -> int:
@@ -188,7 +188,7 @@ class Play:
         return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
 
     def _session(self, prepared: PreparedRun, job: LoadedRack) -> Session:
-        run, start, pacer, wanted = prepared.run, prepared.start, prepared.pacer, self._wanted
+        run, start, pacer, requested = prepared.run, prepared.start, prepared.pacer, self._wanted
         figures = MachineFigures(run.rack)
         if self._ring is None:
             self._ring = Ring(len(run.rack.memory), PER_SLOT * len(figures.slots))
@@ -207,8 +207,8 @@ class Play:
         def hand_over(takeover: Takeover) -> None:
             session.takeovers.append(takeover)
 
-        manner = EditManner(wanted.asked.preview, wanted.asked.trust)
-        editor = Editor(job, wanted.asked.rack, run, prepared.editions, hand_over, tap.tell, manner)
+        manner = EditManner(requested.asked.preview, requested.asked.trust)
+        editor = Editor(job, requested.asked.rack, run, prepared.editions, hand_over, tap.tell, manner)
         session = Session(
             run.cpu,
             hands,
@@ -216,30 +216,30 @@ class Play:
             self._inbox,
             tap.tell,
             stops=run.program.debugger or PythonStops(lambda: run.program.logic, job.program),
-            live=wanted.asked.live,
-            reload=editor.load_soon if wanted.editable else None,
+            live=requested.asked.live,
+            reload=editor.load_soon if requested.editable else None,
             prepare=lambda scan, paused: self.prepare_branch(
                 scan, hands.given, prepared.editions, prepared.trace, paused=paused or session.state.paused
             ),
         )
-        if wanted.editable and not wanted.read_only:
+        if requested.editable and not requested.read_only:
             session.edit = editor.ask
             editor.start()
             prepared.ports.callback(editor.end)
             tap.lasting = editor.lasting
         tap.session, session.attend, session.give = session, tap.attend, tap.give
         if start.orders is not None:
-            record = None if wanted.asked.record is None else str(prepared.trace)
+            record = None if requested.asked.record is None else str(prepared.trace)
             programs.tell_branch(self._ring, prepared.trace, record)
-        if wanted.asked.text:
+        if requested.asked.text:
             view = TextView(job.spec.name, run.rack, session, pacer)
             run.cpu.add_listener(view)
             view.begin()
         run.cpu.add_listener(run.program.following(tap))
         if self._services is not None:
             self._serve_tags(self._services, run, session)
-        if wanted.door is not None:
-            wanted.door(session, run)
+        if requested.door is not None:
+            requested.door(session, run)
         return session
 
     @staticmethod
@@ -256,17 +256,23 @@ class Play:
 
     def _open(self, job: LoadedRack, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
         """Print the link, and start the monitor."""
-        wanted = self._wanted
+        requested = self._wanted
         key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
-        record = None if wanted.asked.record is None else str(prepared.trace)
-        looking, live = wanted.read_only, wanted.asked.live
+        record = None if requested.asked.record is None else str(prepared.trace)
+        looking, live = requested.read_only, requested.asked.live
         about = SessionFacts(
-            distribution_version("scanrack"), job.spec.name, wanted.asked.rack, "rack", looking, live, record,
+            distribution_version("scanrack"),
+            job.spec.name,
+            requested.asked.rack,
+            "rack",
+            looking,
+            live,
+            record,
             branches=not looking and not live,
-        )  # fmt: skip
+        )
         machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
         setup = Setup(ring.shape, about, key, HOST, port, machines, str(prepared.trace), programs)
-        if not wanted.page:
+        if not requested.page:
             self._supervisor, self._inbox = NoMonitor(), NoInbox()
             return
         self._supervisor = supervisor = MonitorSupervisor(setup, ring, self._listening, complain)
@@ -277,7 +283,7 @@ class Play:
             return
         link = f"http://{HOST}:{port}/#key={key}"
         say(f"{link} - Ctrl-C ends the session")
-        if wanted.asked.opened:
+        if requested.asked.opened:
             webbrowser.open(link)
 
     def _rest_desk(self, rests: bool) -> None:
@@ -287,7 +293,7 @@ class Play:
 
     def _run(self, prepared: PreparedRun, session: Session) -> int:
         """Run a session to its end; return the exit status."""
-        wanted, run, start = self._wanted, prepared.run, prepared.start
+        requested, run, start = self._wanted, prepared.run, prepared.start
         faulted: list[int] = []
 
         def tell(fault: CpuFault) -> None:
@@ -300,15 +306,15 @@ class Play:
                     self._rest_desk(True)
                     session.repeat_to(start.scan)
                     self._rest_desk(False)
-                    session.set_speed(wanted.speed)
+                    session.set_speed(requested.speed)
                 try:
-                    session.run(wanted.scans, paused=start.paused)
+                    session.run(requested.scans, paused=start.paused)
                 except CpuFault:
                     if not faulted:
                         raise
 
         session.on_fault = tell
-        by_signal = wanted.door is None  # else the editor has ended it
+        by_signal = requested.door is None  # else the editor has ended it
         status = run_to_end(run.cpu, play, lambda: by_signal and session.over and session.branch is None)
         return faulted[-1] if faulted else status  # of the last session: those before a branch are left out
 

@@ -129,8 +129,8 @@ def preview_of(
         ("old", each.get("old")) for each in refused
     }
     rows = rows_of(*texts, marked)
-    told = () if edit is None else (*edit.groups, *effects)
-    groups = [(title, list(names)) for title, names in told if names]
+    reported = () if edit is None else (*edit.groups, *effects)
+    groups = [(title, list(names)) for title, names in reported if names]
     return {
         "file": program.name,
         "rows": rows[:MOST_ROWS],
@@ -153,17 +153,13 @@ def rows_of(before: str, after: str, marked: Iterable[tuple[str, int | None]] = 
     >>> [(row["sign"], row["new"], row["text"]) for row in rows_of("a\nb", "a\nc")]
     [(' ', 1, 'a'), ('-', None, 'b'), ('+', 2, 'c')]
     """
-    rows = list(_rows(before.splitlines(), after.splitlines()))
-    changed = [place for place, row in enumerate(rows) if row["sign"] != " "]
-    lines = set(marked)
-    noted = [
-        place
-        for place, row in enumerate(rows)
-        for side in ("old", "new")
-        if row[side] and (side, row[side]) in lines
-    ]
-    seen = {each for place in changed for each in range(place - NEAR, place + NEAR + 1)}
-    seen |= {each for place in noted for each in range(place - 1, place + 2)}
+    rows, lines = list(_rows(before.splitlines(), after.splitlines())), set(marked)
+    seen: set[int] = set()
+    for place, row in enumerate(rows):
+        if row["sign"] != " ":
+            seen.update(range(place - NEAR, place + NEAR + 1))
+        if lines & {("old", row["old"]), ("new", row["new"])}:
+            seen.update(range(place - 1, place + 2))
     found: list[Json] = []
     for place, row in enumerate(rows):
         if place in seen:

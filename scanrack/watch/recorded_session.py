@@ -88,8 +88,8 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         def prepare(*words: Any, **more: Any) -> None:
             from .play import Play  # its imports take longer than the first page
 
-            asked = WatchArguments(rack=str(place.path), port=port, record=place.path)
-            begun[:] = [Play(WatchOptions(asked, editable=False), listening, folder, stack, key)]
+            queried = WatchArguments(rack=str(place.path), port=port, record=place.path)
+            begun[:] = [Play(WatchOptions(queried, editable=False), listening, folder, stack, key)]
             begun[0].prepare_branch(*words, **more)
 
         recording = OpenedRecording(trace, place, folder, trust=trust)

@@ -97,7 +97,7 @@ def test_a_recording_is_played(page, recording):
         until(lambda: int(page.handle("scan")) > 110)
         page.press("Pause")
         assert page.control("Go on").is_enabled()
-        page.until_drawn()  # what it has asked for has come
+        page.until_drawn()  # what it has requested has come
         until(lambda: stands(page))
         before = int(page.handle("scan"))
         page.press("Step")

@@ -14,7 +14,7 @@ READS = {
 
 
 @pytest.fixture(scope="module")
-def wanted(feeder_rack):
+def expected(feeder_rack):
     """The scans after the first in which each value changes, as a bench shows it."""
     bench = open_bench(feeder_rack)
     values: dict[str, list[object]] = {name: [] for name in READS}
@@ -28,11 +28,11 @@ def wanted(feeder_rack):
     }
 
 
-def test_the_way_leads_from_change_to_change_and_back(page, paused, wanted):
+def test_the_way_leads_from_change_to_change_and_back(page, paused, expected):
     page.open(paused.link, paused=True)
     page.step(SCANS)
     page.until_scan(SCANS - 1, "paused")
-    for name, scans in wanted.items():
+    for name, scans in expected.items():
         assert len(scans) >= 3
         page.run("return import('/scrub.js').then(scrub => scrub.lookAt(1))")
         page.until_scan(1, "past")

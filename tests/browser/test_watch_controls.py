@@ -70,10 +70,10 @@ def test_the_key_is_turned(page, feeder):
 def test_speed(page, feeder):
     page.open(feeder.link)
     chosen = "return document.querySelector('[aria-label=Speed]').value"
-    wanted = "return import('/state.js').then(({ run }) => run.speed.wanted === arguments[0])"
+    expected = "return import('/state.js').then(({ run }) => run.speed.wanted === arguments[0])"
     for factor in (2, 1):  # what a busy machine reaches is another matter
         page.choose("Speed", str(factor))
-        until(partial(page.run, wanted, factor))
+        until(partial(page.run, expected, factor))
         assert page.run(chosen) == str(factor)
         assert float(page.handle("speed")) > 0
 
@@ -167,7 +167,7 @@ def test_help_shows_every_key(page, feeder):
     shown = page.run(
         "return [...document.querySelectorAll('dialog[open] kbd')].map(each => each.textContent)"
     )
-    assert shown == ["space", *".,[]←→↑↓mt10rwgulakbBxfpnceEdD/", "Esc", "?"]
+    assert shown == ["space", *".,[]←→↑↓mt10rwgulakbBxfpnceEdD/", "F6", "Esc", "?"]
     page.press("Close help")
     assert not page.run("return document.querySelector('dialog[open]')")
 

@@ -1,7 +1,7 @@
 """An edit stays where the hand has left it: behind what is chosen, in view, kept over a reload, one's own.
 
 Broken on purpose: typing in place of what is chosen, the program scrolled to its top by Test, no draft in the
-tab's storage, `ours` noted after the answer was told of: red.
+tab's storage, `ours` noted after the answer was reported: red.
 """
 
 from functools import partial
@@ -50,8 +50,8 @@ def choose(page, element):
     until(lambda: page.run(CARET))
 
 
-def says(page, told):
-    return page.run(VERDICT).startswith(told)
+def says(page, reported):
+    return page.run(VERDICT).startswith(reported)
 
 
 def type_keys(page, *keys):
@@ -87,9 +87,9 @@ def test_steps_of_an_edit_stay_where_they_are_and_it_is_the_pages_own(page, rack
         assert not [said for said in page.run("return said") if "not this one" in said or "page 1" in said]
         before = page.run(SCROLL)
         assert before > 300
-        for step, told in (("Test", "Tested"), ("Cancel", "Nothing")):
+        for step, reported in (("Test", "Tested"), ("Cancel", "Nothing")):
             page.run("document.querySelector(`[aria-label='${arguments[0]} edits']`).click()", step)
-            until(partial(says, page, told))
+            until(partial(says, page, reported))
             page.until_drawn()
             assert abs(page.run(SCROLL) - before) < 150  # notes of the edit come and go above the rungs
 

@@ -95,17 +95,17 @@ def test_the_keyboard_reaches_every_control(opened):
     opened.press("Pause")  # events that come meanwhile are controls, too
     until(lambda: opened.handle("state") == "paused")
     opened.until_drawn()
-    wanted = opened.run(REACHED)
+    expected = opened.run(REACHED)
     opened.run(
         "window.seen = []; document.addEventListener('focusin', event => seen.push(event.target));"
         "document.activeElement.blur()"
     )
     missed = "return arguments[0].filter(each => !seen.includes(each))"
-    for _ in range(2 * len(wanted)):  # more than there are, if some have come meanwhile
+    for _ in range(2 * len(expected)):  # more than there are, if some have come meanwhile
         opened.browser.switch_to.active_element.send_keys(TAB)
-        if not opened.run(missed, wanted):
+        if not opened.run(missed, expected):
             break
-    assert [html(each) for each in opened.run(missed, wanted)] == []
+    assert [html(each) for each in opened.run(missed, expected)] == []
     opened.press("Go on")
 
 
@@ -172,7 +172,7 @@ def test_a_narrow_window_does_not_scroll_sideways(opened, scheme):
     left, right = opened.run(HITS)
     assert 0 <= left < right <= width
     assert opened.run(WIDE)[0] <= width
-    assert opened.run(SCALE) > 0.85  # the rungs are laid out anew, not made small
+    assert opened.run(SCALE) > 0.85  # the rungs are laid out again, not made small
 
 
 def test_long_names_do_not_widen_a_narrow_window(page, tmp_path):

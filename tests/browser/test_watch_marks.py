@@ -2,7 +2,7 @@
 
 The feeder runs for 40,000 scans; its emergency stop comes at 8 s. Broken on purpose: marks without an axis,
 the key not bound, a list that ends at one piece, lights shown at first, a drag that zooms nothing, `since`
-asked once, readings without tabs: each turns a test red.
+requested once, readings without tabs: each turns a test red.
 """
 
 import re

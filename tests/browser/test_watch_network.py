@@ -42,7 +42,7 @@ performance.now = () => now() + (window.later ?? 0);
 
 
 def test_an_answer_that_takes_long_in_a_pause_does_not_look_like_a_cut_network(page, feeder):
-    """Broken on purpose: nothing is asked while an answer is awaited, so that 10 s later all is lost."""
+    """Broken on purpose: nothing is requested while an answer is awaited, so that 10 s later all is lost."""
     page.open(feeder.link)
     page.until_handle("state", "live")
     page.press("Pause")

@@ -30,8 +30,8 @@ def test_everything_is_there_and_the_scans_go_on(opened):
 
 
 def test_all_requests_are_ours_and_the_console_is_silent(opened, feeder):
-    asked = opened.run("return performance.getEntriesByType('resource').map(each => each.name)")
-    assert set(asked) - {f"{feeder.base}/icon.svg"} == {f"{feeder.base}/page.js"}
+    requested = opened.run("return performance.getEntriesByType('resource').map(each => each.name)")
+    assert set(requested) - {f"{feeder.base}/icon.svg"} == {f"{feeder.base}/page.js"}
     policy = opened.run("return fetch('/').then(answer => answer.headers.get('content-security-policy'))")
     assert "default-src 'none'" in policy  # what is not ours is not loaded, and the console says so
     assert opened.messages() == []

@@ -56,14 +56,14 @@ def part(page, name, inner=""):
     return page.browser.find_element("css selector", f"[data-item='{name}'] {inner}")
 
 
-def told(page, name, attribute, inner="> :first-child"):
+def reported(page, name, attribute, inner="> :first-child"):
     """Return an attribute of an item, None while the page exchanges it."""
     script = "return document.querySelector(arguments[0])?.getAttribute(arguments[1]) ?? null"
     return page.run(script, f"[data-item='{name}'] {inner}".strip(), attribute)
 
 
-def until_told(page, name, attribute, wanted):
-    until(lambda: told(page, name, attribute) == wanted)
+def until_told(page, name, attribute, expected):
+    until(lambda: reported(page, name, attribute) == expected)
 
 
 def says(page, name):
@@ -124,7 +124,7 @@ def test_a_panel_is_built_by_dragging_and_saved(page, line):
         fill(page, "tag", "Start")
         fill(page, "name", "Go")
         until(
-            lambda: (told(page, "Go", "aria-label", "") or "").startswith(
+            lambda: (reported(page, "Go", "aria-label", "") or "").startswith(
                 "Go, momentary push button, column 1"
             )
         )
@@ -145,7 +145,7 @@ def test_a_panel_is_built_by_dragging_and_saved(page, line):
         assert saved[1] == item("lamp 1", "lamp", "Lamp", [4, 0], [2, 3])
         assert saved[0]["at"][0] > 4
         until(lambda: page.run("return document.querySelector('.building') === null"))
-        # what somebody else has written meanwhile stays
+        # what another page has written meanwhile stays
         page.press("Edit panel")
         page.browser.find_element("xpath", "//button[.='+ gauge']").send_keys(Keys.ENTER)
         theirs = panel_text(Panel(ITEMS[:1]))
@@ -173,23 +173,23 @@ def test_what_is_pressed_is_let_go(page, operated, kind):
     page.open(f"{operated.link}&panel")
     until_items(page, len(ITEMS))
     let_go = hold(page, "Start", kind)
-    until(lambda: told(page, "Start", "aria-pressed") == "true")
+    until(lambda: reported(page, "Start", "aria-pressed") == "true")
     page.until_value("Run", "1")
     let_go()
-    until(lambda: told(page, "Start", "aria-pressed") == "false")
-    assert told(page, "Running", "aria-label") == "Running: on"
+    until(lambda: reported(page, "Start", "aria-pressed") == "false")
+    assert reported(page, "Running", "aria-label") == "Running: on"
     # a tag: pressed by the order, whatever the program makes of it; let go when the page is left
     let_go = hold(page, "Jog", kind)
-    until(lambda: told(page, "Jog", "aria-pressed") == "true")
+    until(lambda: reported(page, "Jog", "aria-pressed") == "true")
     page.run("window.dispatchEvent(new Event('blur'))")
-    until(lambda: told(page, "Jog", "aria-pressed") == "false")
+    until(lambda: reported(page, "Jog", "aria-pressed") == "false")
     let_go()
     assert part(page, "Jog").get_attribute("title") == "Last set by panel, page 1"
     # the stop button is normally closed: pressed, its input is off
     let_go = hold(page, "Stop", kind)
     page.until_value("Run", "0")
     page.open(f"{operated.link}&panel")  # the page is gone with its button pressed
-    until(lambda: told(page, "Stop", "aria-pressed") == "false")
+    until(lambda: reported(page, "Stop", "aria-pressed") == "false")
     let_go()
     assert page.messages() == []
 
@@ -200,11 +200,11 @@ def test_all_kinds_by_keyboard_and_in_a_shared_page(page, line, operated, tmp_pa
     until_items(page, len(ITEMS))
     assert "no tag Rnu; did you mean" in part(page, "Gone").text
     home = part(page, "Home held", "button")
-    assert (home.aria_role, told(page, "Home held", "aria-checked")) == ("switch", "false")
+    assert (home.aria_role, reported(page, "Home held", "aria-checked")) == ("switch", "false")
     home.send_keys(Keys.SPACE)
-    until(lambda: told(page, "Home held", "aria-checked") == "true")
+    until(lambda: reported(page, "Home held", "aria-checked") == "true")
     home.send_keys(Keys.ENTER)
-    until(lambda: told(page, "Home held", "aria-checked") == "false")
+    until(lambda: reported(page, "Home held", "aria-checked") == "false")
     page.control("A").send_keys(Keys.ARROW_RIGHT)
     page.until_value("Step", "20")
     until(lambda: page.control("B").get_attribute("aria-checked") == "true")

@@ -92,7 +92,7 @@ def test_rungs_are_typed_previewed_and_taken_over(page, rack):
         ]
         until(lambda: len(groups(page)) == 4)  # the last two come behind
         assert groups(page) == {
-            "Begin anew, of another type": "N",
+            "Restart, of another type": "N",
             "Keep their value, whatever the text says": "Fill.PRE 1000, not 2000",
             "Outputs that can differ, from power-up on": "none",
             "Other values that can differ, from power-up on": "Fill (ACC, DN, TT), N",
@@ -142,7 +142,7 @@ class Small(Logic):
 """
 
 
-AS_IT_IS = "It can't continue as it is, but with cycle begun anew."
+AS_IT_IS = "It can't continue as it is, but with cycle restarted."
 
 
 def test_python_that_is_typed_says_which_sequence_prevents_it(page, rack):
@@ -159,7 +159,7 @@ def test_python_that_is_typed_says_which_sequence_prevents_it(page, rack):
         }
         typed(page, SEQUENCE.replace("go.rises", "go.falls"), AS_IT_IS)
         assert "is no longer at its place" in page.run(TEXTS, "[data-old='11'] + .note")[0]
-        page.click("//button[text()='Take over, cycle anew']", "xpath")
+        page.click("//button[text()='Take over, restart cycle']", "xpath")
         until(lambda: "begin anew: cycle" in page.run(NOTICE))
         until(lambda: "go falls" in page.run("return document.querySelector('.waits')?.textContent ?? ''"))
 

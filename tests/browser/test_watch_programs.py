@@ -119,7 +119,7 @@ class Small(Logic):
 """
 
 
-def test_an_edit_that_a_sequence_prevents_is_taken_over_with_that_sequence_anew(page, rack):
+def test_an_edit_that_a_sequence_prevents_is_taken_over_with_a_restart_of_that_sequence(page, rack):
     path = rack("small.py", SEQUENCE)
     with watching(path) as session:
         page.open(session.link)

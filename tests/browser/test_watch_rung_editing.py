@@ -148,7 +148,7 @@ def test_a_rung_is_typed_where_it_is_drawn_and_tested_like_in_studio(page, rack)
         type_keys(page, Keys.END, Keys.ARROW_LEFT, Keys.BACKSPACE)
         until(lambda: drawn(page) == can(page) == [])  # it is as the one that runs
         with_key(page, CTRL, "z")
-        # a mistake stands at its instruction; a type that no use decides is asked for in the line
+        # a mistake stands at its instruction; a type that no use decides is requested in the line
         type_keys(page, Keys.END, "mov 5 level", Keys.ENTER)
         until(lambda: "choose the type of level" in verdict(page))
         assert can(page) == ["Cancel"]
@@ -186,8 +186,8 @@ def test_a_rung_is_typed_where_it_is_drawn_and_tested_like_in_studio(page, rack)
         session.end()
     assert (rack.parent / "line.rung.bak").read_text(encoding="utf-8") == RUNGS
     tags = "TAG N : DINT\nTAG jog : BOOL\nTAG level : REAL\n"
-    wanted = RUNGS.replace("TAG N : DINT\n", tags).replace("XIC(Go)OTE(Lamp);", text)
-    assert (rack.parent / "line.rung").read_text(encoding="utf-8") == wanted
+    expected = RUNGS.replace("TAG N : DINT\n", tags).replace("XIC(Go)OTE(Lamp);", text)
+    assert (rack.parent / "line.rung").read_text(encoding="utf-8") == expected
     again = CliRunner().invoke(build(), ["replay", str(trace), "--into", "session"])
     assert again.exit_code == DONE, again.output
 

@@ -21,7 +21,7 @@ LOADED = """
 return performance.getEntriesByType("resource").map(each => each.name)
   .filter(each => !each.startsWith("data:"))
 """
-"""Gives the addresses that the page has asked for."""
+"""Gives the addresses that the page has requested."""
 
 
 @pytest.fixture(scope="module")

@@ -37,7 +37,7 @@ def ask(
     limits: QuestionLimits = LIMITS,
     routines: Collection[str] | None = None,
     known_run: KnownRun | None = None,
-    listener: Listener | None = None,
+    listener: Listener[Finding] | None = None,
 ) -> Answers:
     """Answer the questions of some rules; the findings are in the order of the program.
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from typing import Generic, TypeVar
 
 from scanrack.io_images.site import Site
 
@@ -85,13 +86,17 @@ class Answers:
     open: Counter[str] = field(default_factory=Counter)
 
 
-class Listener:
+Found = TypeVar("Found")
+"""What a listener receives of a finding."""
+
+
+class Listener(Generic[Found]):
     """Receives answers as they come, the cheap ones first."""
 
     def begun(self, count: int) -> None:
         """Receive the number of questions."""
 
-    def found(self, finding: Finding) -> None:
+    def found(self, answer: Found) -> None:
         """Receive a finding."""
 
     def left(self, count: int) -> None:
@@ -106,7 +111,7 @@ def answer_questions(
     questions: Sequence[Question],
     limits: QuestionLimits = LIMITS,
     known_run: KnownRun | None = None,
-    listener: Listener | None = None,
+    listener: Listener[Finding] | None = None,
 ) -> Answers:
     """Answer questions; the findings are in the order of the questions.
 
@@ -135,7 +140,7 @@ class _Questioning:
         problem: ProgramSystem,
         questions: Sequence[Question],
         limits: QuestionLimits,
-        listener: Listener,
+        listener: Listener[Finding],
     ) -> None:
         self._questions, self._limits, self._listener = questions, limits, listener
         rules = {each.bad: each.rule for each in reversed(questions)}

@@ -28,29 +28,33 @@ def questions_of(problem: ProgramSystem, routines: Collection[str] | None = None
     """Yield the built-in questions, in the order of the program.
 
     Args:
-        routines: names of those that are asked about, as in `LoweredProgram.routines`; None for all. Faults
-            and loops without end are asked for in all: they stop the controller.
+        routines: names of the routines in question, as in `LoweredProgram.routines`; None for all. Faults
+            and loops without end are questions of all routines: they stop the controller.
     """
-    lines = [line for each in _asked(problem, routines) for line in lines_reached(problem, each)]
+    lines = [
+        line
+        for name, routine in problem.lowered.routines.items()
+        if routines is None or name in routines
+        for line in lines_reached(problem, routine)
+    ]
     for line in lines:
         yield from _of_line(problem, line)
     steps = [step for line in lines for step in line.steps]
     for step in steps:
         if step.name in TIMED and isinstance(step.operands[0], Group):
             yield from _of_timer(problem, step)
-    coils: dict[str, list[LoweredStep]] = {}
-    for step in steps:
-        if step.name in COILS and _is_fixed(step.operands[0]):
-            coils.setdefault(step.operands[0].text.upper(), []).append(step)
-    for found in coils.values():
-        yield from _of_coil(problem, found)
+    for coils in _coils_by_bit(steps).values():
+        yield from _of_coil(problem, coils)
     yield from _faults(problem)
 
 
-def _asked(problem: ProgramSystem, routines: Collection[str] | None) -> Iterator[LoweredRoutine]:
-    for name, routine in problem.lowered.routines.items():
-        if routines is None or name in routines:
-            yield routine
+def _coils_by_bit(steps: Iterable[LoweredStep]) -> dict[str, list[LoweredStep]]:
+    """Return the coils of each bit at a fixed place."""
+    found: dict[str, list[LoweredStep]] = {}
+    for step in steps:
+        if step.name in COILS and _is_fixed(step.operands[0]):
+            found.setdefault(step.operands[0].text.upper(), []).append(step)
+    return found
 
 
 def lines_reached(problem: ProgramSystem, routine: LoweredRoutine) -> Iterator[LoweredLine]:
@@ -88,16 +92,16 @@ def _of_contacts(problem: ProgramSystem, nodes: tuple[Node, ...]) -> Iterator[Qu
 
 
 def _of_legs(problem: ProgramSystem, branch: Parallel) -> Iterator[Question]:
-    """Ask for legs that decide nothing: another one has power whenever they have."""
+    """Yield questions for legs that decide nothing: another one has power whenever they have."""
     if any(step.kind is not InstructionKind.INPUT for step in steps_of((branch,))):
         return
     for number, leg in enumerate(branch.legs):
         if leg:
             alone = on = FALSE
-            for active, behind in problem.machine.legs.get(id(branch), ()):
-                others = any_of(power for place, power in enumerate(behind) if place != number)
-                on = or_(on, and_(active, behind[number]))
-                alone = or_(alone, and_(and_(active, behind[number]), not_(others)))
+            for active, powers in problem.machine.legs.get(id(branch), ()):
+                others = any_of(power for place, power in enumerate(powers) if place != number)
+                on = or_(on, and_(active, powers[number]))
+                alone = or_(alone, and_(and_(active, powers[number]), not_(others)))
             site = problem.lowered.sites[steps_of(leg)[0].site]
             text = f"the leg of {site.instruction} decides nothing: another one has power, too"
             yield Question("dead-leg", site, text, alone, on)

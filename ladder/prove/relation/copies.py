@@ -100,10 +100,10 @@ class CopyRegions:
         count = _known(self._least(length, into.left(at, goal)), into)
         if count <= 0:
             return
-        wanted = count * into.size
-        taken = _known(self._least(-(-wanted // region.size), region.left(first, origin)), region)
-        data = self.take(origin, region, first, taken)[:wanted]
-        if len(data) < wanted:
+        requested = count * into.size
+        taken = _known(self._least(-(-requested // region.size), region.left(first, origin)), region)
+        data = self.take(origin, region, first, taken)[:requested]
+        if len(data) < requested:
             data += self.take(goal, into, at, count)[len(data) :]
         self.put(goal, into, at, count, data)
 

@@ -1,4 +1,4 @@
-"""One scan of a program on terms: the interpreter's own rows, forked inside an instruction, merged behind it.
+"""One scan of a program on terms: the interpreter's own rows, forked inside an instruction, merged after it.
 
 `ScanMachine` is an interpreter whose values are terms. Power, and whether a place in the program is reached
 (`active`), are terms too. A row that only reads and writes through the machine needs nothing else; one that
@@ -76,7 +76,7 @@ class ScanMachine(TermCalls):
         self.begin_again()
 
     def begin_again(self) -> None:
-        """Let what runs behind the scan do so wherever it has ended."""
+        """Let what runs after the scan do so wherever it has ended."""
         self.active = TRUE
         self._ended = self.faulted = FALSE
 

@@ -23,7 +23,7 @@ class Passage(NamedTuple):
 
 
 class NotingMachine(TurningMachine):
-    """Notes passages by the number of the instruction, and the power behind each leg by branch."""
+    """Notes passages by the number of the instruction, and the power after each leg by branch."""
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)
@@ -41,10 +41,10 @@ class NotingMachine(TurningMachine):
 
     def _branch(self, branch: Parallel, power: Any) -> Any:
         active = self.active
-        behind = [self._series(leg, power) for leg in branch.legs]
+        powers = [self._series(leg, power) for leg in branch.legs]
         if self.noting:
-            self.log.append_at(self.legs, id(branch), (active, tuple(behind)))
+            self.log.append_at(self.legs, id(branch), (active, tuple(powers)))
         found = FALSE
-        for each in behind:
+        for each in powers:
             found = or_(found, each)
         return found

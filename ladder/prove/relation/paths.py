@@ -1,4 +1,4 @@
-"""Paths through the Python code of one instruction: forked at each truth it asks for, merged behind it."""
+"""Paths through the Python code of one instruction: forked at each truth it needs, merged after it."""
 
 from __future__ import annotations
 

@@ -89,20 +89,20 @@ def _slice_of(here: Sequence[Byte | Bits | None]) -> Byte | None:
     first = here[0]
     if not isinstance(first, Byte) or first.t.op == "const":
         return None
-    wanted = [Byte(first.t, first.at + at) for at in range(len(here))]
-    return first if list(here) == wanted else None
+    expected = [Byte(first.t, first.at + at) for at in range(len(here))]
+    return first if list(here) == expected else None
 
 
 def _float(here: Sequence[Byte | Bits | None], whole: Byte | None, kind: Elementary, unknowns: Unknowns) -> T:
-    wanted = kind_of(kind)[0]
-    if whole is not None and whole.at == 0 and whole.t.kind == wanted:
+    expected = kind_of(kind)[0]
+    if whole is not None and whole.at == 0 and whole.t.kind == expected:
         return whole.t
     data = bytearray()
     for each in here:
         if not isinstance(each, Byte) or each.t.op != "const":
             return _joined(here, kind, unknowns)
         data.append(_constant_byte(each))
-    return const(struct.unpack(f"<{kind.code}", data)[0], wanted)
+    return const(struct.unpack(f"<{kind.code}", data)[0], expected)
 
 
 def _joined(here: Sequence[Byte | Bits | None], kind: Elementary, unknowns: Unknowns) -> T:

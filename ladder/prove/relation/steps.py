@@ -103,10 +103,10 @@ class TermSteps(TermValues):
         return power
 
     def _branch(self, branch: Parallel, power: Any) -> Any:
-        behind = FALSE
+        power_after = FALSE
         for leg in branch.legs:
-            behind = or_(behind, self._series(leg, power))
-        return behind
+            power_after = or_(power_after, self._series(leg, power))
+        return power_after
 
     def execute(self, step: LoweredStep, power: Any) -> Any:
         """Run an instruction; return the power after it."""
@@ -170,7 +170,7 @@ class TermSteps(TermValues):
             self.active = self._going_on(before)
 
     def _going_on(self, t: T) -> T:
-        """Return where a place is reached that is behind the current one: where the scan has not ended."""
+        """Return where a place is reached that comes after the current one: where the scan has not ended."""
         return and_(t, not_(or_(self._ended, self.faulted)))
 
     def _acting(self, step: LoweredStep, power: T) -> T:

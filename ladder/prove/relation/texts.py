@@ -26,7 +26,7 @@ NONE = const(0)
 
 
 class TermText:
-    """Characters, each from 0 to 255; those behind the length do not count."""
+    """Characters, each from 0 to 255; those beyond the length do not count."""
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -47,16 +47,16 @@ class TermText:
         return bool(self.make(not_(eq(self.length, const(0)))))
 
     def at(self, number: int) -> T:
-        """Return a character, 0 behind the room."""
+        """Return a character, 0 beyond the room."""
         return self.codes[number] if number < len(self.codes) else NONE
 
     # --- joined and cut
 
     def __add__(self, other: Any) -> TermText:
-        behind = TermText.of(self.make, other)
-        moved = _moved(behind.codes, self.length, len(self.codes) + len(behind.codes))
+        tail = TermText.of(self.make, other)
+        moved = _moved(tail.codes, self.length, len(self.codes) + len(tail.codes))
         codes = [ite(lt(const(at), self.length), self.at(at), each) for at, each in enumerate(moved)]
-        return TermText(self.make, add(self.length, behind.length), codes)
+        return TermText(self.make, add(self.length, tail.length), codes)
 
     def __radd__(self, other: Any) -> TermText:
         return TermText.of(self.make, other) + self
@@ -121,9 +121,9 @@ class TermText:
             found = ite(and_(both, not_(eq(a, b))), lt(a, b), found)
         return found
 
-    def find(self, wanted: Any, start: Any) -> Any:
+    def find(self, pattern: Any, start: Any) -> Any:
         """Return the first place of another text from a start on, -1 if it is not in it."""
-        text = TermText.of(self.make, wanted)
+        text = TermText.of(self.make, pattern)
         if len(self.codes) * len(text.codes) > MOST_COMPARED:
             raise UnmodeledError(f"a search for {len(text.codes)} characters in {len(self.codes)}")
         begin, found = term_of(start, INT), const(-1)

@@ -31,7 +31,7 @@ def as_left(_key: Key, t: T) -> T:
 
 
 class TurningMachine(ScanMachine):
-    """A machine that may prescan behind its scan, as one does whose key is turned.
+    """A machine that may prescan after its scan, as a controller does whose key is turned.
 
     Attributes:
         prescanned: the places that prescan may write.
@@ -49,7 +49,7 @@ class TurningMachine(ScanMachine):
         self._behind: tuple[dict[Key, T], dict[Key, bool], dict[str, list[Lost]]] = {}, {}, {}
 
     def turn_key(self, where: T, begins: Begun = as_left, reads: Begun = as_left) -> None:
-        """Prescan behind the scan, where a truth holds.
+        """Prescan after the scan, where a truth holds.
 
         Args:
             begins: the value that a place has before prescan, and after it if prescan does not write it.
@@ -141,7 +141,7 @@ class TurningMachine(ScanMachine):
         super().start_clock(since)
 
     def elapsed(self, since: Place, unit_ns: int) -> Any:
-        """Return the whole units of time since then; in prescan nothing asks for it."""
+        """Return the whole units of time since then; prescan does not read it."""
         self._refuse_clock()
         return super().elapsed(since, unit_ns)
 

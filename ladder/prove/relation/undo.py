@@ -1,4 +1,4 @@
-"""What transactions have changed: a row that is refused leaves nothing behind."""
+"""What transactions have changed: a row that is refused leaves no change."""
 
 from __future__ import annotations
 

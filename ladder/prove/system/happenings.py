@@ -1,4 +1,4 @@
-"""What may happen to a rack beside its inputs, and what a proof leaves out: it says so, with the option."""
+"""What may happen to a rack beside its inputs; what a proof leaves out is an assumption, with its option."""
 
 from __future__ import annotations
 
@@ -54,10 +54,10 @@ class Happenings:
         """Yield what a proof leaves out, a sentence each, with the option that takes it in."""
         if self.retained_start:
             yield KEPT
-        for name, said in LEFT_OUT.items():
+        for name, sentence in LEFT_OUT.items():
             if name not in self.names:
                 more = ", ".join(f'"{each}"' for each in LEFT_OUT if each in (*self.names, name))
-                yield f"{said} (happens = [{more}])"
+                yield f"{sentence} (happens = [{more}])"
 
 
 RUN_ONLY = Happenings(program_mode=False)

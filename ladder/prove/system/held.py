@@ -64,17 +64,17 @@ def read_bits(roots: Sequence[T], kept: Sequence[T]) -> dict[str, int]:
     Args:
         kept: next values of numbers of which only bits are written: the bits that stay are not read by that.
     """
-    wanted: dict[int, int] = {}
+    needed: dict[int, int] = {}
     every = [*roots, *kept]
     for t in roots:
-        wanted[t.id] = _every(t)
+        needed[t.id] = _every(t)
     found: dict[str, int] = {}
     for t in reversed(reach(every)):
-        mask = wanted.get(t.id, 0)
+        mask = needed.get(t.id, 0)
         if t.op == "var" and mask:
             found[t.val] = mask
         for operand, part in zip(t.args, _parts(t, mask), strict=True):
-            wanted[operand.id] = wanted.get(operand.id, 0) | part
+            needed[operand.id] = needed.get(operand.id, 0) | part
     return found
 
 

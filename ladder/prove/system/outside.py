@@ -1,4 +1,4 @@
-"""What of a program changes outside of its scan, as its text says: named inputs, bits and numbers."""
+"""What changes outside of a program's scan, by its text: named inputs, bits and numbers."""
 
 from __future__ import annotations
 
@@ -117,11 +117,11 @@ def named_paths(layout: Layout, what: str, patterns: Sequence[str]) -> frozenset
     found: set[str] = set()
     paths = [*layout.leaves] if patterns else []
     for each in patterns:
-        wanted = each.upper().replace("[", "[[]")
+        pattern = each.upper().replace("[", "[[]")
         hits = [
             path
             for path in paths
-            if path == each.upper() or path.startswith(each.upper() + ".") or fnmatchcase(path, wanted)
+            if path == each.upper() or path.startswith(each.upper() + ".") or fnmatchcase(path, pattern)
         ]
         if not hits:
             raise LadderError(f"{what}: no tag is called {each!r}")

@@ -79,12 +79,12 @@ class ProgramSystem(System):
         program: with or without monitors, see `monitors.monitored`.
         bounds: of the time between scans.
         free: tags whose numbers are free in each scan: `Recipe`, `Recipe.*`.
-        written_outside: tags that both the program and someone outside write.
+        written_outside: tags that are written both by the program and from outside.
         assume: bits that are true after each scan of a run in question.
         contracts: truths of inputs that hold in each scan.
         happenings: what may happen between two scans.
         beside: another problem, whose terms stay shared: to compare two programs.
-        kept: paths of tags, in capitals, that the program compared with writes: no one outside does.
+        kept: paths of tags, in capitals, that the program compared with writes: they do not change outside.
 
     Raises:
         LadderError: what is not proved about, by name; a name in `free` or `written_outside` that no tag has.
@@ -138,7 +138,7 @@ class ProgramSystem(System):
         """
         bounds, happenings = self.bounds, self.happenings
         System.__init__(self)
-        self.open: dict[Key, int] = {}  # masks of the bits of numbers that someone outside writes
+        self.open: dict[Key, int] = {}  # masks of the bits of numbers that are written from outside
         self._lost = FALSE  # where the module whose contracts are made has lost its link
         if happenings.retained_start:
             self.next[BEGUN], self.initial[BEGUN] = var(RETAINED), False
@@ -162,7 +162,7 @@ class ProgramSystem(System):
             var(RETAINED) if happenings.retained_start else FALSE,
         )
         if self.prescans is not FALSE:
-            self._prescan_behind()
+            self._prescan_after()
         self.least, self.tick_ns = bounds.ticks[0], bounds.tick_ns
         self._settle()
         for each in self.assume:
@@ -172,8 +172,8 @@ class ProgramSystem(System):
         self._open_bits()
         self._note_prescanned()
 
-    def _prescan_behind(self) -> None:
-        """Prescan behind the scan, for program mode and for a start with retained tags."""
+    def _prescan_after(self) -> None:
+        """Prescan after the scan, for program mode and for a start with retained tags."""
         machine, named = self.machine, named_bits(self.lowered)
         written = machine.written  # by the scan: prescan has another list
         blank = self.program.interpret().memory
@@ -199,7 +199,7 @@ class ProgramSystem(System):
         machine.turn_key(self.prescans, begins, reads)
 
     def _scanned(self, known: Mapping[Key, Any], *, ends: bool) -> NotingMachine:
-        """Return the machine behind one scan."""
+        """Return the machine after one scan."""
         machine = NotingMachine(self.lowered, self.bounds.ticks, known)
         machine.tick_ns, machine.ends = self.bounds.tick_ns, ends
         machine.begun = var(BEGUN) if self.happenings.retained_start else FALSE
@@ -306,7 +306,7 @@ class ProgramSystem(System):
         return self._told(key, after, self.open.get(key, 0))
 
     def _told(self, key: Key, after: T, mask: int) -> T:
-        """Return a number after a scan with bits that someone outside writes behind it."""
+        """Return a number after a scan with bits that are written from outside after it."""
         v = self.machine.vars[key]
         told = var(f"{TOLD}{v.val}", INT, v.lo, v.hi)
         width = self.machine.kinds[key].type.wraps
@@ -392,11 +392,11 @@ class ProgramSystem(System):
         """Return the value that a term had in the scan before, `first` in the first scan.
 
         Args:
-            name: tells it from others; the same name is the same term.
+            name: identifies it; the same name is the same term.
         """
         known = var(f"~was:{name}", value.kind, value.lo, value.hi)
         broken = or_(self.prescans, self._lost)
-        if broken is not FALSE:  # what a module shows behind that may follow on anything
+        if broken is not FALSE:  # what a module shows after that may follow anything
             value = ite(broken, var(f"~any:{name}", value.kind, value.lo, value.hi), value)
         self.next[known.val], self.initial[known.val] = value, first
         return known

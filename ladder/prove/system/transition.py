@@ -24,18 +24,18 @@ DT = "~dt"
 """Name of the variable with the time since the scan before, in units of `System.tick_ns`."""
 
 TOLD = "~told:"
-"""Start of the name of a variable whose bits someone outside writes into a number before the next scan."""
+"""Start of the name of a variable whose bits are written from outside into a number before the next scan."""
 
 FIRST_SCAN = ("S:FS", 0)
 
 TURNED = "~turned"
-"""Name of the variable that says, behind a scan, that the key is turned to program and back."""
+"""Name of the variable that is true after a scan if the key is turned to program and back."""
 
 RETAINED = "~retained"
-"""Name of the variable that says, behind a scan, that the run ends and the next one begins with its tags."""
+"""Name of the variable that is true after a scan if the run ends and the next one begins with its tags."""
 
 BEGUN = "~begun"
-"""Name of the state that says that a scan is the first with retained tags: no time has passed before it."""
+"""Name of the state that is true if a scan is the first with retained tags: no time has passed before it."""
 
 THEN = "~then:"
 """Start of the name of a variable that prescan reads in place of a value that may be written from outside."""
@@ -44,7 +44,7 @@ OFF = "~off"
 """Name of the variable with the time that this takes, in units of `System.tick_ns`."""
 
 STOPPED = "~stopped"
-"""Name of the state that says that a major fault has stopped the processor: no scan follows."""
+"""Name of the state that is true if a major fault has stopped the processor: no scan follows."""
 
 
 class HeldNumber(NamedTuple):

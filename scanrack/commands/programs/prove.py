@@ -27,7 +27,7 @@ from scanrack.jobs.prove.proving import (
     prove_all,
 )
 from scanrack.jobs.prove.report import as_json as json_of
-from scanrack.jobs.prove.report import asked_text, assumptions, below, found_lines, line_of, open_text
+from scanrack.jobs.prove.report import assumptions, below, found_lines, line_of, open_text, questions_text
 from scanrack.jobs.prove.subject import ProofSubject, subject_of
 from scanrack.jobs.trust.owned import in_use
 from scanrack.ladder.prove.answers import LIMITS
@@ -211,7 +211,7 @@ class _Printing(AnswerListener):
     def begun(self, count: int) -> None:
         """Print the number of questions."""
         if count:
-            say(asked_text(count))
+            say(questions_text(count))
 
     def found(self, answer: FoundAnswer) -> None:
         """Print a finding."""

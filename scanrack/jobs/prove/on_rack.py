@@ -58,11 +58,11 @@ class OnRack:
     def __str__(self) -> str:
         if not self.confirmed:
             return f"on the rack: {self.why}"
-        said = f"on the rack: scan {self.scan}"
+        text = f"on the rack: scan {self.scan}"
         if not self.forced:
-            return f"{said}, as its modules answer"
+            return f"{text}, as its modules answer"
         return (
-            f"{said} with {', '.join(self.forced)} forced: the models of the modules do not give these inputs"
+            f"{text} with {', '.join(self.forced)} forced: the models of the modules do not give these inputs"
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -71,12 +71,12 @@ class OnRack:
 
 
 Shows = Callable[[Debugger], Callable[[], bool]]
-"""Makes, of a program that begins to run, what tells after each scan whether that scan shows it."""
+"""Makes a function for a program that begins to run: whether the latest scan shows what is expected."""
 
 
-def claim_broken(subject: ProofSubject, asked: WatchedClaim) -> Shows:
-    """Tell a scan that breaks a claim; its assumptions have held until then."""
-    assumed = [name for name, _ in (*subject.program.assume, *asked.assume)]
+def claim_broken(subject: ProofSubject, watched: WatchedClaim) -> Shows:
+    """Return whether the latest scan breaks a claim whose assumptions have held until then."""
+    assumed = [name for name, _ in (*subject.program.assume, *watched.assume)]
 
     def shows(program: Debugger) -> Callable[[], bool]:
         holds = True
@@ -84,7 +84,7 @@ def claim_broken(subject: ProofSubject, asked: WatchedClaim) -> Shows:
         def broken() -> bool:
             nonlocal holds
             holds = holds and all(program.tags[name] for name in assumed)
-            return holds and bool(program.tags[asked.bit[0]])
+            return holds and bool(program.tags[watched.bit[0]])
 
         return broken
 
@@ -92,7 +92,7 @@ def claim_broken(subject: ProofSubject, asked: WatchedClaim) -> Shows:
 
 
 def coils_disagree(subject: ProofSubject, coils: Sequence[int]) -> Shows:
-    """Tell whether two coils had different power in the latest scan."""
+    """Return whether two coils had different power in the latest scan."""
     places = [_place_of(subject.problem.lowered, number) for number in coils]
 
     def shows(program: Debugger) -> Callable[[], bool]:

@@ -21,8 +21,11 @@ from .differing import EditedSubject
 from .differing import lines_of as lines_of_edit
 from .proving import Questions, Result
 from .report import assumptions, detail_of, question_lines
-from .scenario import told
+from .scenario import step_text
 from .subject import ProofSubject
+
+RungPlace = tuple[str, int]
+"""Routine and number of a rung."""
 
 WIDTH = 96
 """Columns between the rails of a drawn rung."""
@@ -101,13 +104,13 @@ def _scans(subject: ProofSubject, steps: Sequence[ScenarioStep]) -> str:
     return _table(
         ("scan", "what changes before it"),
         [
-            (str(number), f"<code>{escape(told(each, subject.job.spec))}</code>")
+            (str(number), f"<code>{escape(step_text(each, subject.job.spec))}</code>")
             for number, each in enumerate(steps, start=1)
         ],
     )
 
 
-def drawn(program: LadderLogic, scans: Sequence[ScanOf], asked: WatchedClaim) -> str:
+def drawn(program: LadderLogic, scans: Sequence[ScanOf], watched: WatchedClaim) -> str:
     """Return the rungs that decide a claim as SVG, with the power of a scenario's last scan."""
     debugger = Debugger(program)
     layout, memory = debugger.engine.lowered.layout, debugger.engine.memory
@@ -118,37 +121,29 @@ def drawn(program: LadderLogic, scans: Sequence[ScanOf], asked: WatchedClaim) ->
             debugger.scan(1, each.ms)
         except LadderFault:
             break
-    shown = list(_deciding(debugger, asked))
+    shown = list(_deciding(debugger, watched))
     by_name = {each.name: each for each in program.routines}
     routines = [(debugger.routine_now(name), sorted(numbers)) for name, numbers in _grouped(shown).items()]
     truths = {name: debugger.truth(name) for name in _grouped(shown) if name in by_name}
     return routines_svg(routines, WIDTH, truths, captions_of(program))
 
 
-def _grouped(rungs: Iterable[tuple[str, int]]) -> dict[str, list[int]]:
+def _grouped(rungs: Iterable[RungPlace]) -> dict[str, list[int]]:
     found: dict[str, list[int]] = {}
     for name, number in rungs:
         found.setdefault(name, []).append(number)
     return found
 
 
-def _deciding(debugger: Debugger, asked: WatchedClaim) -> Iterator[tuple[str, int]]:
+def _deciding(debugger: Debugger, watched: WatchedClaim) -> Iterator[RungPlace]:
     """Yield routine and number of the rungs that write what a claim reads, then what these read."""
     drawable = {each.name: set(each.numbers) for each in debugger.program.routines if each.chart is None}
-    reads: dict[tuple[str, int], set[str]] = {}
-    writers: dict[str, list[tuple[str, int]]] = {}
-    for each in debugger.cross_reference.mentions:
-        place = each.site.routine, each.site.rung or 0
-        path = (each.where.leaf.path if isinstance(each.where, Place) else each.where.path).upper()
-        if each.reads:
-            reads.setdefault(place, set()).add(path)
-        if each.writes:
-            writers.setdefault(path, []).append(place)
-    wanted = list(writers.get(asked.bit[0], ()))
-    seen: set[tuple[str, int]] = set()
+    reads, writers = _cross_reference(debugger)
+    queue = list(writers.get(watched.bit[0], ()))
+    seen: set[RungPlace] = set()
     count = 0
-    while wanted and count < MOST_RUNGS:
-        place = wanted.pop(0)
+    while queue and count < MOST_RUNGS:
+        place = queue.pop(0)
         if place in seen:
             continue
         seen.add(place)
@@ -156,7 +151,21 @@ def _deciding(debugger: Debugger, asked: WatchedClaim) -> Iterator[tuple[str, in
             count += 1
             yield place
         for path in sorted(reads.get(place, ())):
-            wanted += [each for name in _around(path, writers) for each in writers[name]]
+            queue += [each for name in _around(path, writers) for each in writers[name]]
+
+
+def _cross_reference(debugger: Debugger) -> tuple[dict[RungPlace, set[str]], dict[str, list[RungPlace]]]:
+    """Return the paths that each rung reads, and the rungs that write each path."""
+    reads: dict[RungPlace, set[str]] = {}
+    writers: dict[str, list[RungPlace]] = {}
+    for each in debugger.cross_reference.mentions:
+        place = each.site.routine, each.site.rung or 0
+        path = (each.where.leaf.path if isinstance(each.where, Place) else each.where.path).upper()
+        if each.reads:
+            reads.setdefault(place, set()).add(path)
+        if each.writes:
+            writers.setdefault(path, []).append(place)
+    return reads, writers
 
 
 def _around(path: str, writers: Iterable[str]) -> list[str]:

@@ -96,7 +96,7 @@ class Result:
     rack: OnRack | None = None
     scenario: Path | None = None
     proof: Path | None = None  # the folder with the certificate of what is proved
-    opinions: tuple[Opinion, ...] = ()  # what other solvers say of it
+    opinions: tuple[Opinion, ...] = ()  # verdicts of other solvers
     own_ns: int = 0  # the rack's time between two scans
     at_own_time: Answer | None = None  # the answer for it, if only longer scans break the claim
 
@@ -199,20 +199,8 @@ class Questions:
     open: Mapping[str, int]
 
 
-class AnswerListener:
-    """Receives the answers to built-in questions as they come, the cheap ones first."""
-
-    def begun(self, count: int) -> None:
-        """Receive the number of questions."""
-
-    def found(self, answer: FoundAnswer) -> None:
-        """Receive a finding."""
-
-    def left(self, count: int) -> None:
-        """Receive how many questions are left after what takes little time, and again after inductions."""
-
-    def next(self, question: Question, count: int) -> None:
-        """Receive the next question that is left, and the number of questions after it."""
+AnswerListener = Listener[FoundAnswer]
+"""Receives the answers to built-in questions as they come, the cheap ones first."""
 
 
 def ask_questions(
@@ -246,7 +234,7 @@ def ask_questions(
     return Questions(tuple(made), answers.counts, answers.open)
 
 
-class _FindingWriter(Listener):
+class _FindingWriter(Listener[Finding]):
     """Makes the scenario or the certificate of each finding, and reports it."""
 
     def __init__(
@@ -272,16 +260,16 @@ class _FindingWriter(Listener):
         """Report the next question that is left."""
         self._listener.next(question, count)
 
-    def found(self, finding: Finding) -> None:
+    def found(self, answer: Finding) -> None:
         """Report a finding."""
-        answer = self._answer(finding)
-        if answer is None:
-            self.refused.append(finding.rule)
+        made = self._with_files(answer)
+        if made is None:
+            self.refused.append(answer.rule)
         else:
-            self.made[id(finding)] = answer
-            self._listener.found(answer)
+            self.made[id(answer)] = made
+            self._listener.found(made)
 
-    def _answer(self, each: Finding) -> FoundAnswer | None:
+    def _with_files(self, each: Finding) -> FoundAnswer | None:
         """Return a finding with its run and its file; None if another solver refuses it."""
         subject, scans = self._subject, each.verdict.scans
         name = f"{each.rule} {each.site.routine} {each.site.rung} {each.site.instruction}"
@@ -294,9 +282,9 @@ class _FindingWriter(Listener):
             return None if refused else FoundAnswer(each, proof=proof, opinions=opinions)
         rack = replay_on_rack(subject, coils_disagree(subject, each.coils), scans) if each.coils else None
         file = _written(subject, name, scans, rack, self._folder)
-        said = faults_on_rack(subject, scans) if each.rule in FAULTS else str(rack or "")
+        on_rack = faults_on_rack(subject, scans) if each.rule in FAULTS else str(rack or "")
         layout = subject.problem.lowered.layout
-        return FoundAnswer(each, tuple(steps_of(layout, scans)), file, said)
+        return FoundAnswer(each, tuple(steps_of(layout, scans)), file, on_rack)
 
 
 def _scan_ns(subject: ProofSubject) -> int:

@@ -11,7 +11,7 @@ from scanrack.ladder.prove.induction import VerdictKind
 
 from .checking import Opinion
 from .proving import FoundAnswer, Questions, Result
-from .scenario import told
+from .scenario import step_text
 from .subject import ProofSubject
 
 HELD_SHOWN = 12
@@ -38,8 +38,8 @@ def own_time_text(result: Result) -> str:
     if result.at_own_time is None:
         return ""
     time, known = time_text(result.own_ns), result.at_own_time.verdict.kind
-    said = "it is proved" if known is VerdictKind.PROVED else "no run breaks it within the limits"
-    return f"only with scans longer than the rack's: with scans of {time} {said}   "
+    verdict = "it is proved" if known is VerdictKind.PROVED else "no run breaks it within the limits"
+    return f"only with scans longer than the rack's: with scans of {time} {verdict}   "
 
 
 def detail_of(result: Result) -> str:
@@ -51,15 +51,15 @@ def detail_of(result: Result) -> str:
         return f"{own_time_text(result)}scan {verdict.k:,}   {result.scenario}"
     if verdict.kind is VerdictKind.PROVED:
         reached = "no run reaches it   " if not found else ""
-        said = f"{reached}{result.spent_ns / 1e9:.2f} s   ({found.deciding:,} tags of {found.tags:,})"
-        return f"{said}   {opinions_text(result.opinions)}".rstrip()
+        proved = f"{reached}{result.spent_ns / 1e9:.2f} s   ({found.deciding:,} tags of {found.tags:,})"
+        return f"{proved}   {opinions_text(result.opinions)}".rstrip()
     more = len(verdict.blame) - BLAME_SHOWN
-    said = "; ".join(verdict.blame[:BLAME_SHOWN])
-    return f"{said}; and {more:,} more" if more > 0 else said
+    reasons = "; ".join(verdict.blame[:BLAME_SHOWN])
+    return f"{reasons}; and {more:,} more" if more > 0 else reasons
 
 
 def opinions_text(opinions: Iterable[Opinion]) -> str:
-    """Return what other solvers say of a proof, "" without any."""
+    """Return verdicts of other solvers on a proof, "" without any."""
     each = [
         f"{one.solver} confirms it" if one.confirmed else f"{one.solver} does not confirm it: {one.why}"
         for one in opinions
@@ -70,7 +70,7 @@ def opinions_text(opinions: Iterable[Opinion]) -> str:
 def below(subject: ProofSubject, result: Result) -> Iterator[str]:
     """Yield the lines below that of a claim: its scenario, and what the rack did."""
     for number, step in enumerate(result.answer.steps, start=1):
-        yield f"scan {number}: {told(step, subject.job.spec)}"
+        yield f"scan {number}: {step_text(step, subject.job.spec)}"
     yield from result.answer.end
     if result.rack is not None:
         yield str(result.rack)
@@ -78,7 +78,7 @@ def below(subject: ProofSubject, result: Result) -> Iterator[str]:
         yield f"to do: {result.answer.advice}"
 
 
-def asked_text(count: int) -> str:
+def questions_text(count: int) -> str:
     """Return how many built-in questions there are."""
     return f"{count:,} questions about rungs, contacts, coils and faults"
 
@@ -86,8 +86,8 @@ def asked_text(count: int) -> str:
 def found_lines(each: FoundAnswer) -> Iterator[str]:
     """Yield the lines of a finding of the built-in questions, with its run."""
     scenario = f"   {each.scenario}" if each.scenario else ""
-    said = "".join(f"   {text}" for text in (scenario.strip(), opinions_text(each.opinions)) if text)
-    yield f"{each.finding.rule:<10}  {each.finding.site.where}: {each.finding.text}{said}"
+    details = "".join(f"   {text}" for text in (scenario.strip(), opinions_text(each.opinions)) if text)
+    yield f"{each.finding.rule:<10}  {each.finding.site.where}: {each.finding.text}{details}"
     for number, step in enumerate(each.steps, start=1):
         yield f"    scan {number}: {step}"
     if each.rack:
@@ -103,8 +103,8 @@ def open_text(answers: Questions) -> str:
 
 def question_lines(answers: Questions) -> Iterator[str]:
     """Yield what became of the built-in questions, findings in the order of the program."""
-    if asked := sum(answers.counts.values()):
-        yield asked_text(asked)
+    if count := sum(answers.counts.values()):
+        yield questions_text(count)
     for each in answers.found:
         yield from found_lines(each)
     if left := open_text(answers):
@@ -114,15 +114,15 @@ def question_lines(answers: Questions) -> Iterator[str]:
 def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
     """Return what the answers depend on, a sentence each: the report's list of assumptions."""
     held: dict[str, Any] = {}
-    said = dict.fromkeys(subject.problem.happenings.assumed())  # of the built-in questions, too
+    sentences = dict.fromkeys(subject.problem.happenings.assumed())  # of the built-in questions, too
     for each in results:
         held |= dict(each.answer.held)
-        said |= dict.fromkeys(each.answer.assumed)
+        sentences |= dict.fromkeys(each.answer.assumed)
     bounds = subject.problem.bounds
     wide = f"scan_ms = [{max(1, bounds.low_ms)}, {LATEST_MS}]"
     late = f", none is later ({wide})" if bounds.high_ms < LATEST_MS else ""
     apart = f"scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{bounds.steps_text}{late}"
-    lines = [apart, *subject.assumed, *said]
+    lines = [apart, *subject.assumed, *sentences]
     return [*lines, held_text(held)] if held else lines
 
 

@@ -39,7 +39,7 @@ class RackScenario:
         return Scenario(orders=tuple(OperatorAction(scan * scan_ns, order) for scan, order in self.orders))
 
     def without_forces(self) -> RackScenario:
-        """Return it without what modules are to say."""
+        """Return it without forced words of modules."""
         kept = tuple(each for each in self.orders if not isinstance(each[1], Force))
         return RackScenario(kept, self.scans, self.left_out)
 
@@ -88,15 +88,15 @@ def _orders(layout: Layout, inputs: dict[Key, Any]) -> Iterator[Action]:
             yield Write(tag_text(layout, key), value)
 
 
-def told(step: ScenarioStep, spec: RackSpec) -> str:
+def step_text(step: ScenarioStep, spec: RackSpec) -> str:
     """Return a scan of a scenario in words, with the names of the bits in words of modules."""
     words = {slot.number: slot.words for slot in spec.slot}
-    said = []
+    texts = []
     for name, value in step.changes:
         found = _WORD.fullmatch(name)
         bits = [] if found is None else _bits(words.get(int(found[1])), int(found[2]), int(value))
-        said.append(value_text(name, value) + (f" ({' '.join(bits)})" if bits else ""))
-    return step.told(said)
+        texts.append(value_text(name, value) + (f" ({' '.join(bits)})" if bits else ""))
+    return step.text(texts)
 
 
 _WORD = re.compile(r"Local:(\d+):I\.Data\[(\d+)\]")

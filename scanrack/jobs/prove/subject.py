@@ -77,7 +77,9 @@ def subject_of_job(
         happenings=Happenings.of(given.happens),
         beside=beside,
     )
-    return ProofSubject(job.rack_file.stem, job, False, program, problem, tuple(said for _, said in rows))
+    return ProofSubject(
+        job.rack_file.stem, job, False, program, problem, tuple(sentence for _, sentence in rows)
+    )
 
 
 def bounds_of(job: LoadedRack) -> ScanBounds:
@@ -98,5 +100,5 @@ def _contracts(
         if slot.number in used and is_stepper(slot.words):
             adapter = slot.has(Trait.LINE)
             rows = contracts_of(slot.options, each_update=each_update, adapter=adapter)
-            said = f"slot {slot.number} keeps {len(rows)} contracts of the 3601"
-            yield KeptBy(slot.number, rows, at_rpi and each_update), said
+            sentence = f"slot {slot.number} keeps {len(rows)} contracts of the 3601"
+            yield KeptBy(slot.number, rows, at_rpi and each_update), sentence

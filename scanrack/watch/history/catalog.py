@@ -133,8 +133,8 @@ class Catalog:
             meant = {} if where.address is None else {"address": where.address}
             described = each.comment or str(each.target)
             writable = not meant
-            told = {"name": each.name, "type": where.type.name, "description": described}
-            yield told | {"writable": writable} | meant
+            reported = {"name": each.name, "type": where.type.name, "description": described}
+            yield reported | {"writable": writable} | meant
 
     def _groups(self) -> Iterator[Json]:
         """Yield the structures, which `tags` has by their members."""
@@ -284,13 +284,13 @@ class Catalog:
 
     def find(self, text: str) -> list[Json]:
         """Return the tags and rungs that contain a text, tags first, ignoring case; see `tag_hits`."""
-        wanted, hits = text.casefold(), tag_hits([*self.tags(), *self._groups()], text)
+        requested, hits = text.casefold(), tag_hits([*self.tags(), *self._groups()], text)
         for routine in self._program.routines:
             for number in routine.numbers:
-                told = routine.numbered(number)
+                reported = routine.numbered(number)
                 comment = routine.rungs[number].comment if routine.rungs else ""
-                if wanted in f"{told} {comment}".casefold():
-                    hits.append({"text": told, "rung": f"{routine.name}.{number}", "tag": None})
+                if requested in f"{reported} {comment}".casefold():
+                    hits.append({"text": reported, "rung": f"{routine.name}.{number}", "tag": None})
         return hits
 
     def place_of_fault(self, fault: Fault) -> str | None:
@@ -326,12 +326,18 @@ def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:
     The best ones are first: the name itself, a program's tag `\Main.Step` for `Step`, a name that begins so,
     a name with the text inside, a description.
     """
-    wanted, found = text.casefold(), []
+    requested, found = text.casefold(), []
     for each in tags:
         name, said = each["name"].casefold(), f"{each['type']}  {each['description']}".strip()
-        if wanted in f"{name} {each['description']} {each.get('address', '')}".casefold():
+        if requested in f"{name} {each['description']} {each.get('address', '')}".casefold():
             own = name.rpartition(".")[2] if name.startswith("\\") else name
-            order = [name == wanted, own == wanted, own.startswith(wanted), wanted in name, True].index(True)
+            order = [
+                name == requested,
+                own == requested,
+                own.startswith(requested),
+                requested in name,
+                True,
+            ].index(True)
             found.append(
                 (order, {"text": f"{each['name']} : {said}", "says": said, "rung": None, "tag": each["name"]})
             )

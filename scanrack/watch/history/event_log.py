@@ -200,9 +200,13 @@ class EventLog:
     def _take_rule(self, event: Mapping[str, Any]) -> None:
         for bit in event.get("bits") or ():
             rule = {"slot": event.get("slot", 0), "bit": bit, "rule": event.get("name", "")}
-            told = {"text": event.get("text", ""), "section": event.get("section", ""), "scan": event["scan"]}
-            self._rules.append(rule | told)
-            self._latest_rules[rule["slot"], bit] = rule | told
+            reported = {
+                "text": event.get("text", ""),
+                "section": event.get("section", ""),
+                "scan": event["scan"],
+            }
+            self._rules.append(rule | reported)
+            self._latest_rules[rule["slot"], bit] = rule | reported
         if len(self._rules) > 2 * STATES:
             del self._rules[:STATES]
 
@@ -221,7 +225,7 @@ class EventLog:
         return self.begin or (0 if self.earlier is None else self.earlier.missing())
 
     def _before(self, scan: int | None) -> int:
-        """Return the scan for which the earlier states are asked: a growing recording repeats ours."""
+        """Return the scan for which the earlier states count: a growing recording repeats ours."""
         return self._first if scan is None else min(scan, self._first)
 
     def faults_at(self, scan: int | None) -> list[Fault]:
@@ -231,10 +235,10 @@ class EventLog:
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
-        told = self._forces.told(LAST_SCAN if scan is None else scan)
-        if told is None and self.earlier is not None:
+        reported = self._forces.told(LAST_SCAN if scan is None else scan)
+        if reported is None and self.earlier is not None:
             return self.earlier.forces_at(self._before(scan))
-        return told or {}
+        return reported or {}
 
     def told_forces(self, scan: int) -> Json | None:
         """Return the last reported forces up to a scan; None without any."""

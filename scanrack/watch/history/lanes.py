@@ -158,10 +158,10 @@ class TagLanes:
         if self._replica is None or self._replica.is_impure:
             return self._with_images(self._looked_at(others, first, last), images)
         start = max(first, last - LIVE_SCANS + 1)
-        wanted = tuple(dict.fromkeys(self._parted(all_names)[1]))
+        requested = tuple(dict.fromkeys(self._parted(all_names)[1]))
         piece = (
-            self._piece(others, *self._repeated(wanted, start, last))
-            if wanted
+            self._piece(others, *self._repeated(requested, start, last))
+            if requested
             else self._looked_at((), start, last)
         )
         return self._with_images(piece, images)

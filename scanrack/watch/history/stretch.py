@@ -145,8 +145,8 @@ class Stretch:
         if self.catalog is not None:
             routines = self.catalog.routines()
             stubs = list(self.logic.stubs_in_use) if isinstance(self.logic, LadderLogic) else []
-            told = {"stubs": stubs, "lacks": "", "settable": True}
-            return {"routines": routines, "tags": self.catalog.tags(), **told}
+            reported = {"stubs": stubs, "lacks": "", "settable": True}
+            return {"routines": routines, "tags": self.catalog.tags(), **reported}
         logic = self.logic
         fields = Fields(lambda: logic) if isinstance(logic, Logic) else ()
         tags = [
@@ -154,8 +154,8 @@ class Stretch:
             for name, value in values.items()
         ]
         routines = [] if self.source is None else self.source.routines()
-        told = {"stubs": [], "lacks": self.lacks, "settable": isinstance(logic, Logic)}
-        return {"routines": routines, "tags": tags + self.alias_tags(), **told}
+        reported = {"stubs": [], "lacks": self.lacks, "settable": isinstance(logic, Logic)}
+        return {"routines": routines, "tags": tags + self.alias_tags(), **reported}
 
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the rung or line of a fault, such as Main.3 or line.py.62; None if unknown."""

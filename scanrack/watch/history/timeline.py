@@ -152,7 +152,7 @@ class Timeline:
         return rows[int(low) : int(high)]
 
     def _window(self, number: int, last: int) -> Rows:
-        """Return a window; read it again if the trace has grown since, and the scans are wanted."""
+        """Return a window; read it again if the trace has grown since, and the scans are needed."""
         start, end = number * WINDOW, (number + 1) * WINDOW - 1
         size, rows = self._windows.pop(number, (-1, self.recent.rows[:0]))
         if not len(rows) or rows["scan"][-1] < min(end, last):

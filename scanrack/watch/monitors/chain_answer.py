@@ -66,8 +66,8 @@ def _chains(monitor: Monitor, causes: Causes, tags: Sequence[str], scan: int) ->
         SlotInfo(each.number, each.module, words=words[each.number])
         for each in sorted(monitor.subject.spec.slot, key=lambda each: each.number)
     )
-    told = monitor.states.up_to(scan, BACK)
-    events = tuple(_event(each, monitor.states.forces_at(each["scan"])) for each in told)
+    reported = monitor.states.up_to(scan, BACK)
+    events = tuple(_event(each, monitor.states.forces_at(each["scan"])) for each in reported)
     recording = PackedTrace(slots, PackedScans.of(block_layout(slots).words, [columns_of(rows)]), events)
 
     def chains(*, deep: bool, **hooks: Any) -> Chains:

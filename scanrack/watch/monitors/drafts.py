@@ -66,7 +66,7 @@ def rungs(monitor: Monitor, _page: Page, said: Said) -> Json:
 
 def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
     edit = checked.edit
-    told = {
+    reported = {
         "routine": edit.routine,
         "rung": edit.rung,
         "text": checked.text,
@@ -74,9 +74,9 @@ def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
         "warnings": [_told(each) for each in checked.warnings],
     }
     if checked.rung is None:
-        return told
+        return reported
     live = catalog.draw(checked.rung, edit.routine, f"{edit.routine}.{edit.rung}e{checked.number}", columns)
-    return {**told, "svg": live.svg, "gaps": live.gaps}
+    return {**reported, "svg": live.svg, "gaps": live.gaps}
 
 
 def _told(mistake: Mistake) -> Json:
@@ -105,8 +105,8 @@ def would(monitor: Monitor, page: Page, said: Said) -> None:
     if row is None or ran is None:
         raise ValueError("no scan has run yet")
     last = int(row["scan"])
-    wanted = last - min(LOOKED_BACK_NS // monitor.subject.spec.scan_ns, MOST_SCANS)
-    place = program.kept.place(max(wanted, program.first))
+    requested = last - min(LOOKED_BACK_NS // monitor.subject.spec.scan_ns, MOST_SCANS)
+    place = program.kept.place(max(requested, program.first))
     at = place if place is not None else 0 if program.kept.scans else None
     if at is None or program.kept.scans[at] > last:
         raise ValueError("the values of the last scans are not known yet")

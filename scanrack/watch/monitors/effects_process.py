@@ -9,7 +9,7 @@ Both run on the recorded inputs: a machine that would have moved otherwise is no
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from shutil import copytree
 from types import CellType
@@ -102,13 +102,19 @@ def differences(given: ReplayPackage, old: LadderLogic, new: LadderLogic) -> lis
         if not unequal and scan < last:
             continue
         seen |= unequal
-        for path, leaf, twin in pairs:
-            for index in range(leaf.size):
-                name = f"{path}[{index}]" if leaf.size > 1 else path
-                both = memories[0].read(leaf, index), memories[1].read(twin, index)
-                if name not in found and not same(*both):
-                    found[name] = EditEffect(name, leaf.output, scan)
+        for name, leaf in _unequal(memories, pairs):
+            found.setdefault(name, EditEffect(name, leaf.output, scan))
     return list(found.values())
+
+
+def _unequal(
+    memories: Sequence[Memory], pairs: Iterable[tuple[str, Leaf, Leaf]]
+) -> Iterator[tuple[str, Leaf]]:
+    """Yield the names of values that differ now."""
+    for path, leaf, twin in pairs:
+        for index in range(leaf.size):
+            if not same(memories[0].read(leaf, index), memories[1].read(twin, index)):
+                yield f"{path}[{index}]" if leaf.size > 1 else path, leaf
 
 
 def _replica(given: ReplayPackage, program: LadderLogic, values: Mapping[str, Any]) -> ProgramReplica:

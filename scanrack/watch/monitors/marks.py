@@ -131,9 +131,9 @@ class Marks:
     def _sorted(self) -> tuple[list[Mark], list[int]]:
         version = len(self._of_rows), *self._recorded.version
         if self._known[0] != version:
-            told: dict[tuple[int, str], list[int]] = {}
-            marks = list(self._of_events(told))
-            own = [each for each in self._of_rows if not _is_told(each, told)]
+            reported: dict[tuple[int, str], list[int]] = {}
+            marks = list(self._of_events(reported))
+            own = [each for each in self._of_rows if not _is_told(each, reported)]
             self.untold = [each for each in own if each.kind == "error"]
             marks += own
             marks.sort(key=attrgetter("scan"))

@@ -61,10 +61,10 @@ def hold(monitor: Monitor, page: Page, said: Said) -> Json:
 
 def left_pressed(monitor: Monitor) -> list[Json]:
     """Return the orders that let go momentary buttons that a panel has pressed and no page holds."""
-    told = monitor.panel.described(monitor.subject.bindings(monitor.subject.programs.latest), "")
+    reported = monitor.panel.described(monitor.subject.bindings(monitor.subject.programs.latest), "")
     pressed, found = monitor.states.pressed_at(None), []
     held = [order for page in monitor.pages for order in page.holds]
-    for item, bound in zip(told["items"], told["bound"], strict=True):
+    for item, bound in zip(reported["items"], reported["bound"], strict=True):
         if item["kind"] != "momentary" or bound["broken"]:
             continue
         if "press" in bound:

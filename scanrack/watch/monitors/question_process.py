@@ -68,8 +68,8 @@ class QuestionProcesses:
             asked: the tag, its wanted value, the scan after which something is done.
             latest: orders, see `want_process`.
         """
-        tag, wanted, scan = asked
-        command = f"scanrack why {trace} {tag} --at {scan} --want {wanted} --trust"
+        tag, requested, scan = asked
+        command = f"scanrack why {trace} {tag} --at {scan} --want {requested} --trust"
         given = trace, *asked, latest
         self._begin(page, number, f"{__package__}.want_process", given, WANT_PATIENCE_S, command)
 
@@ -96,10 +96,10 @@ class QuestionProcesses:
             self._end(each, "another question was asked meanwhile")
         with ExitStack() as files:
             out, err = (files.enter_context(tempfile.TemporaryFile()) for _ in range(2))
-            with tempfile.TemporaryFile() as asked:  # not a pipe: this must not wait for the process
-                pickle.dump(given, asked)
-                asked.seek(0)
-                process = launch(HELPER, module, stdin=asked, stdout=out, stderr=err)
+            with tempfile.TemporaryFile() as queried:  # not a pipe: this must not wait for the process
+                pickle.dump(given, queried)
+                queried.seek(0)
+                process = launch(HELPER, module, stdin=queried, stdout=out, stderr=err)
             until = wall_ns() + patience_s * 1_000_000_000
             self._open.append(
                 _Open(page, number, process, files.pop_all(), out, err, patience_s, until, command)

@@ -107,19 +107,19 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
 
 def stop(_monitor: Monitor, page: Page, said: Said) -> Json:
     """Stay at the scan of each error bit of a module from now on, or only name it."""
-    wanted = said.get("at_errors")
-    if wanted not in ("stop", "off"):
+    requested = said.get("at_errors")
+    if requested not in ("stop", "off"):
         raise ValueError("at_errors is stop or off")
-    page.stops = wanted == "stop"
+    page.stops = requested == "stop"
     return {}
 
 
 def window(monitor: Monitor, _page: Page, said: Said) -> Json:
     """Return the strip of past scans, as far as available."""
     piece = strip_in(monitor, said)
-    wanted = said.get("signals")
-    if piece and isinstance(wanted, list):
-        piece["bits"] = {name: each for name, each in piece["bits"].items() if name in wanted}
+    requested = said.get("signals")
+    if piece and isinstance(requested, list):
+        piece["bits"] = {name: each for name, each in piece["bits"].items() if name in requested}
     return {"strip": piece}
 
 

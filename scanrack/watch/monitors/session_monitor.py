@@ -93,7 +93,7 @@ class SessionMonitor(Monitor):
             self._add(each)
         self._setup, self._ring, self._pipe = setup, ring, pipe
         self._errors = ErrorWatch(self.subject.words)
-        self._error: tuple[ErrorBit, Json] | None = None  # the latest that came on, as pages are told of it
+        self._error: tuple[ErrorBit, Json] | None = None  # the latest that came on, as pages know it
         self._rows_at = max(0, ring.written - ring.shape.rows)
         self._messages_at = ring.messages.oldest
         self._snapshots_at = ring.snapshots.oldest
@@ -205,23 +205,23 @@ class SessionMonitor(Monitor):
         row, bit = rows[found[0]], found[1]
         scan = int(row["scan"])
         rule = next((each for each in self.log.rules_at(scan) if _is_of(each, bit)), None)
-        told = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
+        reported = {"scan": scan, "t": int(row["now_ns"]), "slot": bit.slot, "bit": bit.name}
         said = {
             "tag": bit.address,
             "text": rule["text"] if rule else "",
             "rule": rule["rule"] if rule else "",
         }
-        self._error = bit, {**told, **said}
+        self._error = bit, {**reported, **said}
         for page in [page for page in self.pages if page.past is None]:
             page.past = scan if page.stops else None
-            page.send({"error": {**told, **said, "stopped": page.stops}})
+            page.send({"error": {**reported, **said, "stopped": page.stops}})
 
     def _name_standing(self, page: Page) -> None:
         """Name the latest error bit to a new page, if it is still on."""
         if self._error is not None and self.latest is not None:
-            bit, told = self._error
+            bit, reported = self._error
             if self._errors.is_on(self.latest, bit):
-                page.send({"error": {**told, "stopped": False}})
+                page.send({"error": {**reported, "stopped": False}})
 
     def _take_notes(self) -> None:
         records, self._snapshots_at, _lost = self._ring.snapshots.read(self._snapshots_at)

@@ -29,9 +29,14 @@ def answer(path: str, what: str, more: Columns) -> dict[str, Any]:
     try:
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
             at = ScanChoice(at=str(more.scan[-1]))
-            asked = why_of_trace(trace, Path(folder), what, at, trust=True, more=more)
+            queried = why_of_trace(trace, Path(folder), what, at, trust=True, more=more)
     except (ValueError, TraceError, NotReachedError, UntrustedError) as error:
         return {"refused": str(error)}
-    lines = [{"file": Path(each.file).name, "line": each.number} for each in asked.lines if each.number]
-    chain = [] if asked.chain is None else links_of(asked.chain)
-    return {"text": "\n".join([asked.text, *asked.notes]), "scan": asked.scan, "lines": lines, "chain": chain}
+    lines = [{"file": Path(each.file).name, "line": each.number} for each in queried.lines if each.number]
+    chain = [] if queried.chain is None else links_of(queried.chain)
+    return {
+        "text": "\n".join([queried.text, *queried.notes]),
+        "scan": queried.scan,
+        "lines": lines,
+        "chain": chain,
+    }

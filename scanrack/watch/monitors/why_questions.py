@@ -20,11 +20,15 @@ def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) 
     """
     if said.get("fault") is True:
         return _why_fault(monitor, page, said, causes)
-    tag, asked = own_name(monitor, page, text_in(said, "tag")), said.get("scan")
-    if asked is not None and type(asked) is not int:
+    tag, queried = own_name(monitor, page, text_in(said, "tag")), said.get("scan")
+    if queried is not None and type(queried) is not int:
         raise ValueError("scan must be a scan number")
-    past = page.past if asked is None else asked
-    row = monitor.row_of(page) if asked is None or asked == page.past else monitor.subject.timeline.row(asked)
+    past = page.past if queried is None else queried
+    row = (
+        monitor.row_of(page)
+        if queried is None or queried == page.past
+        else monitor.subject.timeline.row(queried)
+    )
     if row is None:
         raise ValueError(f"{tag}: no scan has run yet" if past is None else f"scan {past} is not there")
     program = monitor.subject.programs.at(past)
@@ -36,16 +40,15 @@ def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) 
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
     from .chain_answer import chain_of, links_of  # the first page does not wait for it
 
-    forced = monitor.states.forces_at(past)
     try:
         found = None if replica.is_impure else chain_of(monitor, causes or Causes(replica), tag, scan)
-        if found is None:
-            text = Inquiry(replica.engine, replica, scan, forced, program.catalog.cross_reference).why(tag)
-        else:
-            text = answer_text(found)
+        if found is not None:
+            return {"text": answer_text(found), "scan": scan, "chain": links_of(found)}
+        forced, uses = monitor.states.forces_at(past), program.catalog.cross_reference
+        text = Inquiry(replica.engine, replica, scan, forced, uses).why(tag)
+        return {"text": text, "scan": scan, "chain": []}
     finally:
         replica.show(scan)
-    return {"text": text, "scan": scan, "chain": links_of(found) if found is not None else []}
 
 
 def _why_fault(monitor: Monitor, page: Page, said: Said, causes: Causes | None) -> Json | None:
@@ -82,8 +85,8 @@ def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -
 
 def want(monitor: Monitor, page: Page, said: Said) -> None:
     """Say what an owner could do after the scan of the page so that a tag has a value."""
-    tag, wanted = own_name(monitor, page, text_in(said, "tag")), said.get("value")
-    if not isinstance(wanted, bool | int | float):
+    tag, requested = own_name(monitor, page, text_in(said, "tag")), said.get("value")
+    if not isinstance(requested, bool | int | float):
         raise ValueError("value is true, false or a number")
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
     if trace is None or row is None:
@@ -91,4 +94,6 @@ def want(monitor: Monitor, page: Page, said: Said) -> None:
     scan = int(row["scan"])
     if monitor.subject.programs.at(page.past).logic is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
-    monitor.elsewhere.want(page, said.get("id"), str(trace), (tag, wanted, scan), monitor.latest_orders(scan))
+    monitor.elsewhere.want(
+        page, said.get("id"), str(trace), (tag, requested, scan), monitor.latest_orders(scan)
+    )

@@ -74,8 +74,8 @@ class Bindings:
         kept, key = self._program.hints, (tag, len(self._names))
         if key not in kept and self._hints_left:
             self._hints_left -= 1
-            wanted = tag.upper()
-            near = get_close_matches(wanted, _likely(wanted, self._names), NEAREST, 0.5)
+            requested = tag.upper()
+            near = get_close_matches(requested, _likely(requested, self._names), NEAREST, 0.5)
             if len(kept) >= HINTS_KEPT:
                 kept.clear()
             kept[key] = f"; did you mean {', '.join(self._names[each] for each in near)}?" if near else ""

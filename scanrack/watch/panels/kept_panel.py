@@ -80,15 +80,18 @@ class KeptPanel:
         Args:
             lacks: why a page can't save it; "" if it can.
         """
-        told: Json = {"file": self._path.name, "base": "", "head": [], "items": [], "bound": [], **TOLD}
+        reported: Json = {"file": self._path.name, "base": "", "head": [], "items": [], "bound": [], **TOLD}
         try:
             content = self.content()
             panel = parse_panel(content.decode())
         except ValueError as error:
-            return told | {"mistake": f"{self._path.name}: {error}", "lacks": lacks or "fix the file first"}
+            return reported | {
+                "mistake": f"{self._path.name}: {error}",
+                "lacks": lacks or "fix the file first",
+            }
         bound = [bindings.of(each) for each in panel.items]
         found = {"base": _digest(content), "head": panel.head, "items": panel.items, "bound": bound}
-        return told | found | {"mistake": "", "lacks": lacks}
+        return reported | found | {"mistake": "", "lacks": lacks}
 
     def save(self, said: Mapping[str, Any]) -> None:
         """Write the items of a page.

@@ -135,11 +135,11 @@ def take_recorded(
     lists: ChangeLists, number: int, timeline: Timeline, names: Iterable[str], scans: Sequence[int]
 ) -> None:
     """Collect the recorded values of a program in Python."""
-    wanted = list(names)
+    requested = list(names)
     for begin in range(0, len(scans), ROWS_AT_ONCE):
         piece = scans[begin : begin + ROWS_AT_ONCE]
-        _, values = timeline.recorded(wanted, piece[0], piece[-1])
-        for name in wanted:
+        _, values = timeline.recorded(requested, piece[0], piece[-1])
+        for name in requested:
             column = values.get(name) or _whole(name, values)
             for scan, value in zip(piece, column, strict=False):
                 lists.note(f"tags\n{number}\n{name}", scan, shown_value(value))

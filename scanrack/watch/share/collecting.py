@@ -30,7 +30,7 @@ MOST_ANSWERS = 20
 """Tags of which the page answers why."""
 
 OTHER_ANSWERS = 2
-"""Tags among them that nobody asked for: those that changed last."""
+"""Tags among them beside those of the program: those that changed last."""
 
 MOST_EVENTS = 20_000
 """Events of a page, the latest ones."""
@@ -103,7 +103,7 @@ class StretchValues(NamedTuple):
 
 
 def gathered(monitor: TraceMonitor, wanted: SharedStretch) -> StretchValues:
-    """Return the values and programs of a stretch; the monitor is asked until it has read everything."""
+    """Return the values and programs of a stretch; the monitor reads until it has everything."""
     subject, lists = monitor.subject, ChangeLists()
     start = subject.timeline.extent[0] if subject.timeline.extent else 0
     if wanted.first == 0:
@@ -148,8 +148,8 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
     for place in np.flatnonzero(np.diff(rows["flags"], prepend=~rows["flags"][:1])).tolist():
         lists.note("mode", int(scans[place]), mode_of(int(rows["flags"][place])))
     first, last = int(scans[0]), int(scans[-1])
-    told = {each["scan"] + after for each in events for after in (0, 1)} | {first}
-    told |= {fault.scan for fault in states.faults_at(last)}
+    reported = {each["scan"] + after for each in events for after in (0, 1)} | {first}
+    reported |= {fault.scan for fault in states.faults_at(last)}
     readers = {
         "forced": states.forces_at,
         "lines": states.lines_at,
@@ -157,7 +157,7 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
         "pressed": states.pressed_at,
         "faults": monitor.faults,
     }
-    take_states(lists, readers, sorted(each for each in told if first <= each <= last))
+    take_states(lists, readers, sorted(each for each in reported if first <= each <= last))
 
 
 def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans: Sequence[int]) -> Json:

@@ -40,7 +40,7 @@ class ShareOptions(NamedTuple):
     after: int = AFTER
     whole: bool = False
     most: int = WHOLE_SCANS  # a longer recording is cut
-    others: int = OTHER_ANSWERS  # tags whose why is answered unasked
+    others: int = OTHER_ANSWERS  # tags whose why is answered without a question
     latest: bool = False  # the last one in place of a scan that is not written yet
     recording: bool = False  # put the trace inside, too
     trust: bool = False  # Python that came with the trace may run
@@ -50,7 +50,7 @@ class ShareOptions(NamedTuple):
     rack: str = ""  # address of the rack that runs, whose panel is shown as it is now; "" = the recording's
 
     def within(self, first: int, last: int, period_ns: int) -> SharedStretch:
-        """Return the scans of a recording; ValueError if it lacks the wanted one."""
+        """Return the scans of a recording; ValueError if it lacks the first one."""
         scan = last if self.scan is None else self.scan
         if self.time_ns is not None:
             scan = self.time_ns // period_ns
@@ -86,13 +86,13 @@ def shared(trace: Path, wish: ShareOptions) -> tuple[Any, bytes]:
         extent = monitor.subject.timeline.extent
         if extent is None:
             raise ValueError(f"{trace}: no scan in it" + (" yet" if wish.latest else ""))
-        wanted = wish.within(*extent, monitor.subject.spec.scan_ns)
+        requested = wish.within(*extent, monitor.subject.spec.scan_ns)
         failed, failure = None, wish.failure
         if failure is not None:
             earlier = failure.passed
             passed = None if earlier is None else open_to_read(stack, earlier, trust=wish.trust)
-            failed = partial(failure.described, wanted, passed)
-        data = collect(monitor, wanted, wish.tags, wish.others, failed)
+            failed = partial(failure.described, requested, passed)
+        data = collect(monitor, requested, wish.tags, wish.others, failed)
     return data, page_of(data, trace.read_bytes() if wish.recording else None)
 
 
@@ -101,9 +101,9 @@ def disclosed(data: Any, *, recording: bool) -> list[str]:
     first, last = data["range"]
     routines = [each for program in data["programs"] for each in program["described"]["routines"]]
     tags = {each["name"] for program in data["programs"] for each in program["described"]["tags"]}
-    told = f"the program with its comments ({_many(len(routines), 'routine')}), " if routines else ""
+    reported = f"the program with its comments ({_many(len(routines), 'routine')}), " if routines else ""
     lines = [
-        f"Whoever has it reads {told}the words of scans {first:,} to {last:,}, "
+        f"Whoever has it reads {reported}the words of scans {first:,} to {last:,}, "
         f"{_many(len(tags), 'tag')}, {_many(len(data['events']), 'event')}, "
         f"{_many(len(data['whys']), 'answer')} of why."
     ]

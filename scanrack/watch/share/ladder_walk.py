@@ -50,7 +50,7 @@ class _Variable:
     """A variable of the program with its tags: by element, and those that any change may concern."""
 
     cell: CellType
-    parts: list[list[_Tag]]  # by element; empty where changes of elements are not told apart
+    parts: list[list[_Tag]]  # by element; empty where changes of elements are not distinguished
     whole: list[_Tag] = field(default_factory=list)
     before: Any = ()
 
@@ -158,7 +158,7 @@ def _places(where: Place | Group, memory: Memory) -> Iterator[tuple[str, Sequenc
 
 
 def _has_elements(cell: CellType) -> bool:
-    """Whether changes of a variable's elements are told apart."""
+    """Whether changes of a variable's elements are distinguished."""
     return isinstance(cell.cell_contents, list | memoryview)
 
 

@@ -3,7 +3,7 @@
 <meta> content policy      hashed scripts, modules and pictures of `data:`; no connection
 <style>                    watch.css
 #data                      JSON, deflated, in base64
-#recording                 the trace in base64, if wanted
+#recording                 the trace in base64, if requested
 <script> import map        the modules as `data:` addresses, each under its name
 <script> start             imports main.js
 """

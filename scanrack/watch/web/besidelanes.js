@@ -21,7 +21,7 @@ export function endBeside() {
   if (beside) { beside = null; tell(); }
 }
 
-// Its lanes, or null; what is missing of a time, ns, is asked for.
+// Its lanes, or null; what is missing of a time, ns, is requested.
 export function besideLanes(from, to) {
   if (beside && !asking) fill(beside, from, to);
   return beside;

@@ -1,6 +1,5 @@
-// One line in the state bar: what failed or was asked about, its first cause, and when. A click opens the numbered
-// causes
-// beneath the bar. Live stays live at an error bit of a module, unless the viewer wishes to stop there.
+// One line in the state bar: what failed, or the tag of a Why, its first cause, and when. A click opens the numbered
+// causes beneath the bar. Live stays live at an error bit of a module, unless the viewer wishes to stop there.
 
 import { causes, claim, onCauses, ordered, rungOf, setFailed, takeCauses } from "./causes.js";
 import { visit } from "./chain.js";
@@ -73,7 +72,7 @@ export const stopBox = el(
 let failed = null;
 let known = null; // the fault that was explained: an earlier scan is looked at without it
 let over = false; // whether the bit of what failed is off again
-let quiet = false, told = null; // late scans are not to be told of; what was told of them
+let quiet = false, reported = null; // whether late scans are not to be reported; what was
 let open = false, taking = false, own = false; // own: the causes are those of what failed
 
 const fails = found => { failed = found; setFailed(found); };
@@ -118,8 +117,8 @@ function fail(found) {
 
 // Asks why. A page that is live is not moved.
 async function explain(found) {
-  if (found.asked || (found.fault && !found.tag)) return;
-  found.asked = true;
+  if (found.queried || (found.fault && !found.tag)) return;
+  found.queried = true;
   const said = await askWhy(
     found.fault ? { fault: true } : { tag: found.tag, scan: found.scan },
     () => found === failed
@@ -181,11 +180,11 @@ function showRungs(only) {
 
 // What the line is about: the tag of a Why, or else what failed, or late scans.
 function subject() {
-  const asked =
+  const queried =
     causes.length > 1 && !own
       ? { ...claim, what: claim.text.replace(/ \(.*/s, ""), rest: claim.text, links: causes }
       : null;
-  return asked ?? failed ?? (quiet ? null : late);
+  return queried ?? failed ?? (quiet ? null : late);
 }
 
 // Whether the error bit that failed is off in the scan shown, of a rack: of a recording all is over.
@@ -251,7 +250,7 @@ onCauses(others => {
 onPaint(changes => {
   if (failed?.seen && run.state === "past") failed.past = true; // a frame from before the stop may be painted behind it
   if (failed?.past && !failed.fault && changes.state && changes.state !== "past") dismiss(); // by Live
-  if (late !== told) told = late, paint();
+  if (late !== reported) reported = late, paint();
   if (changes.faults) faulted();
   else if (changes.words && failed?.bit && !claim && over !== isOver(failed)) paint();
 });

@@ -7,7 +7,7 @@ import { isSame } from "./values.js";
 const followers = [];
 let reader = null; // { rung, tag }: the rung that reads a cause, where no rung is one
 export const causes = []; // { number, scan, t, kind, text, at, because: names of what is directly behind it }
-export let claim = null; // the one that was asked about
+export let claim = null; // the one that the question was about
 
 // Calls follow(true) when there are other causes, follow(false) when another rung reads them.
 export const onCauses = follow => { followers.push(follow); };
@@ -25,7 +25,7 @@ export function ordered(links) {
   }));
 }
 
-let failed = null; // { place, scan }: of the failure that is told of
+let failed = null; // { place, scan }: of the failure that is reported
 
 export const setFailed = found => { failed = found; };
 

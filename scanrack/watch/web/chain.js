@@ -39,7 +39,7 @@ function behind(links, number, seen) {
   }).flat());
 }
 
-// Looks at the scan and the rung of a link; the tag that was asked about stays selected.
+// Looks at the scan and the rung of a link; the tag of the question stays selected.
 export function visit({ scan, at }) {
   const { tag, names } = selected;
   lookAt(scan);

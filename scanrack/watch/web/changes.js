@@ -42,7 +42,7 @@ async function previous(tag, from, goesOn) {
 
 async function next(tag, from, goesOn) {
   const last = run.range[1];
-  for (let asked = 0; from < last && asked < MOST && goesOn(); asked += 1) {
+  for (let queried = 0; from < last && queried < MOST && goesOn(); queried += 1) {
     const to = Math.min(from + PIECE - 1, last), found = await changeIn(tag, from, to);
     if (found !== null) return found;
     from = to; // its value is what the next piece begins with

@@ -92,13 +92,13 @@ export function completing(field, offer, put = () => {}) {
 
 // Those of some names that begin with a word, then those that contain it.
 export function matching(word, names) {
-  const wanted = word.toUpperCase();
+  const requested = word.toUpperCase();
   const begin = [], inside = [];
   for (const each of names) {
     const name = each.text.toUpperCase();
-    if (name === wanted) continue;
-    if (name.startsWith(wanted)) begin.push(each);
-    else if (wanted.length > 1 && name.includes(wanted)) inside.push(each);
+    if (name === requested) continue;
+    if (name.startsWith(requested)) begin.push(each);
+    else if (requested.length > 1 && name.includes(requested)) inside.push(each);
   }
   return [...begin, ...inside];
 }

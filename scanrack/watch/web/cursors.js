@@ -65,7 +65,7 @@ async function copy() {
   try {
     const text = await table([...scans]);
     await navigator.clipboard.writeText(text);
-    tell(`The readings of ${text.split("\n").length - 3} lanes are in the clipboard, as a table.`, "told");
+    tell(`The readings of ${text.split("\n").length - 3} lanes are in the clipboard, as a table.`, "news");
   } catch (refused) {
     tell(`Nothing was copied: ${refused.message}`);
   }

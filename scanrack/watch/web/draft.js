@@ -26,14 +26,14 @@ export const draft = {
   missing: [],
   mistakes: [],
 };
-// What the session has told last: the stage, the program that runs, and the edit that is accepted, of which program
+// What the session has reported last: the stage, the program that runs, and the edit that is accepted, of which program
 // and by whom.
 export const session = { ...NOTHING };
 export const verdict = el("p", { class: "verdict", role: "status" });
 export const would = el("div", { class: "would", "aria-live": "polite" });
 const watchers = [], ours = new Set(); // edits that were accepted here
 let accepting = false; // an edit, whose name the answer brings
-let done = [], undone = [], asked = 0, timer = 0, extra = null, columns = 88, ordering = 0;
+let done = [], undone = [], queried = 0, timer = 0, extra = null, columns = 88, ordering = 0;
 
 export const onDraft = visit => { watchers.push(visit); };
 function changed() {
@@ -136,7 +136,7 @@ export const setColumns = now => { columns = now; };
 // Says at once that the old verdict is none of the changed draft. One of an earlier program is moved to the one that
 // runs.
 async function check() {
-  const mine = ++asked;
+  const mine = ++queried;
   clearTimeout(timer);
   would.replaceChildren();
   if (isLocked()) { said(draft); return changed(); }
@@ -149,10 +149,10 @@ async function check() {
   try {
     answer = await ask("rungs", { ...fields(), rungs, columns });
   } catch (refused) {
-    if (mine === asked) say("mistake", refused.message);
+    if (mine === queried) say("mistake", refused.message);
     return;
   }
-  if (mine !== asked) return;
+  if (mine !== queried) return;
   const one = answer.missing.filter(
     each =>
       each.types.length === 1 &&
@@ -169,22 +169,22 @@ async function check() {
 }
 
 async function rebase(mine) {
-  let told = "Another program runs now", moved = { rungs: [], tags: [], base: session.base };
+  let reported = "Another program runs now", moved = { rungs: [], tags: [], base: session.base };
   try {
     if (draft.rungs.size) moved = await ask("rebase", fields());
-    told += moved.rungs.length ? ": your edit is kept." : " that has your edit already.";
+    reported += moved.rungs.length ? ": your edit is kept." : " that has your edit already.";
     const changed = moved.conflicts === 1 ? "One of its rungs was" : `${moved.conflicts} of its rungs were`;
-    if (moved.conflicts) told += ` ${changed} changed there, too.`;
+    if (moved.conflicts) reported += ` ${changed} changed there, too.`;
   } catch (refused) {
-    if (mine === asked && !refused.lost)
+    if (mine === queried && !refused.lost)
       say(
         "mistake",
         `Another program runs now, and your edit can't be moved to it: ${refused.message}. Cancel drops it.`
       );
-    return false; // what was lost is asked again with the next hello
+    return false; // what was lost is requested again with the next hello
   }
-  if (mine !== asked) return false;
-  if (draft.rungs.size) tell(told, "told");
+  if (mine !== queried) return false;
+  if (draft.rungs.size) tell(reported, "news");
   const rungs = mapOf(moved.rungs), keys = map => [...map.keys()].join();
   Object.assign(draft, { rungs, tags: moved.tags, base: moved.base, moved: keys(rungs) !== keys(draft.rungs) });
   return true;
@@ -202,11 +202,11 @@ function take({ rungs }) {
   }
 }
 
-// What was typed while the connection was lost, or asked before that, has no answer yet.
+// What was typed while the connection was lost, or requested before that, has no answer yet.
 onHello(() => {
   if (draft.words) return check();
   if (!restored()) return;
-  tell("Your draft from before this tab was loaded again is shown.", "told");
+  tell("Your draft from before this tab was loaded again is shown.", "news");
   changed();
 });
 
@@ -250,7 +250,7 @@ function say(kind, text) {
 }
 
 async function tryOn() {
-  const mine = asked;
+  const mine = queried;
   would.replaceChildren(el("p", { class: "busy", role: "status" }, "Tried on the scans of the last 10 s …"));
   let answer;
   try {
@@ -258,7 +258,7 @@ async function tryOn() {
   } catch (refused) {
     answer = { refused: refused.message };
   }
-  if (mine !== asked) return;
+  if (mine !== queried) return;
   if (answer.refused)
     return would.replaceChildren(el("p", { class: "soft" }, `Not tried on the last scans: ${answer.refused}.`));
   const { groups, more, scans } = answer, count = scans.toLocaleString("en-US");
@@ -338,9 +338,9 @@ export function heard(now) {
   const isGone = was.edit && !now.edit && ![was.of, was.edit].includes(now.base); // another program runs in its place
   Object.assign(session, NOTHING, now);
   if (wasMine && !ordering && now.edit && now.edit !== was.edit)
-    tell(`The edit of ${now.by} is accepted in place of yours, which is kept here.`, "told");
+    tell(`The edit of ${now.by} is accepted in place of yours, which is kept here.`, "news");
   if (wasMine && !ordering && !now.edit && !isGone)
-    tell("Another page has cancelled the accepted edit, which is kept here.", "told");
+    tell("Another page has cancelled the accepted edit, which is kept here.", "news");
   if (isGone && !draft.own) Object.assign(draft, { rungs: mapOf(was.rungs), tags: was.tags, base: was.of, own: true });
   else if (!draft.own || !draft.rungs.size || (now.stage === "assembled" && isAccepted())) follow();
   if (draft.words && (before !== JSON.stringify(fields()) || draft.base !== now.base || was.stage === "testing"))

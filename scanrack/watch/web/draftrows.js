@@ -88,7 +88,7 @@ function rowOf(key, index, said, letter) {
   const notes = [
     ...(found?.mistakes ?? []).filter(each => !isMissing(each)).map(each => noteOf(each.text, "mistake")),
     ...(found?.warnings ?? []).map(each => noteOf(each.text, "finding")),
-    ...asked(said),
+    ...queried(said),
   ];
   return el(
     "li",
@@ -103,7 +103,7 @@ const isMissing = ({ text: said }) =>
 const noteOf = (said, kind) => el("p", { class: "note", "data-kind": kind }, said);
 
 // Asks for the types of new tags, in the line of the rung that uses them; says what has been declared.
-function asked(said) {
+function queried(said) {
   const uses = name => new RegExp(`(?<!\\w)${name}(?!\\w)`, "i").test(said);
   const open = draft.missing
     .filter(({ name, types }) => types.length > 1 && uses(name))
@@ -115,8 +115,8 @@ function asked(said) {
         ...types.map(type => button(`${name} is a ${type}`, () => declare(name, type, program), { text: type }))
       )
     );
-  const told = draft.tags
+  const reported = draft.tags
     .filter(([name]) => uses(name))
     .map(([name, type]) => el("p", { class: "note new" }, `New tag ${name} : ${type}`));
-  return [...open, ...told];
+  return [...open, ...reported];
 }

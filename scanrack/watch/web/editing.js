@@ -143,8 +143,8 @@ const field = el("textarea", {
 });
 const shown = el("div", { class: "shown", "aria-live": "polite" });
 const takeButton = button("Take over", () => take(), { title: "Continue with it from the next scan on" });
-const anewButton = button("Take over anew", () => take(restarts.join(",")), {
-  title: "Continue with it; these sequences begin anew",
+const anewButton = button("Take over with restart", () => take(restarts.join(",")), {
+  title: "Continue with it; these sequences restart",
   hidden: true,
 });
 const backButton = button("Back", back, { title: "Leave the running program as it is" });
@@ -162,7 +162,7 @@ const panel = el(
 export const editor = el("div", {}, bar, panel);
 
 let base = null; // of a typed text: what it is an edit of; null of a saved file
-let restarts = [], timer = 0, asked = 0, noted = [];
+let restarts = [], timer = 0, queried = 0, noted = [];
 
 onHello(() => { if (base === null) back(); });
 onProgram(hello => {
@@ -173,7 +173,7 @@ onProgram(hello => {
 async function openText(why = "") {
   const source = await orders.order("source");
   if (!source) return;
-  if (why) tell(why, "told");
+  if (why) tell(why, "news");
   if (source.lacks) return tell(`${why} ${sentence(source.lacks)} Or save the file: it is taken over at once.`.trim());
   base = source.base;
   field.value = source.text;
@@ -208,7 +208,7 @@ export function taken() {
 function back() {
   base = null;
   clearTimeout(timer);
-  asked++;
+  queried++;
   setFlag(panel, "hidden", true);
   setFlag(editButton, "hidden", !orders.allowed());
   shown.replaceChildren();
@@ -216,7 +216,7 @@ function back() {
 
 function typed() {
   clearTimeout(timer);
-  asked++;
+  queried++;
   permit(false);
   shown.replaceChildren(el("p", { class: "verdict", "data-kind": "busy" }, "It is being checked."));
   noted = [];
@@ -257,15 +257,15 @@ const isTooLong = () => new TextEncoder().encode(JSON.stringify(field.value)).le
 
 async function preview() {
   if (isTooLong()) return tell(`The text is too long to be edited here: up to ${BYTES_MOST} bytes.`);
-  const mine = ++asked, text = field.value, said = await orders.order("draft", { text, base });
-  if (mine !== asked || !said) return;
+  const mine = ++queried, text = field.value, said = await orders.order("draft", { text, base });
+  if (mine !== queried || !said) return;
   show(said.preview);
   const { mistakes, rows, file } = said.preview;
   if (mistakes.length || !rows.length || file.endsWith(".py")) return;
   const busy = el("p", { class: "busy", role: "status" }, "What can differ in any run is being worked out");
   shown.append(busy);
   const more = await orders.order("draft", { text, base, effects: true });
-  if (mine !== asked) return;
+  if (mine !== queried) return;
   busy.remove();
   if (more) shown.append(groupsOf(more.preview.groups.slice(said.preview.groups.length)));
 }
@@ -283,7 +283,7 @@ function permit(on, { mistakes = [], restart = [], rows = [] } = {}) {
   takeButton.disabled = !on || mistakes.length > 0 || !rows.length;
   setFlag(anewButton, "hidden", !restart.length);
   anewButton.disabled = !on;
-  setText(anewButton, `Take over, ${restart.join(", ")} anew`);
+  setText(anewButton, `Take over, restart ${restart.join(", ")}`);
 }
 
 function show(preview) {
@@ -319,7 +319,7 @@ const groupsOf = groups => groups.length ? el("dl", { class: "resets" }, ...grou
 function verdict({ mistakes, rows, restart }) {
   const count = mistakes.length;
   const said = restart.length
-    ? `It can't continue as it is, but with ${restart.join(", ")} begun anew.`
+    ? `It can't continue as it is, but with ${restart.join(", ")} restarted.`
     : count
       ? `${count === 1 ? "A mistake" : `${count} mistakes`}: it can't be taken over.`
       : rows.length
@@ -329,7 +329,7 @@ function verdict({ mistakes, rows, restart }) {
 }
 
 const TITLES = {
-  "of another type": "Begin anew, of another type", "changed": "Begin anew, or have another constant",
+  "of another type": "Restart, of another type", "changed": "Restart, or have another constant",
   "keep their value": "Keep their value, whatever the text says",
 };
 

@@ -22,7 +22,7 @@ export async function connect(_key, listener) {
   number = programAt(data.scan);
   heard({ hello: { ...data.hello, ...data.programs[number].described } });
   for (const note of data.notes) heard({ note });
-  if (at === null) show(data.scan); // the link has asked for no other scan
+  if (at === null) show(data.scan); // the link has requested no other scan
 }
 
 function added(differences, from = 0) {
@@ -289,9 +289,10 @@ const hitOf = ({ name, type, description }) => ({
 });
 
 // The best hits are first, as the server has them.
-function rankOf(name, wanted) {
+function rankOf(name, requested) {
   const lower = name.toLowerCase(), own = lower.startsWith("\\") ? lower.slice(lower.lastIndexOf(".") + 1) : lower;
-  return [lower === wanted, own === wanted, own.startsWith(wanted), lower.includes(wanted), true].indexOf(true);
+  const fits = [lower === requested, own === requested, own.startsWith(requested), lower.includes(requested), true];
+  return fits.indexOf(true);
 }
 
 const QUESTIONS = {
@@ -363,14 +364,14 @@ const QUESTIONS = {
   },
   xref({ tag }) { throw new Refused(`This page has no list of uses. Ask: scanrack xref ${data.hello.record} ${tag}`); },
   find({ text }) {
-    const wanted = text.toLowerCase(), has = said => said.toLowerCase().includes(wanted);
+    const requested = text.toLowerCase(), has = said => said.toLowerCase().includes(requested);
     const bits = data.hello.slots.flatMap(slot =>
       slot.bits.map(({ address, meaning }) => ({ name: address, type: "BOOL", description: meaning }))
     );
     const tags = [program().described.tags, bits].map(each =>
       each
         .filter(({ name, description, address = "" }) => has(`${name} ${description} ${address}`))
-        .sort((one, other) => rankOf(one.name, wanted) - rankOf(other.name, wanted))
+        .sort((one, other) => rankOf(one.name, requested) - rankOf(other.name, requested))
         .map(hitOf)
     );
     const rungs = Object.entries(program().shows).flatMap(([routine, widths]) =>
@@ -378,7 +379,7 @@ const QUESTIONS = {
         .filter(rung => has(`${rung.text} ${rung.comment}`))
         .map(rung => ({ text: rung.text, rung: `${routine}.${rung.number}`, tag: null }))
     );
-    const hits = [...tags[0], ...rungs, ...tags[1]], isNamed = hit => hit.tag?.toLowerCase() === wanted;
+    const hits = [...tags[0], ...rungs, ...tags[1]], isNamed = hit => hit.tag?.toLowerCase() === requested;
     return { hits: [...hits.filter(isNamed), ...hits.filter(hit => !isNamed(hit))].slice(0, HITS) };
   },
 };

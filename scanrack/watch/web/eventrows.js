@@ -2,7 +2,7 @@
 
 import { clocked, grouped } from "./format.js";
 
-// An order that presses an input is told of; that the input is on then says the same.
+// An order that presses an input is reported; that the input is on then says the same.
 const pressOf = ({ order, scan }) => {
   if (!order) return null;
   const { do: what, slot, name } = JSON.parse(order);
@@ -19,9 +19,9 @@ export function rowsOf(events) {
   const pressed = new Set(events.map(pressOf));
   const isSaid = ({ kind, scan, slot, name }) =>
     kind === "stimulus" && pressed.has(`${scan} ${slot} ${name}`.toLowerCase());
-  const told = events
+  const reported = events
     .filter(event => !isSaid(event))
     .sort((one, other) => one.t - other.t || cause(other) - cause(one));
-  const rows = told.filter((event, place) => !isStep(event) || !isStep(told[place + 1]));
+  const rows = reported.filter((event, place) => !isStep(event) || !isStep(reported[place + 1]));
   return rows.map(event => ({ ...event, text: grouped(clocked(event.text)) }));
 }

@@ -13,7 +13,7 @@ import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 
 const MOST = 200, PIECE = 100; // rows that are kept of a rack that runs; events of a question
-const AGAIN_MS = 300; // events that are read in the background are asked for again
+const AGAIN_MS = 300; // events that are read in the background are requested again
 const GROUPS = {
   Errors: ["error", "fault", "faults"], Rules: ["rule"], Buttons: ["stimulus", "order"], Moves: ["move", "step"],
   Lights: ["indicator"],
@@ -119,11 +119,11 @@ new IntersectionObserver(([{ isIntersecting }]) => { if (isIntersecting && liste
 // Shows events; rows that stay are not touched, since one may have the focus.
 function show(events) {
   listed = events;
-  const wanted = rowsOf(events).reverse();
-  const known = new Set(wanted.map(keyOf));
+  const requested = rowsOf(events).reverse();
+  const known = new Set(requested.map(keyOf));
   for (const row of [...list.children]) if (!known.has(row.key)) row.remove();
   let next = list.firstChild;
-  for (const event of wanted) {
+  for (const event of requested) {
     if (next?.key === keyOf(event)) next = next.nextSibling;
     else list.insertBefore(rowOf(event), next);
   }

@@ -8,7 +8,7 @@ import { showRung } from "./program.js";
 const hits = el("ul", { class: "hits", role: "listbox", "aria-label": "Hits", hidden: true });
 export const field = el("input", {
   type: "search", "aria-label": "Find", placeholder: "Find  /", autocomplete: "off", spellcheck: "false",
-  input: () => asked(), keydown: keyed, focus: () => { hits.hidden = !hits.children.length; },
+  input: () => queried(), keydown: keyed, focus: () => { hits.hidden = !hits.children.length; },
 });
 const box = el("div", { class: "find", focusout: left }, field, hits);
 
@@ -16,7 +16,7 @@ let asking = 0, first = null; // the best hit of what is typed
 
 export const findBox = () => box;
 
-async function asked() {
+async function queried() {
   const text = field.value.trim(), mine = ++asking;
   const answer = text ? await order("find", { text }) : { hits: [] };
   if (mine === asking && answer) show(answer.hits ?? []);
@@ -43,9 +43,9 @@ function keyed(event) {
   if (event.key === "Enter") { event.preventDefault(); enter(); }
 }
 
-// Opens the first hit of what is typed, which is asked for again: an answer may be on its way.
+// Opens the first hit of what is typed, which is requested again: an answer may be on its way.
 async function enter() {
-  await asked();
+  await queried();
   if (first) { open(first); field.blur(); }
 }
 

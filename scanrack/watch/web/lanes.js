@@ -93,14 +93,14 @@ export class Lanes {
     this.have = { from: 0, to: 0 }; // the time of the latest pieces, without a gap
   }
 
-  // Takes a piece; it may begin later than it was asked for.
-  take(piece, asked = piece?.from) {
+  // Takes a piece; it may begin later than it was requested.
+  take(piece, queried = piece?.from) {
     if (!piece?.bits) return;
     const { from, to, bits, positions } = piece;
     for (const name of new Set([...this.bits.keys(), ...Object.keys(bits)]))
       this.putBit(name, from, to, bits[name] ?? []);
     for (const [name, items] of Object.entries(positions)) putInto(this.curves, name, from, to, items);
-    join(this.have, { from: asked, to });
+    join(this.have, { from: queried, to });
   }
 
   putBit(name, from, to, items) {

@@ -4,7 +4,7 @@ import { onHello, onPaint, run } from "./state.js";
 
 const FROM = 0.05, UNTIL = 0.03; // shares of late scans between which it stays as it is
 const WINDOW_NS = 5e9, LEAST = 200; // of machine time, and scans
-const SLOW = 0.97; // of the speed wanted: lags behind
+const SLOW = 0.97; // of the speed requested: lags behind
 
 const WHAT = "More than 5 % of scans begin late";
 const BUSY = {
@@ -20,7 +20,7 @@ const LONG = {
 let samples = []; // [scan, late scans up to it]
 export let late = null; // { what, cause } while scans are late
 
-// Whether the rack does not reach the speed that is wanted.
+// Whether the rack does not reach the speed that is requested.
 export const lags = () => run.speed?.reached < SLOW * run.speed?.wanted;
 
 onHello(() => { samples = []; late = null; });

@@ -5,7 +5,7 @@ const read = () => new URLSearchParams(location.hash.slice(1));
 export const keyOf = () => read().get("key") ?? "";
 
 // What the link asks for: a scan (a number, or null), a rung such as Main.6 (or null), the panel only.
-export function wanted() {
+export function requested() {
   const fields = read(), scan = fields.get("scan");
   return {
     scan: scan && /^\d+$/.test(scan) ? Number(scan) : null,

@@ -24,7 +24,7 @@ import { caused } from "./failed.js";
 import { explain } from "./tag.js";
 import { taken, waits } from "./editing.js";
 import { heard } from "./draft.js";
-import { keyOf, wanted } from "./link.js";
+import { keyOf, requested } from "./link.js";
 import { lookAt } from "./scrub.js";
 import { showRung } from "./program.js";
 import { paintMode } from "./statebar.js";
@@ -49,11 +49,11 @@ function hear(message) {
     waits(message.preview);
   } else if (message.edited) {
     taken();
-    tell(edited(message.edited), "told");
+    tell(edited(message.edited), "news");
   } else if ("mistake" in message) {
     message.mistake ? tell(mistaken(message.mistake), "mistake", ...restarting(message.mistake)) : hush("mistake");
   } else if (message.note) {
-    tell(message.note, "told");
+    tell(message.note, "news");
   } else if (message.lost) {
     run.state = "lost";
     handles();
@@ -79,12 +79,12 @@ function mistaken({ text, file, line }) {
 // The button that takes the program over all the same, with the sequences that can't continue restarted.
 function restarting({ restart }) {
   if (!restart?.length || !allowed()) return [];
-  return [button(`Take over, ${restart.join(", ")} anew`, () => reload(restart.join(",")))];
+  return [button(`Take over, restart ${restart.join(", ")}`, () => reload(restart.join(",")))];
 }
 
 // Opens what the link asks for.
 function follow() {
-  const { scan, rung } = wanted();
+  const { scan, rung } = requested();
   if (rung) showRung(rung);
   if (scan !== null) lookAt(scan);
   const { failure } = run.hello;

@@ -80,7 +80,7 @@ export async function toMark(way) {
 
 async function show(mark) {
   if (FAILURES.includes(mark.kind)) failed(mark);
-  tell(`${clock(mark.t)}  ${mark.text}`, "told");
+  tell(`${clock(mark.t)}  ${mark.text}`, "news");
   await lookAt(mark.scan);
 }
 

@@ -18,7 +18,7 @@ export async function order(what, fields = {}) {
 async function act(what, fields) {
   const answer = await order(what, fields);
   if (answer && run.state === "paused")
-    tell(`Ordered: it acts before scan ${count(answer.scan)}, the next one.`, "told");
+    tell(`Ordered: it acts before scan ${count(answer.scan)}, the next one.`, "news");
   return answer;
 }
 

@@ -2,7 +2,7 @@
 // all others.
 
 import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.js";
-import { link, wanted } from "./link.js";
+import { link, requested } from "./link.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { itemOf, lay } from "./panelitems.js";
@@ -20,14 +20,14 @@ const empty = el("p", {}), tools = el("div");
 const onlyButton = button(
   "Panel only",
   () => {
-    link({ panel: wanted().panel ? null : "" });
-    only(wanted().panel);
+    link({ panel: requested().panel ? null : "" });
+    only(requested().panel);
   },
   { title: "The panel as the whole page, as on a tablet" }
 );
 const editButton = button("Edit panel", () => edit(true), { text: "Edit" });
 const held = new Map(); // binding -> { scan, over }: what this page presses
-let told = null, parts = [], confirming = 0, said = null;
+let reported = null, parts = [], confirming = 0, said = null;
 
 at("panel").append(
   heading("Operator panel", el("span", { class: "tools" }, editButton, onlyButton)),
@@ -41,7 +41,7 @@ at("panel").append(
 onHello(() => { if (held.size) held.clear(), confirm(); });
 
 onProgram(() => {
-  only(wanted().panel);
+  only(requested().panel);
   load();
 });
 
@@ -54,15 +54,15 @@ export async function load() {
 export function take(panel) {
   if (editing())
     return (
-      panel.base !== told.base && tell(`${panel.file} was changed meanwhile: discard your changes, then edit again`)
+      panel.base !== reported.base && tell(`${panel.file} was changed meanwhile: discard your changes, then edit again`)
     );
-  told = panel;
+  reported = panel;
   show(panel.items, panel.bound);
 }
 
 export function edit(on) {
-  editor(on ? told : null, { show, edit, take });
-  only(wanted().panel);
+  editor(on ? reported : null, { show, edit, take });
+  only(requested().panel);
   if (!on) load();
 }
 
@@ -77,16 +77,16 @@ export function show(items, bound) {
   grid.replaceChildren(...inOrder.map(part => part.cell));
   setText(
     empty,
-    told.mistake ||
+    reported.mistake ||
       (items.length || editing()
         ? ""
-        : told.lacks
-          ? `There is no ${told.file} beside the rack.`
-          : `No items yet. Edit builds a panel, kept as ${told.file} beside the rack.`)
+        : reported.lacks
+          ? `There is no ${reported.file} beside the rack.`
+          : `No items yet. Edit builds a panel, kept as ${reported.file} beside the rack.`)
   );
-  setAttribute(empty, "class", told.mistake ? "wrong" : "soft");
-  editButton.disabled = Boolean(told.lacks);
-  editButton.title = told.lacks || "Build the panel";
+  setAttribute(empty, "class", reported.mistake ? "wrong" : "soft");
+  editButton.disabled = Boolean(reported.lacks);
+  editButton.title = reported.lacks || "Build the panel";
   for (const each of [editButton, onlyButton]) setFlag(each, "hidden", Boolean(editing()));
   // else what has the focus keeps it
   if (tools.firstChild !== editing()) tools.replaceChildren(...(editing() ? [editing()] : []));
@@ -194,7 +194,7 @@ for (const [target, event] of LEAVINGS) {
 
 // --- the panel as the page
 
-addEventListener("hashchange", () => only(wanted().panel));
+addEventListener("hashchange", () => only(requested().panel));
 
 function only(on) {
   setFlag(document.documentElement, "data-panel-only", on || Boolean(editing()));

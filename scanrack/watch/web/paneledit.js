@@ -13,7 +13,7 @@ const isList = key => ["positions", "values"].includes(key),
   isNumber = key => ["least", "most", "decimals"].includes(key);
 const FIRST = { least: 0, most: 100, positions: ["Off", "On"] };
 
-let told = null,
+let reported = null,
   shown = null,
   draft = null,
   bound = [],
@@ -32,7 +32,7 @@ export const editing = () => node;
 
 // Begins to edit a panel; null ends it. `by` shows it: its functions show, edit and take.
 export function editor(panel, by) {
-  [told, shown, chosen, filled, changed] = [panel, by, null, undefined, false];
+  [reported, shown, chosen, filled, changed] = [panel, by, null, undefined, false];
   node =
     panel &&
     el(
@@ -94,7 +94,7 @@ function handle(cell, item) {
     tabindex: 0,
     role: "group",
     "aria-label":
-      `${item.name}, ${told.kinds[item.kind].title}, ` +
+      `${item.name}, ${reported.kinds[item.kind].title}, ` +
       `column ${column + 1}, row ${row + 1}, ${width} by ${height}`,
   }))
     cell.setAttribute(name, value);
@@ -141,7 +141,7 @@ function fits({ at: [column, row], size: [width, height] }, own) {
     width > 0 &&
     height > 0 &&
     height <= 8 &&
-    column + width <= told.columns &&
+    column + width <= reported.columns &&
     row + height <= 60;
   return (
     inside &&
@@ -162,7 +162,7 @@ function cellAt({ clientX, clientY }) {
     style = getComputedStyle(cells),
     gap = parseFloat(style.rowGap);
   return [
-    Math.floor((clientX - left) / ((width + gap) / told.columns)),
+    Math.floor((clientX - left) / ((width + gap) / reported.columns)),
     Math.floor((clientY - top) / (parseFloat(style.gridAutoRows) + gap)),
   ];
 }
@@ -185,7 +185,7 @@ function dragNew(begin, kind) {
   let moved = false;
   follow(begin, here, event => {
     const [column, row] = cellAt(event),
-      next = { ...item, at: [Math.min(Math.max(column, 0), told.columns - item.size[0]), Math.max(row, 0)] };
+      next = { ...item, at: [Math.min(Math.max(column, 0), reported.columns - item.size[0]), Math.max(row, 0)] };
     moved ||= Math.hypot(event.clientX - begin.clientX, event.clientY - begin.clientY) > 6;
     const cells = at("panel").querySelector(".grid"),
       over = moved && document.elementsFromPoint(event.clientX, event.clientY).includes(cells);
@@ -203,7 +203,7 @@ function follow(begin, on, moved, ended) {
 }
 
 function made(kind) {
-  const { title, size, needs } = told.kinds[kind], word = title.split(" ").at(-1);
+  const { title, size, needs } = reported.kinds[kind], word = title.split(" ").at(-1);
   let number = 1;
   while (draft.some(each => each.name === `${word} ${number}`)) number += 1;
   return {
@@ -219,8 +219,8 @@ function made(kind) {
 // Adds an item at the first free place.
 function add(kind) {
   const item = made(kind);
-  for (let place = 0; !item.at && place < 60 * told.columns; place += 1) {
-    const next = { ...item, at: [place % told.columns, Math.floor(place / told.columns)] };
+  for (let place = 0; !item.at && place < 60 * reported.columns; place += 1) {
+    const next = { ...item, at: [place % reported.columns, Math.floor(place / reported.columns)] };
     if (fits(next)) item.at = next.at;
   }
   if (item.at) put(item);
@@ -242,14 +242,14 @@ function remove(item) {
   touched();
 }
 
-// The draft has changed: what its items are bound to is asked again.
+// The draft has changed: what its items are bound to is requested again.
 async function touched() {
   changed = true;
   redraw();
-  const asked = checks += 1;
+  const queried = checks += 1;
   try {
     const said = await ask("panel", { items: draft });
-    if (asked === checks && node) bound = said.bound, redraw();
+    if (queried === checks && node) bound = said.bound, redraw();
   } catch (refused) { tell(refused.message); }
 }
 
@@ -267,11 +267,11 @@ function fillForm() {
         "Drag a kind onto the grid, or select an item: arrows move it, Shift and arrows size it, Delete removes it."
       )
     );
-  const { needs, may } = told.kinds[chosen.kind], item = chosen;
+  const { needs, may } = reported.kinds[chosen.kind], item = chosen;
   form.replaceChildren(
     ...[...needs, ...may]
       .filter(key => key !== "kind")
-      .map(key => el("label", { title: told.allowed[key] }, key, field(item, key))),
+      .map(key => el("label", { title: reported.allowed[key] }, key, field(item, key))),
     button("Remove item", () => remove(item), { text: "Remove" })
   );
 }
@@ -283,7 +283,7 @@ function field(item, key) {
     return el(
       "select",
       { name: key, change: changes },
-      ...["", ...told.allowed.color.split(", ")].map(each =>
+      ...["", ...reported.allowed.color.split(", ")].map(each =>
         el("option", { value: each, selected: each === value }, each || "none")
       )
     );
@@ -303,15 +303,15 @@ function set(item, key, text) {
   const parts = text.split(",").map(each => each.trim()).filter(Boolean);
   const value =
     key === "positions" ? parts : key === "values" ? parts.map(number) : isNumber(key) ? number(text) : text.trim();
-  if (text.trim() === "" && told.kinds[item.kind].may.includes(key)) delete item[key];
+  if (text.trim() === "" && reported.kinds[item.kind].may.includes(key)) delete item[key];
   else item[key] = value;
   touched();
 }
 
 async function save() {
-  const said = await orders.order("save_panel", { items: draft, base: told.base });
+  const said = await orders.order("save_panel", { items: draft, base: reported.base });
   if (!said) return;
   editor(null, shown);
   shown.take(said);
-  tell(`${said.file} is saved.`, "told");
+  tell(`${said.file} is saved.`, "news");
 }

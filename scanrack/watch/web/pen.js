@@ -4,7 +4,7 @@ const FONT = '11px ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace'
 const SMALL = '10px ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace';
 
 const dark = matchMedia("(prefers-color-scheme: dark)");
-export const colors = { onChange(told) { dark.addEventListener("change", () => { read(); told(); }); } };
+export const colors = { onChange(reported) { dark.addEventListener("change", () => { read(); reported(); }); } };
 
 function read() {
   const style = getComputedStyle(document.documentElement);

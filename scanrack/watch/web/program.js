@@ -156,7 +156,7 @@ export const isDrawn = () => shownAt !== "" && drawnAt === shownAt && columnsNow
 function call(name) {
   const program = PROGRAM.exec(routine.name)?.[0] ?? "";
   const found = run.hello.routines.find(each =>
-    [program + name, name].some(wanted => wanted.toUpperCase() === each.name.toUpperCase())
+    [program + name, name].some(requested => requested.toUpperCase() === each.name.toUpperCase())
   );
   if (!found) return tell(`There is no routine ${name}.`);
   at("program").scrollTop = 0;

@@ -13,7 +13,7 @@ const EMPTY = ";";
 const FIRST = -1; // before the first rung
 
 let sheet = null, routine = "", program = "", begins = null;
-let on = false, clipboard = "", wanted = false; // whether the caret gets the focus once it can be drawn
+let on = false, clipboard = "", requested = false; // whether the caret gets the focus once it can be drawn
 // { key, index, place, anchor }: the rung that is edited, and the places of the caret and of its other end
 let at = null;
 
@@ -73,7 +73,7 @@ export function decorate(node, name, { rungs, base }, columns) {
   setColumns(columns);
   if (on && at && at.key.split("\n")[0] !== name) at = null;
   if (at && said !== null && textOf(at) !== said) leave(); // another rung has its number now
-  wanted ||= on && Boolean(at) && document.activeElement === document.body; // the caret had it in the drawing before
+  requested ||= on && Boolean(at) && document.activeElement === document.body; // the caret had it in the drawing before
   if (isOpen()) look(at?.key, textOf(at) ?? EMPTY);
   redraw();
   begins?.();
@@ -102,7 +102,7 @@ function leave() {
 
 function go(key, index, where, anchor = where) {
   const far = !at || at.key !== key || at.index !== index;
-  wanted = true;
+  requested = true;
   at = { key, index, place: where, anchor };
   if (far && !checkedOf(at)) look(key, textOf(at) ?? EMPTY);
   setCaret(input);
@@ -136,8 +136,8 @@ function setCaret(focused) {
     caret.remove();
     mark.remove();
   }
-  focused ??= wanted ? input : null;
-  wanted = !svg && (wanted || (focused === input && !checkedOf(at))); // an input that is taken out has lost it
+  focused ??= requested ? input : null;
+  requested = !svg && (requested || (focused === input && !checkedOf(at))); // an input that is taken out has lost it
   if (focused === text || (focused && !svg && checkedOf(at))) {
     text.focus({ preventScroll: true });
     if (column && focused !== text) text.setSelectionRange(column - 1, column);

@@ -25,7 +25,7 @@ const branchButton = button("Branch from here", branch, {
   title: "Run again from this scan on, into a recording of its own",
 });
 
-let wanted = null, asking = false;
+let requested = null, asking = false;
 let aim = null; // the scan that is on its way: keys that follow one another quickly move on from there
 let held = false; // by a finger, which gives no focus: frames leave the slider where it is
 for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, () => { held = false; }, true);
@@ -36,14 +36,14 @@ export const scrubber = (above, ...behind) => el("div", { class: "scrub", role: 
 
 // Looks at a scan; while an answer is awaited only the latest wish is kept.
 export async function lookAt(scan) {
-  wanted = clamp(scan);
-  aim = wanted === "live" ? null : wanted;
+  requested = clamp(scan);
+  aim = requested === "live" ? null : requested;
   if (asking) return;
   asking = true;
-  while (wanted !== null) {
-    const next = wanted;
-    wanted = null;
-    if (!await orders.look(next) && wanted === null) aim = null; // it was refused
+  while (requested !== null) {
+    const next = requested;
+    requested = null;
+    if (!await orders.look(next) && requested === null) aim = null; // it was refused
   }
   asking = false;
 }
@@ -75,7 +75,7 @@ export function moveBy(scans) {
   return lookAt(to);
 }
 
-let branched = null; // the scan of a branch of which nothing was told yet
+let branched = null; // the scan of a branch of which nothing was reported yet
 
 async function branch() {
   const scan = branched = run.scan;
@@ -92,7 +92,7 @@ async function branch() {
 function tellBranch() {
   const { wanted: speed } = run.speed, pace = typeof speed === "number" ? `at ${speed}×` : "as fast as it can";
   const goes = run.paused ? "it is paused there, and ▶ continues it" : `it runs again, ${pace}`;
-  tell(`This is a branch from scan ${count(branched)}: ${goes}.`, "told");
+  tell(`This is a branch from scan ${count(branched)}: ${goes}.`, "news");
   branched = null;
 }
 

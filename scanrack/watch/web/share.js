@@ -17,19 +17,19 @@ export const shareButton = () => run.hello.shared ? copy : write;
 
 async function save() {
   write.disabled = true;
-  tell("The page is being written.", "told");
-  const asked = run.scan ?? 0, answer = await share();
+  tell("The page is being written.", "news");
+  const queried = run.scan ?? 0, answer = await share();
   write.disabled = false;
   if (!answer) return;
   const content = Uint8Array.from(atob(answer.page), letter => letter.charCodeAt(0));
   const address = URL.createObjectURL(new Blob([content], { type: "text/html" }));
   Object.assign(document.createElement("a"), { href: address, download: answer.name }).click();
   setTimeout(() => URL.revokeObjectURL(address), 60_000);
-  const last = answer.scan < asked ? ` Its last scan is ${count(answer.scan)}: later ones are not written yet.` : "";
+  const last = answer.scan < queried ? ` Its last scan is ${count(answer.scan)}: later ones are not written yet.` : "";
   tell(
     `${answer.name} is in the browser's downloads. Whoever has it reads the program, its tags ` +
       `and words, and the events.${last}`,
-    "told"
+    "news"
   );
 }
 
@@ -37,8 +37,8 @@ async function copied() {
   link({ scan: run.scan });
   try {
     await navigator.clipboard.writeText(location.href);
-    tell("The link is copied.", "told");
+    tell("The link is copied.", "news");
   } catch {
-    tell(`The browser copies nothing here; the link is ${location.href}`, "told");
+    tell(`The browser copies nothing here; the link is ${location.href}`, "news");
   }
 }

@@ -1,17 +1,17 @@
-// Since when a value is as it is. A source looks back a stretch at a time, and what is left is asked for again.
+// Since when a value is as it is. A source looks back a stretch at a time, and what is left is requested again.
 
 import { ask } from "./source.js";
 
 const AGAIN_MS = 300; // to wait for scans that are being worked out
 
-// Returns { scan, t, before } of the last change, null of none in any scan, undefined if it is no longer wanted.
+// Returns { scan, t, before } of the last change, null of none in any scan, undefined after another question.
 // Calls lacks(from) with the first scan that was looked at as long as none was found.
 /** @param {(from: number) => void} [lacks] */
-export async function lastChange(tag, wanted, lacks = () => {}) {
+export async function lastChange(tag, requested, lacks = () => {}) {
   let from;
   for (;;) {
     const said = await ask("since", from === undefined ? { tag } : { tag, from });
-    if (!wanted()) return undefined;
+    if (!requested()) return undefined;
     if (said.since || typeof said.from !== "number") return said.since;
     lacks(said.from);
     if (said.from === from) await new Promise(done => { setTimeout(done, AGAIN_MS); });

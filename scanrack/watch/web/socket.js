@@ -8,8 +8,8 @@ const SILENT_MS = 2000, GONE_MS = 10000; // without a message: ask whether it is
 const waiting = new Map(); // id -> [resolve, reject]
 let socket = null, next = 1, attempts = 0, listener = null, heard = 0, asks = false;
 
-// What the server refuses comes as this error; its message is the server's sentence. `lost`: it was not asked, or has
-// not answered.
+// What the server refuses comes as this error; its message is the server's sentence. `lost`: there was no connection
+// or no answer.
 export class Refused extends Error {}
 const lost = text => Object.assign(new Refused(text), { lost: true });
 
@@ -28,9 +28,8 @@ export function connect(key, listening) {
   };
 }
 
-// A network that is cut closes no socket: nothing more comes, and the picture would look live. It is also asked while
-// an answer
-// takes long: in a pause nothing else comes.
+// A network that is cut closes no socket: nothing more comes, and the picture would look live. It is sent as well while
+// an answer takes long: in a pause nothing else comes.
 setInterval(() => {
   const silent = performance.now() - heard;
   if (socket?.readyState === WebSocket.OPEN && silent > SILENT_MS && !asks)

@@ -191,7 +191,7 @@ function view() {
   const least = orders.recorded() ? (run.range?.[1] ?? 0) * run.hello.period_ns : Infinity;
   if (run.state === "past" && held && t >= held.from && t <= held.to) return [held.from, held.to];
   if (run.state === "past") { const end = Math.max(Math.min(t + wide / 2, least), wide); return [end - wide, end]; }
-  const end = reduced.matches ? Math.ceil(t / (wide / 4)) * (wide / 4) : t; // in leaps, if motion is not wanted
+  const end = reduced.matches ? Math.ceil(t / (wide / 4)) * (wide / 4) : t; // in leaps, if motion is not requested
   return [end - wide, end];
 }
 
@@ -236,9 +236,9 @@ const lanes = () => (run.state === "past" ? past : live);
 
 // The lanes that are drawn: those that were chosen, and those that have changed as far as there is room.
 function drawn() {
-  const wanted = live.names.filter(name => chosen[name]), free = Math.max(room - wanted.length, 0);
+  const requested = live.names.filter(name => chosen[name]), free = Math.max(room - requested.length, 0);
   const others = live.names.filter(name => !(name in chosen) && live.changed.has(name)).slice(0, free);
-  return live.names.filter(name => wanted.includes(name) || others.includes(name)).slice(0, MOST_LANES);
+  return live.names.filter(name => requested.includes(name) || others.includes(name)).slice(0, MOST_LANES);
 }
 
 // The lanes with a level in view; while the scans continue also in as long a time before, so that a lane of pulses

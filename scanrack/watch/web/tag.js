@@ -21,7 +21,7 @@ import { answersTo } from "./wanting.js";
 import { named, nameOf } from "./words.js";
 
 const SINCE_MS = 500; // between two questions since when
-const TRIES = 10, AGAIN_MS = 300; // an answer that is worked out is asked for so often, with waits between
+const TRIES = 10, AGAIN_MS = 300; // an answer that is worked out is requested so often, with waits between
 const LATE_MS = 300; // an answer that takes longer is announced
 
 const name = el("strong", { class: "name" });
@@ -71,7 +71,7 @@ const own = el("span", {}), parts = el("div", { class: "parts" });
 const since = el("p", { class: "since" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
 const HINTS = new Map([writeButton, forceButton, breakButton].map(each => [each, each.title]));
-let sinceOf = "", saidOf = "", asking = false; // the value and scan that is asked about, and that of the line
+let sinceOf = "", saidOf = "", asking = false; // the value and scan of the question, and those of the line
 let answered = null; // the tag of the answer
 const card = el(
   "div",
@@ -117,34 +117,35 @@ function show({ tag, names }) {
   at("tag").scrollIntoView({ block: "nearest" });
 }
 
-// Since when the tag has its value: asked again when that changes, or another scan of the past is shown.
+// Since when the tag has its value: requested again when that changes, or another scan of the past is shown.
 async function askSince() {
   const wish = wishNow(), { tag } = selected;
   if (!tag || wish === sinceOf || asking) return;
   sinceOf = wish;
   asking = true;
   try {
-    const told = await lastChange(
+    const reported = await lastChange(
       tag,
       () => wish === wishNow(),
       from => setText(since, `It has not changed since scan ${count(from)}; earlier ones are being looked at …`)
     );
-    if (told !== undefined) showSince(told), saidOf = wish;
+    if (reported !== undefined) showSince(reported), saidOf = wish;
   } catch { if (tag === selected.tag) setText(since, ""); }
   setTimeout(() => { asking = false; askSince(); }, SINCE_MS);
 }
 
 const wishNow = () => `${selected.tag} ${plain(valueOf(selected.tag))} ${run.state === "past" ? run.scan : run.state}`;
 
-function showSince(told) {
-  if (!told) return setText(since, "It has not changed in any scan up to here.");
-  const simple = told.before === null || typeof told.before === "object" ? "" : `, before that ${shown(told.before)}`;
+function showSince(reported) {
+  if (!reported) return setText(since, "It has not changed in any scan up to here.");
+  const { before } = reported,
+    simple = before === null || typeof before === "object" ? "" : `, before that ${shown(before)}`;
   since.replaceChildren(
     "Since ",
     el(
       "button",
-      { type: "button", class: "plain", title: `Look at scan ${told.scan}`, click: () => lookAt(told.scan) },
-      told.t === null ? `scan ${count(told.scan)}` : clock(told.t)
+      { type: "button", class: "plain", title: `Look at scan ${reported.scan}`, click: () => lookAt(reported.scan) },
+      reported.t === null ? `scan ${count(reported.scan)}` : clock(reported.t)
     ),
     simple
   );
@@ -251,9 +252,9 @@ async function answerTo(tag, tries = 1) {
   return said;
 }
 
-// Asks why; the answer calls words and bits by their names. Returns it, or null if it is not wanted any longer.
-export async function askWhy(fields, wanted, tries = TRIES) {
-  const said = await askAgain(fields, wanted, tries);
+// Asks why; the answer calls words and bits by their names. Returns it, or null if another one came meanwhile.
+export async function askWhy(fields, requested, tries = TRIES) {
+  const said = await askAgain(fields, requested, tries);
   return (
     said && {
       ...said,
@@ -263,14 +264,14 @@ export async function askWhy(fields, wanted, tries = TRIES) {
   );
 }
 
-// Asks of a scan that is being worked out again and again while the answer is wanted.
-async function askAgain(fields, wanted, tries) {
+// Asks of a scan that is being computed again and again until another question comes.
+async function askAgain(fields, requested, tries) {
   while (--tries > 0 && !isPython()) {
     try {
       return await ask("why", fields);
     } catch {
       await new Promise(done => { setTimeout(done, AGAIN_MS); });
-      if (!wanted()) return null;
+      if (!requested()) return null;
     }
   }
   return ask("why", fields);

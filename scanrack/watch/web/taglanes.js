@@ -13,8 +13,8 @@ export const MOST = 16;
 
 let names = [], key = "", points = new Map();
 /** @type {(others: boolean) => void} */
-let told = () => {};
-let have = { from: 0, to: 0 }, asking = null; // the time that was asked for, and where the present question begins
+let reported = () => {};
+let have = { from: 0, to: 0 }, asking = null; // the time that was requested, and where the present question begins
 
 export const tagNames = () => names;
 export const pointsOf = name => points.get(name) ?? [];
@@ -25,7 +25,7 @@ export function beginTags(hello, changed) {
   names = kept(key, []).filter(name => typeof name === "string").slice(0, MOST);
   points = new Map();
   forgetAsked();
-  told = changed;
+  reported = changed;
   if (names.length) send();
 }
 
@@ -37,7 +37,7 @@ export function toggleTag(name) {
   names = has ? names.filter(each => !isSame(each, name)) : [...names, nameOf(name)];
   keep(key, names);
   send();
-  told(true);
+  reported(true);
 }
 
 // Asks for everything in view once more.
@@ -52,7 +52,7 @@ async function send() {
     const { unknown } = await ask("lanes", { tags: names });
     names = names.filter(name => !unknown.includes(name));
     if (unknown.length) tell(`No tag is called ${unknown.join(", ")}.`);
-    told(true);
+    reported(true);
   } catch (refused) {
     tell(refused.message);
   }
@@ -69,7 +69,7 @@ export function takeTags(piece) {
   }
 }
 
-// Asks for the points of a time in view, piece by piece, as far as it has not been asked for.
+// Asks for the points of a time in view, piece by piece, as far as it has not been requested.
 export async function fill(from, to) {
   const begin = missing(have, from, to), period = run.hello?.period_ns;
   if (!names.length || !period || begin === null || begin === asking) return;
@@ -80,7 +80,7 @@ export async function fill(from, to) {
       takeTags(answer.lanes);
       if (answer.lanes.tags) join(have, { from: next * period, to: answer.lanes.to });
       next = answer.next;
-      told(false);
+      reported(false);
     }
   } catch { /* what is there is shown */ }
   if (mine === asking) asking = null;

@@ -13,7 +13,7 @@ const FASTEST = 60; // times real time that a recording is played at most
 const pauseButton = button("Pause", pause, { text: "❚❚", title: "Pause (space)", class: "sign" });
 const goButton = button("Go on", go, { text: "▶", title: "Go on (space)", class: "sign" });
 const stepButton = button("Step", step, { text: "▶❘", title: "One scan (.)", class: "sign" });
-const speedChoice = el("select", { "aria-label": "Speed", title: "Speed wanted", change: chosen },
+const speedChoice = el("select", { "aria-label": "Speed", title: "Speed requested", change: chosen },
   ...SPEEDS.map(speed => el("option", { value: speed }, speed === "max" ? "max" : `${speed}×`)));
 const node = el("div", { class: "transport", role: "group", "aria-label": "Time" },
   pauseButton, goButton, stepButton, speedChoice);
@@ -53,10 +53,10 @@ function paint() {
   stepButton.disabled = speedChoice.disabled = !obeys || lost;
 }
 
-function paintSpeed(wanted) {
-  const wish = String(wanted);
+function paintSpeed(requested) {
+  const wish = String(requested);
   if (![...speedChoice.options].some(option => option.value === wish)) {
-    speedChoice.append(el("option", { value: wish }, times(wanted)));
+    speedChoice.append(el("option", { value: wish }, times(requested)));
   }
   if (document.activeElement !== speedChoice) speedChoice.value = wish;
 }

@@ -50,7 +50,7 @@ async function attempt({ orders: steps, after_ns: after, text }, scan) {
   }
   if (left > 0 && !await orders.step(left)) return;
   if (parent) await compareWith(parent);
-  tell(`${text}. This is a branch: ▶ continues it.`, "told");
+  tell(`${text}. This is a branch: ▶ continues it.`, "news");
 }
 
 // Waits until the branch stands at its scan.

@@ -301,7 +301,7 @@ def test_what_it_would_take_names_terminals_and_is_confirmed_by_a_run(made, tmp_
     bench = made("line.rung", RUNGS, 30)
     remedies = bench.suggest_inputs("Lamp")
     assert (
-        str(remedies) == "Lamp comes on if Start (slot 2 input 0) goes on and Stop (slot 2 input 1) goes off"
+        str(remedies) == "Lamp comes on if Start (slot 2 input 0) comes on and Stop (slot 2 input 1) goes off"
     )
     bench.force("slot2.input.start", 1)
     bench.force("slot2.input.stop", 0)
@@ -460,7 +460,7 @@ TAKES = [
     ("High", "off", "High goes off if Level (slot 3 input word 0) becomes 12000"),
     (
         "Moved", "on",
-        "Moved comes on if axis.status.MOVE_COMPLETE (slot 1, as the module reports it) goes on",
+        "Moved comes on if axis.status.MOVE_COMPLETE (slot 1, as the module reports it) comes on",
     ),
 ]  # fmt: skip
 

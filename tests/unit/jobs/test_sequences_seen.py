@@ -117,7 +117,7 @@ def test_why_says_where_they_wait_and_for_which_line_the_axis_sends(rack, trace)
         "after 51 scans, 0.1 s:",
         "slot1.command.ABSOLUTE_MOVE is on since 0.1 s (scan 50): line.py:24: await self.axis.move_to(400, "
         "speed=500...",
-        "  because cycle went on at 0.1 s: line.py:23: start rises is over",
+        "  because cycle continued at 0.1 s: line.py:23: start rises is over",
         "Cause: start is on since 0.1 s: slot 1 input IN_CAPTURE: The capture input is energized.",
     ]
     by_trace = invoke("why", trace, "slot1.command.ABSOLUTE_MOVE", "--at", "50", "--trust").stdout

@@ -3,7 +3,7 @@
 import pytest
 from scanrack.ladder import LadderFault, Program
 from scanrack.ladder.debug.watching import WatchedEngine
-from scanrack.ladder.debug.why import cause
+from scanrack.ladder.debug.why import explain_cause
 from scanrack.ladder.files import parse_program
 
 TAGS = """\
@@ -144,4 +144,6 @@ def test_a_change_in_postscan_tells_its_mode_and_its_instruction():
     engine.watching = True
     engine.do(0, first=False)
     assert [(change.after, change.mode) for change in engine.history] == [(True, ""), (False, "postscan")]
-    assert cause(engine.lowered, engine.history[-1]) == "postscan of OTE(Bit[0]) in routine Act, rung 0."
+    assert (
+        explain_cause(engine.lowered, engine.history[-1]) == "postscan of OTE(Bit[0]) in routine Act, rung 0."
+    )

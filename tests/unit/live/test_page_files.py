@@ -171,7 +171,7 @@ def test_no_line_of_a_module_is_over_120_characters():
     found = {
         f"{each.name}:{number}": len(line)
         for each in WEB.iterdir()
-        if each.suffix in (".js", ".css")
+        if each.name.endswith((".js", ".css"))
         for number, line in enumerate(each.read_text("utf-8").splitlines(), 1)
         if len(line) > 120
     }

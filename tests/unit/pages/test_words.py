@@ -36,7 +36,7 @@ RETIRED = {
     r"any more": Retired("no longer", 0, 0, 0),
     r"allowed (?:is|are)": Retired("must be", 1, 0, 0),
     r"there (?:is|are) no": Retired("no ...", 0, 0, 0),
-    r"mend\w*": Retired("fix", 0, 0, 2),
+    r"mend\w*": Retired("fix", 0, 0, 0),
     r"dear": Retired("slow, expensive", 0, 0, 0),
     r"told": Retired("reported, event", 0, 0, 1),
     r"to and fro": Retired("back and forth", 0, 0, 0),

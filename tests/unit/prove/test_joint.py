@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from random import Random
+from typing import Any
 
 import pytest
 from proofs import program_text
@@ -103,16 +104,21 @@ def test_a_blown_fuse_proves_nothing() -> None:
 
 
 def test_one_question_is_about_many_truths(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
+    questions: list[Any] = []
     check = Solver.check
-    monkeypatch.setattr(Solver, "check", lambda self, *made: asked.append(made) or check(self, *made))
+
+    def counted(self: Solver, *made: Any) -> Any:
+        questions.append(made)
+        return check(self, *made)
+
+    monkeypatch.setattr(Solver, "check", counted)
     inputs = [var(f"i{number}[0]") for number in range(2 * GROUP)]
     solver = Solver()
     scan = Frame(System(), solver)
     terms = {t: scan.term(t) for t in inputs}
     impossible = {t: solver.apply("and", [made, solver.apply("not", [made])]) for t, made in terms.items()}
     assert satisfiable(solver, impossible) == (set(), set())
-    assert len(asked) == 2
+    assert len(questions) == 2
     assert satisfiable(solver, terms) == ({*inputs}, set())
 
 

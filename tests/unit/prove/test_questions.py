@@ -128,7 +128,7 @@ SLOW = (
 )
 
 
-class Heard(Listener):
+class Heard(Listener[Finding]):
     """Notes what it hears."""
 
     def __init__(self) -> None:
@@ -137,8 +137,8 @@ class Heard(Listener):
     def begun(self, count: int) -> None:
         self.said.append(f"asked {count}")
 
-    def found(self, finding: Finding) -> None:
-        self.said.append(finding.text)
+    def found(self, answer: Finding) -> None:
+        self.said.append(answer.text)
 
     def left(self, count: int) -> None:
         self.said.append(f"left {count}")

@@ -15,7 +15,6 @@ from scanrack.ladder.prove.algebra import numbers
 from scanrack.ladder.prove.algebra import terms as t
 from scanrack.ladder.prove.algebra.evaluation import evaluate
 from scanrack.ladder.prove.algebra.meaning import BOOL, F32, F64, INT
-from scanrack.ladder.prove.algebra.terms import T
 from scanrack.ladder.prove.solving.smtlib import Script
 from scanrack.ladder.prove.solving.solver import Solver
 from scanrack.ladder.prove.solving.translation import declare, translate
@@ -23,11 +22,11 @@ from scanrack.ladder.prove.solving.translation import declare, translate
 pytestmark = pytest.mark.extra("prove")
 
 
-def asked(sink: Any, roots: list[T]) -> dict[str, tuple[T, Any]]:
+def asked(sink: Any, roots: list[t.T]) -> dict[str, tuple[t.T, Any]]:
     """State truths; return the variables."""
-    known: dict[str, tuple[T, Any]] = {}
+    known: dict[str, tuple[t.T, Any]] = {}
 
-    def lookup(v: T) -> Any:
+    def lookup(v: t.T) -> Any:
         if v.val not in known:
             known[v.val] = v, declare(sink, v, v.val)
         return known[v.val][1]
@@ -38,7 +37,7 @@ def asked(sink: Any, roots: list[T]) -> dict[str, tuple[T, Any]]:
     return known
 
 
-def second_opinion(roots: list[T]) -> str:
+def second_opinion(roots: list[t.T]) -> str:
     z3 = pytest.importorskip("z3")
     script = Script()
     asked(script, roots)
@@ -48,7 +47,7 @@ def second_opinion(roots: list[T]) -> str:
     return str(other.check())
 
 
-def question(made: Any) -> list[T]:
+def question(made: Any) -> list[t.T]:
     """Return truths that some values of the variables may satisfy: some of them do, some are turned over."""
     chosen = made.rng.sample(made.truths, min(5, len(made.truths)))
     wanted = [term if value else t.not_(term) for term, value in chosen]
@@ -123,7 +122,7 @@ def test_floats_are_those_of_python(name: str) -> None:
         assert all(evaluate(roots, values)), values
 
 
-def factors() -> list[T]:
+def factors() -> list[t.T]:
     """Two factors of a product of primes: hard for a solver."""
     a, b = (t.var(name, INT, 2, 2**20) for name in "ab")
     return [

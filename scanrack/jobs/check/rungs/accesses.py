@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 
 from scanrack.io_images.input_files import read_input
@@ -106,16 +105,11 @@ def accesses_of(
     Args:
         owners: the task of each program, in capitals.
     """
-    step = point.step
+    step, unit = point.step, point.routine.name
     needs = needed(point.condition)
-    unit = point.routine.name
-    access = Access(
-        *("", "", Touch.READ, point.place, unit, needs),
-        owner=owners.get(program_of(unit).upper(), ""),
-        once=any(each.name.startswith(FIRST_SCAN) and each.on for each in needs),
-        steady=all(map(_is_steady, (*leaves(point.condition), *leaves(point.value)))),
-        parameter=step.name == "SBR",
-    )
+    owner = owners.get(program_of(unit).upper(), "")
+    once = any(each.name.startswith(FIRST_SCAN) and each.on for each in needs)
+    steady = all(map(_is_steady, (*leaves(point.condition), *leaves(point.value))))
     mentions = list(mentions_of(lowered.sites[step.site], step))
     if step.name == ADD_ON:
         mentions += list(_handed(lowered, step.operands[0], mentions[0].site))
@@ -123,12 +117,11 @@ def accesses_of(
         key = variables.key(each)
         if key:
             use = use_of(point, each)
-            yield replace(
-                access,
-                variable=key,
-                part=part_of(each.where, _start(key, each)),
-                use=use,
+            yield Access(
+                *(key, part_of(each.where, _start(key, each)), use, point.place, unit, needs, owner, once),
                 default=not point.is_rung and use is Touch.COIL,
+                steady=steady,
+                parameter=step.name == "SBR",
                 zero=each.writes and gives_zero(step),
                 text=each.text,
             )

@@ -16,7 +16,7 @@ from ..facts import Facts, LocalFinding
 from ..logic import AllOf, never
 from .blocks import BlockCall
 from .number_ranges import Values, target_of
-from .operands import first_of, is_fixed, path_of
+from .operands import is_fixed, path_of
 from .walk import Point
 
 
@@ -96,7 +96,7 @@ def _is_block(tag: Tag | None) -> bool:
 
 def _instance(point: Point) -> str:
     """Return the instance that an instruction runs, in capitals; "" if it runs none."""
-    group = first_of(point.step)
+    group = point.step.operands[0] if point.step.operands else None
     is_run = isinstance(group, AddOnCall) or Use.BLOCK in point.step.uses
     if isinstance(group, AddOnCall):
         group = group.instance

@@ -44,6 +44,7 @@ from .walk import Point
 TIMERS = ("TON", "TOF", "RTO")
 COUNTERS = ("CTU", "CTD")
 FBD_TIMERS = ("TONR", "TOFR", "RTOR")
+WITH_PRESET = frozenset((*TIMERS, *COUNTERS, *FBD_TIMERS))
 
 SHORT_MS, FEW = 10, 5
 """A preset of fewer milliseconds, and of so few scans, is meant in another unit."""
@@ -188,7 +189,7 @@ class Mistakes:
     # --- presets
 
     def _preset(self, point: Point) -> None:
-        group = group_of(point.step, (*TIMERS, *COUNTERS, *FBD_TIMERS))
+        group = group_of(point.step, WITH_PRESET)
         if group is None or group.frame or not is_fixed(group):
             return
         path = path_of(group)

@@ -26,9 +26,9 @@ def written_by(step: LoweredStep) -> Iterator[Any]:
     return (operand for use, operand in uses_of(step) if use in TARGETS)
 
 
-def first_of(step: LoweredStep, names: Collection[str] | None = None) -> Any:
+def first_of(step: LoweredStep, names: Collection[str]) -> Any:
     """Return the first operand of an instruction with one of these names; None without one."""
-    return step.operands[0] if step.operands and (names is None or step.name in names) else None
+    return step.operands[0] if step.name in names and step.operands else None
 
 
 def group_of(step: LoweredStep, names: Collection[str]) -> Group | None:

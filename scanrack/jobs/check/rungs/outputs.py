@@ -18,7 +18,7 @@ from .walk import Point
 DEPTH = 4
 """Levels of bits that are followed."""
 
-SETTING = ("OTE", "OTL", ":=")
+BIT_INSTRUCTIONS = ("OTE", "OTL", ":=", "OTU")
 
 
 class OutputBits:
@@ -91,7 +91,7 @@ class OutputBits:
 
 def _bit_of(point: Point) -> Place | None:
     """Return the bit that an instruction of the user sets, clears or assigns."""
-    first = first_of(point.step, (*SETTING, "OTU")) if not point.argument else None
+    first = first_of(point.step, BIT_INSTRUCTIONS) if not point.argument else None
     return first if isinstance(first, Place) and first.type.is_bool else None
 
 

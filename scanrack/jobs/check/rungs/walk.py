@@ -7,7 +7,7 @@ IF A THEN C := 1; END_IF;             C := 1: A
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from scanrack.ladder.model.operands import Calculation, Constant, Place
@@ -127,13 +127,23 @@ class Walker:
         value: Condition = TRUE
         if isinstance(target, Place) and target.type.is_bool:
             value = self._conditions.condition(step.operands[1])
-        self._points.append(replace(self._point(line, step, reached, own), value=value, guards=self._guards))
+        self._points.append(self._point(line, step, reached, own, value=value))
         self._conditions.names.note(step)
         return own
 
-    def _point(self, line: LoweredLine, step: LoweredStep, reached: Condition, own: Condition) -> Point:
+    def _point(
+        self,
+        line: LoweredLine,
+        step: LoweredStep,
+        reached: Condition,
+        own: Condition,
+        *,
+        argument: bool = False,
+        value: Condition = TRUE,
+    ) -> Point:
         place, text = place_at(line.origin, self._file), self._lowered.sites[step.site].instruction
-        return Point(self._routine, line, step, place, text, reached, own)
+        guards = self._guards and not argument
+        return Point(self._routine, line, step, place, text, reached, own, argument, value, guards)
 
     def _copies(self, line: LoweredLine, nodes: Sequence[Node], reached: Condition) -> None:
         """Note the copies of arguments, which happen on a false rung, too."""
@@ -141,8 +151,7 @@ class Walker:
         for node in nodes:
             if isinstance(node, LoweredStep):
                 value = given if node.name == "OTE" else TRUE
-                point = self._point(line, node, UNKNOWN, TRUE)
-                self._points.append(replace(point, argument=True, value=value))
+                self._points.append(self._point(line, node, UNKNOWN, TRUE, argument=True, value=value))
                 given = self._conditions.decided(node)
 
     # --- structured text
