@@ -37,6 +37,7 @@ from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.phases import IDLE_PHASES
 from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, LogicScan, ScanFlag, ScanLogic, attached
+from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.packed import CHUNK_SCANS
 from scanrack.traces.replay import PackedTrace
 from scanrack.watch.history.watched_python import MOST
@@ -244,15 +245,17 @@ class Twin:
             raise DebugError(f"the recording begins with scan {first:,}: its program can't be run again")
         with fresh(self._load) as logic:
             self.logic = logic
+        known = {slot.number: slot.words for slot in self._spec.slot}
         trips = {slot.number: round_trip_ms(self._spec, slot) for slot in self._spec.slot}
         self._modules = {each.number: _Shown() for each in recording.slots}
-        self._rack = Rack(
-            Card(
-                each.number, self._modules[each.number], each.module, each.firmware, each.words,
-                trips.get(each.number, 0),
-            )
-            for each in recording.slots
-        )  # fmt: skip
+
+        def card(slot: SlotInfo) -> Card:
+            own = known.get(slot.number)
+            words = own if own == slot.words else slot.words  # a trace has no addresses of a card's data
+            module = self._modules[slot.number]
+            return Card(slot.number, module, slot.module, slot.firmware, words, trips.get(slot.number, 0))
+
+        self._rack = Rack(map(card, recording.slots))
         self._view = LogicScan(self._rack.slots, self._spec.scan_ns)
         self._attach(self.logic)
         self._layout: MemoryLayout = self._rack.layout

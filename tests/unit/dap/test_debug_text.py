@@ -26,12 +26,13 @@ module = "1762-IQ8"
 """
 SEQUENCES = '''"""Counts, and waits between."""
 
-from scanrack import Logic, dwell, sequence
+from scanrack import Input, Logic, dwell, sequence
 
 
 class Counting(Logic):
     """Counts to three, again and again."""
 
+    start = Input("Local:1:I.Data.0")
     number = 0
     rounds = 0
     scans = 0
