@@ -131,7 +131,9 @@ class Framer:
         """
         buffer, at, end = bytes(self._buffer), 0, 0
         while at < len(buffer):
-            found = self._frame_from(buffer, at, final=final)
+            found = _frame_at(buffer, at)
+            if not found and final and at in self._starts and is_frame(buffer[at:]):
+                found = buffer[at:]  # of a function without a known length
             if found and (start := self._within(buffer, at, found)) is not None:
                 at = start
             elif found:
@@ -144,13 +146,6 @@ class Framer:
             else:
                 break
         self._drop(max(end, len(buffer) - LONGEST) if final else at)
-
-    def _frame_from(self, buffer: bytes, at: int, *, final: bool) -> bytes | None:
-        """Return the frame that begins at `at`, see `_frame_at`; all of the rest after a silence."""
-        found = _frame_at(buffer, at)
-        if not found and final and at in self._starts and is_frame(buffer[at:]):
-            return buffer[at:]  # of a function without a known length
-        return found
 
     def _may_begin(self, buffer: bytes, at: int) -> bool:
         return at in self._starts and _begins(buffer, at)

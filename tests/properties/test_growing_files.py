@@ -131,7 +131,7 @@ WORDS = {
         "WORDS",
         "SOFTWARE",
     ),
-    *("NAME", "EXAMPLE", "TAGS", "KIND", "ID", "VERSION", "MODULE", "PROGRAM[.ROUTINE]", "TARGET"),
+    *("NAME", "EXAMPLE", "TAGS", "KIND", "ID", "KEY", "VERSION", "MODULE", "PROGRAM[.ROUTINE]", "TARGET"),
     *(
         "PROTOCOL[:[HOST:]PORT]",
         "ADDRESS",

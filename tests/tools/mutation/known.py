@@ -100,8 +100,8 @@ EQUIVALENT = (
     Equivalent(
         "ladder/compiler/value_writer.py",
         "ValueWriter.converted",
-        "width or 64",
-        "64",
+        "width or LINT.bits",
+        "LINT.bits",
         "no tag is wider than the computation whose result it takes",
     ),
     Equivalent(

@@ -48,7 +48,7 @@ WORDS = {
     "ladder routine", "ladder at", "l5x export", "l5x stepper",
     "prove only", "why what", "why at", "why until", "why want", "xref tag", "fuzz check",
     "fuzz duration", "fuzz processor", "fuzz time", "fuzz only", "fuzz without", "fuzz dask", "drive target",
-    "check drive", "prove outputs",
+    "check drive", "prove outputs", "debug key",
     "conform path", "conform counter", "conform wire", "conform scene", "conform scan",
     "serve serial",
     "serve tcp", "serve ethernet_ip", "serve address", "serve pin", "serve machine", "serve thumbwheel",

@@ -29,7 +29,7 @@ STUBS = {
           dataset: {}, style: { setProperty() {} }, matches: () => true });
         export const at = node, button = node, el = node, heading = node;
         export const setAttribute = () => {}, setFlag = () => {}, setText = () => {};""",
-    "link.js": "export const link = () => {}, wanted = () => ({});",
+    "link.js": "export const link = () => {}, requested = () => ({});",
     "notice.js": "export const tell = text => { throw new Error(text); };",
     "orders.js": """
         import { said, waiting } from "./stage.js";

@@ -123,13 +123,13 @@ def exclusive_repeats(
     at = grouped(writing, lambda point: point.place)
     writers = grouped(writing, _written)
     for each in remarks:
-        pairs = [
-            (point, other)
+        excluded = (  # the first pair that can both run decides: of n coils there are n² pairs
+            calls.exclude(point, other)
             for point in at.get(each.place, ())
             for other in writers[_written(point)]
             if other is not point
-        ]
-        if not pairs or not all(calls.exclude(*both) for both in pairs):
+        )
+        if not next(excluded, False) or not all(excluded):
             yield each
 
 
