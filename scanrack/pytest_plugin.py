@@ -75,10 +75,9 @@ def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(_HiddenFrames(), "scanrack-frames")
     if config.getoption("--scanrack-debug"):
         from scanrack.dap.in_test import PortOfTests
-        from scanrack.dap.stash import DEBUG
+        from scanrack.dap.plugin_name import DEBUGGER
 
-        waits: Callable[[Bench], object] = PortOfTests(config)
-        config.stash[DEBUG] = waits
+        config.pluginmanager.register(PortOfTests(config), DEBUGGER)
     if config.getoption("--rung-coverage"):
         from scanrack.testing.rung_coverage import KEY, CoverageReport
 

@@ -26,6 +26,7 @@ from .adapter import Adapter
 from .breakpoints import Breakpoint
 from .command import client_of, key_line
 from .live import LiveRungs, LiveText, ScanDriver
+from .plugin_name import DEBUGGER
 from .protocol import DebugError
 from .requests import REQUESTS
 
@@ -133,7 +134,7 @@ class InTest(ScanDriver):
     def give(self, order: actions.Action) -> None:
         desk = BenchRun(self._bench).operated
         if desk is None or not isinstance(order, actions.Write | actions.Force | actions.Unforce):
-            raise DebugError("the test gives the orders here: this one is none of a test")
+            raise DebugError("the test gives the orders here: this one is not an order of a test")
         if isinstance(order, actions.Write):
             desk.tags[order.tag] = order.value
         elif isinstance(order, actions.Force):
@@ -155,9 +156,7 @@ def run_tests(adapter: Adapter, words: str) -> None:
 
         def pytest_configure(self, config: pytest.Config) -> None:
             """Give pytest's plugin the adapter."""
-            from .stash import DEBUG
-
-            config.stash[DEBUG] = lambda bench: InTest(adapter, bench)
+            config.pluginmanager.register(lambda bench: InTest(adapter, bench), DEBUGGER)
 
     pytest.main([*shlex.split(words), "--scanrack-keep=never"], plugins=[Given()])
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from time import process_time
 from typing import TYPE_CHECKING, NamedTuple
 
-from scanrack.dap.stash import DEBUG
+from scanrack.dap.plugin_name import DEBUGGER
 from scanrack.io_images.times import seconds
 from scanrack.jobs.bench import Bench, NotReachedError
 from scanrack.jobs.bench.opening import open_bench
@@ -74,7 +74,7 @@ class TestArtifacts:
         """
         trace = None if self._keep == "never" else self._new_trace(name)
         bench = opened(trace)
-        if (debug := self._config.stash.get(DEBUG, None)) is not None:
+        if (debug := self._config.pluginmanager.get_plugin(DEBUGGER)) is not None:
             debug(bench)
         self._opened.append(OpenedBench(name, bench, trace, process_time()))
         return bench
