@@ -194,13 +194,8 @@ def _fuzz_command(
             job=job,
             setup=setup,
             folder=folder,
-            budget=Budget(
-                options.runs,
-                None if options.time is None else parse_duration(options.time),
-                options.scans,
-                None if options.processor is None else parse_duration(options.processor),
-            ),
-            jobs=options.jobs or (os.cpu_count() or 1 if options.dask is None else None),
+            budget=Budget(options.runs, _ns(options.time), options.scans, _ns(options.processor)),
+            jobs=_jobs(options),
             dask=options.dask,
             base=None if learned is None else learned.scenario,
             begin_with=tuple(options.begin_with or ()),
@@ -211,6 +206,18 @@ def _fuzz_command(
         )
         status = session.run()
     raise typer.Exit(status)
+
+
+def _ns(duration: str | None) -> int | None:
+    """Return the nanoseconds of a duration; None without one."""
+    return None if duration is None else parse_duration(duration)
+
+
+def _jobs(options: FuzzOptions) -> int | None:
+    """Return the number of processes; None if a cluster chooses it."""
+    if options.dask is not None:
+        return options.jobs or None
+    return options.jobs or os.cpu_count() or 1
 
 
 def _scans(job: LoadedRack, duration: str | None, learned: LearnedScenario | None) -> int:

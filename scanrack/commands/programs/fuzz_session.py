@@ -6,7 +6,7 @@ import errno
 import shlex
 import signal
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -167,9 +167,8 @@ class Session:
             complain(f"{count} tests are written: pytest {shlex.quote(str(self.tests))}")
         took_s, covered = (wall_ns() - spending.begin_ns) / 1e9, ""
         never: list[UnfiredRule] = []
-        if status == DONE and (
-            self.as_json or not self.quiet
-        ):  # not of one that was stopped: it takes some runs
+        is_reported = self.as_json or not self.quiet
+        if status == DONE and is_reported:  # not of one that was stopped: it takes some runs
             with spending.on_explaining():
                 never, covered = self._cover(bench, state, solver, spending)
         if self.as_json:
@@ -184,9 +183,12 @@ class Session:
             lines += [never_fired(never), held(others, state)]
             lines += [*goals(bench.goals, state), covered]
             say("\n".join([*filter(None, lines), closing(self.job, state, solver, self.setup.scans)]))
+        self._print_failures(state, broken)
+        return self._status(status, bench, state)
+
+    def _print_failures(self, state: State, broken: Sequence[Counterexample]) -> None:
         for each in broken:
             say(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
-        return self._status(status, bench, state)
 
     def _kept_runs(self, state: State) -> list[Scenario]:
         """Return the undisturbed run, and the first ones that showed something new."""

@@ -33,6 +33,7 @@ from .l5x_options import L5xOptions
 if TYPE_CHECKING:
     from scanrack.jobs.first.first_run import FirstRun
     from scanrack.rockwell.l5x import L5xImport
+    from scanrack.rockwell.l5x.report import Report
     from scanrack.rockwell.slc import SlcImport
 
 
@@ -44,24 +45,9 @@ def l5x(file: Path, options: L5xOptions) -> None:
     """
     begins = begun(keep_values=options.keep_values, memory=options.memory) or DOWNLOADED
     if file.is_dir():
-        of_one = replace(options, as_json=False, scans=None, stand_in=False, memory=None)
-        if of_one != L5xOptions():
-            taken = "--json, --scans, --stand-in and --memory"
-            raise typer.Exit(complain(f"{file}: a folder takes {taken}", BAD_INPUT))
-        from .l5x_folder import l5x_folder  # a single file needs none of it
-
-        trial = Trial(options.scans or SCANS, options.stand_in, begins.memory_mib)
-        raise typer.Exit(l5x_folder(file, trial, as_json=options.as_json))
-    if options.html is not None and options.against is None:
-        raise typer.Exit(complain("--html draws what --against finds: name the older version", BAD_INPUT))
-    if options.against is not None:
-        raise typer.Exit(_print_differences(file, options.against, options.html, as_json=options.as_json))
-    if options.text:
-        raise typer.Exit(_print_text(file))
-    if options.rack or options.stepper:
-        raise typer.Exit(_print_rack(file, options.stepper or [], begins, stand_in=options.stand_in))
-    if options.export is not None or options.out is not None:
-        raise typer.Exit(_export(file, options.export, options.out))
+        raise typer.Exit(_report_folder(file, options, begins))
+    if (status := _other_answer(file, options, begins)) is not None:
+        raise typer.Exit(status)
     try:
         scans = (not options.run and options.scans) or SCANS
         imported = tried(file, Trial(scans, options.stand_in, begins.memory_mib))
@@ -69,14 +55,45 @@ def l5x(file: Path, options: L5xOptions) -> None:
         if options.as_json:
             say_json({"file": str(file), "problem": str(error)})
         raise typer.Exit(complain(str(error), BAD_INPUT)) from None
-    report = imported.report
     first = _first_run(file, imported, options.scans, begins) if options.run else None
-    if options.as_json:
-        say_json(report.as_json() | ({"run": first.as_json()} if first else {}))
-    else:
-        for line in (*report.lines(), *(first.lines() if first else ())):
-            say(line)
-    raise typer.Exit(DONE if report.complete and not (first and (first.fault or first.problem)) else NO)
+    _print_report(imported.report, first, as_json=options.as_json)
+    is_clean = first is None or not (first.fault or first.problem)
+    raise typer.Exit(DONE if imported.report.complete and is_clean else NO)
+
+
+def _print_report(report: Report, first: FirstRun | None, *, as_json: bool) -> None:
+    """Print what an export supports, and what its first run did."""
+    if as_json:
+        say_json(report.as_json() | ({} if first is None else {"run": first.as_json()}))
+        return
+    for line in (*report.lines(), *(() if first is None else first.lines())):
+        say(line)
+
+
+def _report_folder(folder: Path, options: L5xOptions, begins: ExportStart) -> int:
+    """Report all exports in a folder; return the exit status."""
+    of_one = replace(options, as_json=False, scans=None, stand_in=False, memory=None)
+    if of_one != L5xOptions():
+        return complain(f"{folder}: a folder takes --json, --scans, --stand-in and --memory", BAD_INPUT)
+    from .l5x_folder import l5x_folder  # a single file needs none of it
+
+    trial = Trial(options.scans or SCANS, options.stand_in, begins.memory_mib)
+    return l5x_folder(folder, trial, as_json=options.as_json)
+
+
+def _other_answer(file: Path, options: L5xOptions, begins: ExportStart) -> int | None:
+    """Give what the options request instead of the report; return the exit status, None for the report."""
+    if options.html is not None and options.against is None:
+        return complain("--html draws what --against finds: name the older version", BAD_INPUT)
+    if options.against is not None:
+        return _print_differences(file, options.against, options.html, as_json=options.as_json)
+    if options.text:
+        return _print_text(file)
+    if options.rack or options.stepper:
+        return _print_rack(file, options.stepper or [], begins, stand_in=options.stand_in)
+    if options.export is not None or options.out is not None:
+        return _export(file, options.export, options.out)
+    return None
 
 
 def _first_run(

@@ -80,6 +80,17 @@ def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Rou
     return found
 
 
+Truths = dict[str, list[tuple[bool, ...] | None]]
+"""Where each rung of a routine has power, by the routine's name; None for a rung that did not run."""
+
+
+def _at(file: str, at: str, routines: Sequence[Routine]) -> tuple[list[Routine], Truths]:
+    """Run a rack to a time; return the routines with their values, and where there is power."""
+    running = bench_at(file, at).program
+    truths = {each.name: running.truth(each.name) for each in routines}
+    return [running.routine_now(each.name) for each in routines], truths
+
+
 def bench_at(file: str, at: str) -> Bench:
     """Run a rack to a time; ValueError if it is not a rack with rungs, or not a time."""
     if not file.endswith((".toml", ".py")):
@@ -128,28 +139,24 @@ def ladder(
     try:
         program, used = rungs_and_files(file)
         routines = chosen(program, routine)
-        truths: dict[str, list[tuple[bool, ...] | None]] = {}
+        truths: Truths = {}
         if at is not None:
-            running = bench_at(file, at).program
-            truths = {each.name: running.truth(each.name) for each in routines}
-            routines = [running.routine_now(each.name) for each in routines]
+            routines, truths = _at(file, at, routines)
         captions = captions_of(program)
-        wanted = with_rung(routines, rung)
+        numbered = with_rung(routines, rung)
         if svg is not None:
             with new_file(svg, SVG, used=used) as out:
-                out.write(routines_svg(wanted, width or WIDTH, truths, captions))
+                out.write(routines_svg(numbered, width or WIDTH, truths, captions))
         elif source:
             say(program.source(), whole=True)
         elif text:
-            for each, numbers in wanted:
+            for each, numbers in numbered:
                 say(each.text if rung is None else "\n".join(map(each.numbered, numbers)), whole=True)
         else:
-            fitting = max(shutil.get_terminal_size((WIDTH + 8, 0)).columns - 8, NARROWEST)
-            for each, numbers in wanted:
+            columns = width or max(shutil.get_terminal_size((WIDTH + 8, 0)).columns - 8, NARROWEST)
+            for each, numbers in numbered:
                 say(f"Routine {each.name}\n")
-                say(
-                    routine_text(each, width or fitting, truths.get(each.name), numbers, captions), whole=True
-                )
+                say(routine_text(each, columns, truths.get(each.name), numbers, captions), whole=True)
     except LadderError as error:
         raise typer.Exit(complain(f"{file}: {error}", BAD_INPUT)) from error
     except OSError as error:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import ExitStack, nullcontext, redirect_stdout
 from dataclasses import replace
 from functools import partial
@@ -62,38 +62,56 @@ def run_job(
         if not pacer.free:
             _in_real_time(ports, quiet=quiet)  # before there are ports: their threads inherit it
         try:
-            told = replace(options, pacer=pacer, listeners=[tally], warn=_quiet if quiet else complain)
+            reported = replace(options, pacer=pacer, listeners=[tally], warn=_quiet if quiet else complain)
             services = _opened(job, server, ports, live=options.live)
-            run = JobRun(job, ports, told)
+            run = JobRun(job, ports, reported)
             if services is not None:
                 services.serve(run)
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         except OSError as error:
             return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
-        for each in () if quiet else job.warnings:
-            complain(each)
-        if server and pacer.free and not quiet:
-            complain("without --realtime the run does not wait for clients, and the servers end with it")
+        if not quiet:
+            _warn(job, without_clients=bool(server) and pacer.free)
         start_ns = wall_ns()
         observed = partial(shown_progress, quiet=quiet)
         with redirect_stdout(sys.stderr) if as_json else nullcontext():
             status = run_to_end(
                 run.cpu, partial(run.run, scans, observed=observed), lambda: run.cpu.stop_requested
             )
-        for each in () if run.repeated is None else run.repeated.refused:
-            complain(each)
+        _complain_all(() if run.repeated is None else run.repeated.refused)
         took_ns = wall_ns() - start_ns
         result = result_of(run, tally, options.trace)
         if as_json:
-            from scanrack.terminal.as_json import say_json
-
-            say_json({"ended": ENDED[status], **summary_row(run, result, took_ns)})
+            _print_json(status, summary_row(run, result, took_ns))
         elif summarized and not quiet:
             say(summary(result, took_ns, pacer, run.stubs, run.steps))
-        if services is not None and not services.end() and status == DONE:
-            return complain("a helper process has never begun: its error stands above", NO_HELPER)
+        return status if services is None else _end(services, status)
+
+
+def _end(services: TagServices, status: int) -> int:
+    """End the servers; return the exit status of the run, or that a helper process failed."""
+    if services.end() or status != DONE:
         return status
+    return complain("a helper process has never begun: its error stands above", NO_HELPER)
+
+
+def _warn(job: LoadedRack, *, without_clients: bool) -> None:
+    """Print the warnings of a rack file, and that its servers end before a client can connect."""
+    _complain_all(job.warnings)
+    if without_clients:
+        complain("without --realtime the run does not wait for clients, and the servers end with it")
+
+
+def _complain_all(sentences: Iterable[str]) -> None:
+    for each in sentences:
+        complain(each)
+
+
+def _print_json(status: int, row: dict[str, object]) -> None:
+    from scanrack.terminal.as_json import say_json  # most runs print none
+
+    say_json({"ended": ENDED[status], **row})
 
 
 def servers_at(

@@ -156,40 +156,12 @@ def _conform_command(
         if options.rung is not None:
             say(counter_rung(options.rung.value).rstrip(), whole=True)
             raise typer.Exit(DONE)
-        wanted = load_plan(options.plan)
+        plan = load_plan(options.plan)
         if options.listed:
-            _say_list(wanted)
+            _say_list(plan)
             raise typer.Exit(DONE)
-        used = {options.source: "the file that is judged"} if options.source is not None else {}
-        used |= {Path(options.plan): "the plan"} if Path(options.plan).is_file() else {}
-        out = options.out or (None if options.path is None else Path("conform.json"))
-        if out is not None:
-            check_output(out, RESULT, used)
-        around = used if out is None else used | {out: "the result"}
-        if options.html is not None:
-            check_output(options.html, PAGE, around)
-        tag, period_ns = counter_of(options.counter)
-        tags = ModuleTags(options.module, tag, period_ns, wiring_of(options.wire or []))
-        wanted = replace(wanted, timing=_timing(wanted.timing, options.scan, period_ns))
-        if (options.path is None) == (options.source is None):
-            raise ValueError(
-                "give --path HOST[,SLOT] for a controller, or --judge FILE for what was recorded"
-            )
-        if options.configuration is not None and options.source is None:
-            raise ValueError("--configuration goes with --judge: a plan has its own")
-        if options.source is None:
-            wish = _Wish(
-                wanted,
-                tags,
-                options.scene or (),
-                options.encoder,
-                options.live and options.control,
-                options.quiet or options.as_json,
-            )
-            recorded = _play(str(options.path), wish)
-        else:
-            words = configuration_words(options.configuration)
-            recorded = _recorded(options.source, options.module, wanted.timing, words)
+        out, used = _checked_outputs(options)
+        recorded = _recorded_scenes(options, plan)
         judge = Judge(recorded.firmware, recorded.timing)
         for each in recorded.scenes:
             verdict = judge.judge(each)
@@ -203,10 +175,49 @@ def _conform_command(
                 json.dump(whole, file, separators=(", ", ": "))
                 file.write("\n")
         if options.html is not None:
+            around = used if out is None else used | {out: "the result"}
             save_report(options.html, recorded, result, around, name)
         if options.as_json or not options.quiet:
             _say_result(whole, result, recorded, name, as_json=options.as_json)
         raise typer.Exit(NO if result.differs else DONE)
+
+
+def _checked_outputs(options: ConformOptions) -> tuple[Path | None, dict[Path, str]]:
+    """Return the file of the result, if there is one, and the files that no output may replace.
+
+    Raises:
+        ValueError: an output can't be written, or would replace one of these files.
+    """
+    used = {options.source: "the file that is judged"} if options.source is not None else {}
+    used |= {Path(options.plan): "the plan"} if Path(options.plan).is_file() else {}
+    out = options.out or (None if options.path is None else Path("conform.json"))
+    if out is not None:
+        check_output(out, RESULT, used)
+    if options.html is not None:
+        check_output(options.html, PAGE, used if out is None else used | {out: "the result"})
+    return out, used
+
+
+def _recorded_scenes(options: ConformOptions, plan: ScenePlan) -> PlayedPlan:
+    """Return what a module did: in scenes that are played now, or in a recording.
+
+    Raises:
+        ValueError: options exclude each other or can't be used.
+    """
+    tag, period_ns = counter_of(options.counter)
+    tags = ModuleTags(options.module, tag, period_ns, wiring_of(options.wire or []))
+    plan = replace(plan, timing=_timing(plan.timing, options.scan, period_ns))
+    if (options.path is None) == (options.source is None):
+        raise ValueError("give --path HOST[,SLOT] for a controller, or --judge FILE for what was recorded")
+    if options.source is not None:
+        words = configuration_words(options.configuration)
+        return _recorded(options.source, options.module, plan.timing, words)
+    if options.configuration is not None:
+        raise ValueError("--configuration goes with --judge: a plan has its own")
+    is_live, is_quiet = options.live and options.control, options.quiet or options.as_json
+    return _play(
+        str(options.path), _Wish(plan, tags, options.scene or (), options.encoder, is_live, is_quiet)
+    )
 
 
 def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
