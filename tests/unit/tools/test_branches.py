@@ -51,7 +51,7 @@ def test_a_function_branches_in_few_ways() -> None:
 
 
 def test_each_kind_of_branch_counts() -> None:
-    """By hand: 1, the loop, its if with `and`, the conditional value, the comprehension with if, the handler."""
+    """By hand: 1, the loop, its if with `and`, the conditional value, the comprehension, the handler."""
     text = """
 def f(a, b):
     def inner():
