@@ -74,8 +74,8 @@ def pytest_configure(config: pytest.Config) -> None:
     config.addinivalue_line("markers", "rack(path): the rack file of the fixture `bench`")
     config.pluginmanager.register(_HiddenFrames(), "scanrack-frames")
     if config.getoption("--scanrack-debug"):
-        from scanrack.dap.in_test import PortOfTests
         from scanrack.dap.plugin_name import DEBUGGER
+        from scanrack.dap.port_of_tests import PortOfTests
 
         config.pluginmanager.register(PortOfTests(config), DEBUGGER)
     if config.getoption("--rung-coverage"):

@@ -10,35 +10,28 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable
-from contextlib import ExitStack, nullcontext
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from scanrack.jobs.bench import Bench
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.live import actions
-from scanrack.terminal.terminal import say
 from scanrack.watch.python_stops import LineTrace
 from typing_extensions import override
 
 from .adapter import Adapter
 from .breakpoints import Breakpoint
-from .command import client_of, key_line
 from .live import LiveRungs, LiveText, ScanDriver
 from .plugin_name import DEBUGGER
 from .protocol import DebugError
-from .requests import REQUESTS
 
 if TYPE_CHECKING:
     import pytest
 
-WAIT_S = 60.0
-"""Longest wait of a test for a client."""
-
 
 class BenchRun:
-    """A bench, as `live.Scanned`."""
+    """A bench, as `live.ScanRun`."""
 
     def __init__(self, bench: Bench) -> None:
         self._bench, self.cpu, self.rack = bench, bench.cpu, bench.cpu.rack
@@ -74,7 +67,7 @@ class InTest(ScanDriver):
             load = bench.load
             super().__init__(adapter, LiveText(run, load, bench.spec, [load.program], LineTrace()))
         else:
-            raise DebugError("this bench has a program without a file: there are no lines to step through")
+            raise DebugError("this bench has a program without a file, so its lines can't be stepped through")
         self._bench, self._stepping, self._pausing = bench, False, False
         adapter.begin(self.subject, self)
         self.place_again()
@@ -151,56 +144,11 @@ def run_tests(adapter: Adapter, words: str) -> None:
     """Run pytest, whose benches the client of an adapter debugs."""
     import pytest
 
-    class Given:
+    class TestPlugin:
         """Debugs the benches of this run."""
 
         def pytest_configure(self, config: pytest.Config) -> None:
             """Give pytest's plugin the adapter."""
             config.pluginmanager.register(lambda bench: InTest(adapter, bench), DEBUGGER)
 
-    pytest.main([*shlex.split(words), "--scanrack-keep=never"], plugins=[Given()])
-
-
-class PortOfTests:
-    """Waits for a client at the first bench of a run of pytest.
-
-    Args:
-        config: of the run.
-    """
-
-    def __init__(self, config: pytest.Config) -> None:
-        self._config, self._stack = config, ExitStack()
-        config.add_cleanup(self._stack.close)
-        self._adapter: Adapter | None = None
-        self._tried = False
-
-    def __call__(self, bench: Bench) -> None:
-        """Debug a bench; without a client in time the test runs on."""
-        if not self._tried:
-            self._tried, self._adapter = True, self._connected()
-        if self._adapter is not None and not self._adapter.over:
-            InTest(self._adapter, bench)
-
-    def _say(self, text: str) -> None:
-        """Print a line at the terminal, whatever pytest captures."""
-        capture: Any = self._config.pluginmanager.getplugin("capturemanager")
-        with nullcontext() if capture is None else capture.global_and_fixture_disabled():
-            say(text)
-
-    def _connected(self) -> Adapter | None:
-        from scanrack.watch.gate import listen
-
-        listening = self._stack.enter_context(listen(0))
-        key = key_line()
-        self._say(f"scanrack debug: {listening.getsockname()[1]} {key}; waits {WAIT_S:.0f} s for a client")
-        try:
-            wire = client_of(listening, key, self._stack, WAIT_S)
-        except TimeoutError:
-            self._say("scanrack debug: no client has come: the tests run without one")
-            return None
-        adapter = Adapter(wire, REQUESTS)
-        self._stack.callback(adapter.event, "terminated")
-        adapter.waits = True
-        while adapter.waits and not adapter.over:  # for launch or attach
-            adapter.serve(None)
-        return adapter
+    pytest.main([*shlex.split(words), "--scanrack-keep=never"], plugins=[TestPlugin()])

@@ -20,8 +20,7 @@ from scanrack.jobs.trust.attachments import files_of
 from scanrack.jobs.why.journal import Journal
 from scanrack.jobs.why.traced_run import Load
 from scanrack.ladder import LadderLogic
-from scanrack.ladder.debug import Debugger
-from scanrack.ladder.debug.journal import Journal as LadderJournal
+from scanrack.ladder.debug import Debugger, journal
 from scanrack.ladder.debug.replay import Replayer
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.python.online.fields import Fields
@@ -72,7 +71,7 @@ class Program(Protocol):
         """Its values, as far as they can be set and forced."""
 
 
-class Scanned(Protocol):
+class ScanRun(Protocol):
     """A rack that runs, of a session or of a bench."""
 
     rack: Rack
@@ -88,7 +87,7 @@ class LiveSubject(SomeSubject):
 
     live = True
 
-    def __init__(self, run: Scanned) -> None:
+    def __init__(self, run: ScanRun) -> None:
         self.run = run
         self.words = {slot.number: slot.words for slot in run.rack.slots.values()}
         self.last = -1
@@ -160,7 +159,7 @@ class LiveSubject(SomeSubject):
 class LiveRungs(RungSubject, LiveSubject):
     """A ladder program that runs."""
 
-    def __init__(self, run: Scanned) -> None:
+    def __init__(self, run: ScanRun) -> None:
         super().__init__(run)
         assert run.program.debugger is not None
         self._debugger = run.program.debugger
@@ -170,7 +169,7 @@ class LiveRungs(RungSubject, LiveSubject):
     def extent(self) -> tuple[int, int]:
         """The scans that can be looked at: an edit forgets those before."""
         source = self._debugger.replayer.source
-        assert isinstance(source, LadderJournal)
+        assert isinstance(source, journal.Journal)
         return source.first, self.last
 
     @override
@@ -200,7 +199,7 @@ class LiveText(TextSubject, LiveSubject):
     """A program without rungs that runs."""
 
     def __init__(
-        self, run: Scanned, load: Load, spec: RackSpec, files: Sequence[Path], trace: LineTrace
+        self, run: ScanRun, load: Load, spec: RackSpec, files: Sequence[Path], trace: LineTrace
     ) -> None:
         LiveSubject.__init__(self, run)
         TextSubject.__init__(self, load, spec, steps=is_steps(run.program.logic))

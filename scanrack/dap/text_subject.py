@@ -27,8 +27,7 @@ from .executed_scan import Stop, View
 from .protocol import DebugError, Json
 from .subject import SLICE, Poll, SomeSubject
 from .twin import Capture, ProgramValues, TextRun, TextState, Twin
-from .variables import Node, Tree, python_value
-from .variables import Values as ValueNode
+from .variables import Node, Tree, ValueNode, python_value
 
 WINDOW, WINDOW_MOST, SHARE = 64, 4096, 64
 """Least and most scans before one that are kept with it, and their share of all scans up to it."""

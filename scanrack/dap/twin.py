@@ -44,7 +44,7 @@ from scanrack.watch.history.watched_python import MOST
 from scanrack.watch.python_stops import LineTrace, Observer
 
 from .protocol import DebugError
-from .variables import Unquoted
+from .variables import BareText
 
 DEEPEST, MOST_ITEMS = 3, 100
 """Levels of a value that are kept, and items of one level."""
@@ -188,15 +188,15 @@ def waits_of(logic: ScanLogic) -> Mapping[str, str]:
     """Return where the sequences of a program wait, and for what, by name."""
     inside: Any = unwrapped(logic)
     if isinstance(inside, Steps):
-        return {"step": Unquoted(f"line {inside.line}")}
+        return {"step": BareText(f"line {inside.line}")}
     steps = {each.name: standing(each, 0) for each in sequences_in(inside)}
     return {
-        name: Unquoted(f"line {each.line}: {each.wait}" if each.wait else "over")
+        name: BareText(f"line {each.line}: {each.wait}" if each.wait else "over")
         for name, each in steps.items()
     }
 
 
-class _Shown:
+class _ShownWords:
     """A module whose inputs are written from outside."""
 
     def __init__(self) -> None:
@@ -247,7 +247,7 @@ class Twin:
             self.logic = logic
         known = {slot.number: slot.words for slot in self._spec.slot}
         trips = {slot.number: round_trip_ms(self._spec, slot) for slot in self._spec.slot}
-        self._modules = {each.number: _Shown() for each in recording.slots}
+        self._modules = {each.number: _ShownWords() for each in recording.slots}
 
         def card(slot: SlotInfo) -> Card:
             own = known.get(slot.number)

@@ -151,7 +151,7 @@ class Names:
         return _named(dict(self._names()), name)
 
 
-class Values:
+class ValueNode:
     """The members of a value of Python, a copy of which was kept; those of the program's own can be set."""
 
     def __init__(self, tree: Tree, values: Mapping[str, Any], *, owned: bool = False) -> None:
@@ -170,7 +170,7 @@ class Values:
         return _named({each: each for each in self._values}, name)
 
 
-class Unquoted(str):
+class BareText(str):
     """A text that is shown without quotes."""
 
     __slots__ = ()
@@ -187,10 +187,10 @@ def python_value(tree: Tree, name: str, value: object, *, owned: bool = False) -
             "name": name,
             "value": f"{kind} of {len(value)}",
             "type": kind,
-            "node": Values(tree, inner),
+            "node": ValueNode(tree, inner),
             **size,
         }
-    text = str(value) if value is None or isinstance(value, bool | Unquoted) else tree.text(name, value)
+    text = str(value) if value is None or isinstance(value, bool | BareText) else tree.text(name, value)
     return {"name": name, "value": text, "type": type(value).__name__, **more}
 
 

@@ -20,7 +20,7 @@ class FileLine(NamedTuple):
     line: int
 
 
-class _Located(Protocol):
+class _Site(Protocol):
     @property
     def file(self) -> str: ...
 
@@ -28,7 +28,7 @@ class _Located(Protocol):
     def line(self) -> int | None: ...
 
 
-def place_at(site: _Located, file: str | Path) -> FileLine:
+def place_at(site: _Site, file: str | Path) -> FileLine:
     """Return the line of a site; where the site does not name them, `file` and line 1."""
     return FileLine(site.file or str(file), site.line or 1)
 

@@ -58,7 +58,7 @@ class OwnRun:
 
 
 @dataclass(frozen=True, slots=True)
-class _Place:
+class _Variable:
     """Where the value of a variable is in the program's memory."""
 
     v: T
@@ -90,7 +90,7 @@ class _ValueNotes(QuietListener):
         self._watch(places)
         self._times: list[int] = []
 
-    def _places_of(self, variables: Iterable[T]) -> list[_Place]:
+    def _places_of(self, variables: Iterable[T]) -> list[_Variable]:
         """Return the places of the variables that have one; what is not modeled has none."""
         problem, found = self._problem, []
         layout, memory = self._engine.lowered.layout, self._engine.memory
@@ -98,10 +98,10 @@ class _ValueNotes(QuietListener):
             key = problem.key_of.get(v.val, FIRST_SCAN)
             leaf = None if key == FIRST_SCAN or v.val in problem.havocs else layout.find(key[0])
             if leaf is not None:
-                found.append(_Place(v, memory.reader(leaf, key[1]), problem.role(v.val) == "state"))
+                found.append(_Variable(v, memory.reader(leaf, key[1]), problem.role(v.val) == "state"))
         return found
 
-    def _watch(self, places: Iterable[_Place]) -> None:
+    def _watch(self, places: Iterable[_Variable]) -> None:
         """Note from now on what decides the truths that are left."""
         deciding = {v for t in self.left for v in self._variables[t]}
         self._places = [place for place in places if place.v in deciding]
