@@ -1,0 +1,65 @@
+"""The port at which a run of pytest waits for a client of the debug adapter."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack, nullcontext
+from typing import TYPE_CHECKING, Any
+
+from scanrack.jobs.bench import Bench
+from scanrack.terminal.terminal import say
+
+from .adapter import Adapter
+from .command import client_of, key_line
+from .in_test import InTest
+from .requests import REQUESTS
+
+if TYPE_CHECKING:
+    import pytest
+
+WAIT_S = 60.0
+"""Longest wait of a test for a client."""
+
+
+class PortOfTests:
+    """Waits for a client at the first bench of a run of pytest.
+
+    Args:
+        config: of the run.
+    """
+
+    def __init__(self, config: pytest.Config) -> None:
+        self._config, self._stack = config, ExitStack()
+        config.add_cleanup(self._stack.close)
+        self._adapter: Adapter | None = None
+        self._tried = False
+
+    def __call__(self, bench: Bench) -> None:
+        """Debug a bench; without a client in time the test runs on."""
+        if not self._tried:
+            self._tried, self._adapter = True, self._connected()
+        if self._adapter is not None and not self._adapter.over:
+            InTest(self._adapter, bench)
+
+    def _say(self, text: str) -> None:
+        """Print a line at the terminal, whatever pytest captures."""
+        capture: Any = self._config.pluginmanager.getplugin("capturemanager")
+        with nullcontext() if capture is None else capture.global_and_fixture_disabled():
+            say(text)
+
+    def _connected(self) -> Adapter | None:
+        from scanrack.watch.gate import listen
+
+        listening = self._stack.enter_context(listen(0))
+        key = key_line()
+        self._say(f"scanrack debug: {listening.getsockname()[1]} {key}; waits {WAIT_S:.0f} s for a client")
+        try:
+            wire = client_of(listening, key, self._stack, WAIT_S)
+        except TimeoutError:
+            self._say("scanrack debug: no client has come: the tests run without one")
+            return None
+        adapter = Adapter(wire, REQUESTS)
+        self._stack.callback(adapter.event, "terminated")
+        adapter.waits = True
+        while adapter.waits and not adapter.over:  # for launch or attach
+            adapter.serve(None)
+        return adapter
