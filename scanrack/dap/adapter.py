@@ -21,10 +21,9 @@ from typing_extensions import override
 
 from .breakpoints import Breakpoint
 from .cursor import Cursor, Spot, earlier, later
-from .executed_scan import View
 from .protocol import DebugError, Json
 from .subject import BrokenOffError, Subject
-from .variables import Tree
+from .view import Tree, View
 from .wire import NonsenseError, Wire
 
 THREAD = 1

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from .breakpoints import CHANGES, Breakpoint
-from .executed_scan import Stop, View
+from .view import Stop, View
 
 END = 1 << 30
 """Index of the end of a scan, which is known before its instructions are."""

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from scanrack.ladder.debug.cells import cells_of
 from scanrack.ladder.debug.executed import Execution, LineRun, StepRun, TracedEngine
@@ -25,78 +24,10 @@ from scanrack.ladder.model.types import HIDDEN
 from scanrack.ladder.state.lowered import AddOnCall
 from scanrack.ladder.state.snapshots import restore, snapshot
 
-from .conditions import EngineValues, Values
+from .conditions import EngineValues
 from .protocol import DebugError, Json
 from .variables import Names, Parts, tags_of, type_text
-
-if TYPE_CHECKING:
-    from .variables import Node, Tree
-
-
-class Stop(NamedTuple):
-    """A place before an instruction of a scan."""
-
-    order: int  # what is written after it has not happened yet
-    run: Any  # a LineRun; a TextRun of a language without rungs
-    step: StepRun | None  # None before the first instruction of a rung
-    depth: int  # calls around it
-
-
-class View(Protocol):
-    """A scan that is looked at, of any language.
-
-    Attributes:
-        scan: its number.
-        tags: the values at the present place, by name.
-        values: what expressions read.
-    """
-
-    scan: int
-    tags: Any
-    values: Values
-
-    @property
-    def stops(self) -> Sequence[Stop]:
-        """The places before rungs, instructions or lines, in the order of execution."""
-
-    def show(self, order: int | None) -> None:
-        """Show the values after an instruction; None = at the end of the scan."""
-
-    def set(self, tag: str, value: object) -> None:
-        """Show a value that was set after the scan, until another place is shown."""
-
-    def leave(self) -> None:
-        """Give back what runs scans again."""
-
-    def last_write(self, tag: str) -> tuple[int, int | None] | None:
-        """Return index and order of the place after the last change of a tag; None for one from outside."""
-
-    def frame(self, run: Any) -> str:
-        """Return the name of the frame of a rung or line."""
-
-    def task(self, run: Any) -> str:
-        """Return the task of a rung; "" without one."""
-
-    def last_origin(self) -> Origin | None:
-        """Return the place that is shown at the end of the scan; None without one."""
-
-    def full_name(self, name: str, run: Any) -> str | None:
-        """Return the full name of a tag as a rung or line names it; None for anything else."""
-
-    def names(self, run: Any) -> Sequence[tuple[str, str]]:
-        """Return short and full names of all tags that a rung or line can name."""
-
-    def scopes(self, tree: Tree, run: Any) -> Iterator[tuple[str, Node]]:
-        """Yield the scopes of a frame; `run` is None outside of rungs."""
-
-    def value(self, tree: Tree, name: str, address: str) -> Json:
-        """Return a value as the protocol has it, `name` as its short name."""
-
-    def described(self, tag: str) -> Iterator[str]:
-        """Yield what a hover says of a tag beside its value."""
-
-    def own_word(self, slot: int, image: str, number: int) -> int | None:
-        """Return a word of an image as the program sees it at the place; None if it has no own one."""
+from .view import Node, Stop, Tree, View
 
 
 class ExecutedScan(View):

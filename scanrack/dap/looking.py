@@ -15,7 +15,8 @@ from .conditions import ExpressionError, ScanContext, compiled
 from .executed_scan import callers
 from .protocol import DebugError, Json, text, whole
 from .subject import Images
-from .variables import Modules, Node, value_in
+from .variables import Modules, value_in
+from .view import Node
 
 if TYPE_CHECKING:
     from .adapter import Adapter

@@ -20,8 +20,9 @@ from typing_extensions import override
 
 from .breakpoints import Breakpoint, Event, Looker, RungValues
 from .conditions import ScanContext
-from .executed_scan import ExecutedScan, View
+from .executed_scan import ExecutedScan
 from .places import Places
+from .view import View
 
 SLICE = 512
 """Scans that are searched at once."""

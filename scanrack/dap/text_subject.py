@@ -23,11 +23,11 @@ from typing_extensions import override
 from .breakpoints import Breakpoint, LinePoints, Looker
 from .conditions import NamedValues
 from .cursor import END
-from .executed_scan import Stop, View
 from .protocol import DebugError, Json
 from .subject import SLICE, Poll, SomeSubject
 from .twin import Capture, ProgramValues, TextRun, TextState, Twin
-from .variables import Node, Tree, ValueNode, python_value
+from .variables import ValueNode, python_value
+from .view import Node, Stop, Tree, View
 
 WINDOW, WINDOW_MOST, SHARE = 64, 4096, 64
 """Least and most scans before one that are kept with it, and their share of all scans up to it."""

@@ -14,79 +14,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import islice
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any
 
 from scanrack.io_images.module_words import ModuleWords
-from scanrack.ladder.debug.watched import shown
 from scanrack.ladder.debug.watching import WatchedEngine
 from scanrack.ladder.model.operands import Group, Place
 from scanrack.ladder.model.tags import Tag, program_of
 from scanrack.ladder.model.types import COUNTER, HIDDEN, TIMER, Structure
 
 from .protocol import DebugError, Json
-
-if TYPE_CHECKING:
-    from .executed_scan import View
+from .view import Tree
 
 ReadWord = Callable[[int, str, int], int]
 """Returns a word of an image, signed: slot, "I" or "O", word."""
-
-ITEMS_MOST = 1_000
-"""Most values of one level that are sent if the client does not say which."""
-
-
-class Node(Protocol):
-    """Something with values in it."""
-
-    def children(self) -> Iterator[Json]:
-        """Yield its values as the protocol has them, with a `node` of what opens in turn."""
-
-    def tag(self, name: str) -> str:
-        """Return the tag or address that a value of it is; a DebugError if it can't be set."""
-
-
-class Tree:
-    """The opened nodes by number, until the program moves on.
-
-    Args:
-        view: it shows the place of the frame.
-        forced: the forced names.
-    """
-
-    def __init__(self, view: View, forced: Sequence[str]) -> None:
-        self.view = view
-        self._forced = {each.upper() for each in forced}
-        self._nodes: dict[int, Node] = {}
-
-    def add(self, node: Node) -> int:
-        """Return the number of a node."""
-        self._nodes[len(self._nodes) + 1] = node
-        return len(self._nodes)
-
-    def node(self, number: int) -> Node:
-        """Return a node; a DebugError for a number of an earlier stop."""
-        if number not in self._nodes:
-            raise DebugError(f"variables {number} are gone: the program has moved on")
-        return self._nodes[number]
-
-    def variables(self, number: int, start: int = 0, count: int = 0) -> list[Json]:
-        """Return the values of a node; `count` 0 = all, up to a limit."""
-        children = self.node(number).children()
-        return [self._sent(each) for each in islice(children, start, start + (count or ITEMS_MOST))]
-
-    def _sent(self, child: Json) -> Json:
-        node = child.pop("node", None)
-        return {**child, "variablesReference": 0 if node is None else self.add(node)}
-
-    def value(self, name: str, address: str) -> Json:
-        """Return a tag as the protocol has it, `name` as its short name."""
-        return self.view.value(self, name, address)
-
-    def text(self, address: str, value: object) -> str:
-        """Return a plain value as text."""
-        text = repr(value) if isinstance(value, str) else shown(value)
-        return f"{text} (forced)" if address.upper() in self._forced else text
 
 
 def type_text(where: Place | Group) -> str:

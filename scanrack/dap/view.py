@@ -1,0 +1,136 @@
+"""A scan that is looked at, and the tree of its values that a client opens."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from itertools import islice
+from typing import Any, NamedTuple, Protocol
+
+from scanrack.ladder.debug.executed import StepRun
+from scanrack.ladder.debug.watched import shown
+from scanrack.ladder.model.tree import Origin
+
+from .conditions import Values
+from .protocol import DebugError, Json
+
+ITEMS_MOST = 1_000
+"""Most values of one level that are sent if the client does not say which."""
+
+
+class Node(Protocol):
+    """Something with values in it."""
+
+    def children(self) -> Iterator[Json]:
+        """Yield its values as the protocol has them, with a `node` of what opens in turn."""
+
+    def tag(self, name: str) -> str:
+        """Return the tag or address that a value of it is; a DebugError if it can't be set."""
+
+
+class Tree:
+    """The opened nodes by number, until the program moves on.
+
+    Args:
+        view: it shows the place of the frame.
+        forced: the forced names.
+    """
+
+    def __init__(self, view: View, forced: Sequence[str]) -> None:
+        self.view = view
+        self._forced = {each.upper() for each in forced}
+        self._nodes: dict[int, Node] = {}
+
+    def add(self, node: Node) -> int:
+        """Return the number of a node."""
+        self._nodes[len(self._nodes) + 1] = node
+        return len(self._nodes)
+
+    def node(self, number: int) -> Node:
+        """Return a node; a DebugError for a number of an earlier stop."""
+        if number not in self._nodes:
+            raise DebugError(f"variables {number} are gone: the program has moved on")
+        return self._nodes[number]
+
+    def variables(self, number: int, start: int = 0, count: int = 0) -> list[Json]:
+        """Return the values of a node; `count` 0 = all, up to a limit."""
+        children = self.node(number).children()
+        return [self._sent(each) for each in islice(children, start, start + (count or ITEMS_MOST))]
+
+    def _sent(self, child: Json) -> Json:
+        node = child.pop("node", None)
+        return {**child, "variablesReference": 0 if node is None else self.add(node)}
+
+    def value(self, name: str, address: str) -> Json:
+        """Return a tag as the protocol has it, `name` as its short name."""
+        return self.view.value(self, name, address)
+
+    def text(self, address: str, value: object) -> str:
+        """Return a plain value as text."""
+        text = repr(value) if isinstance(value, str) else shown(value)
+        return f"{text} (forced)" if address.upper() in self._forced else text
+
+
+class Stop(NamedTuple):
+    """A place before an instruction of a scan."""
+
+    order: int  # what is written after it has not happened yet
+    run: Any  # a LineRun; a TextRun of a language without rungs
+    step: StepRun | None  # None before the first instruction of a rung
+    depth: int  # calls around it
+
+
+class View(Protocol):
+    """A scan that is looked at, of any language.
+
+    Attributes:
+        scan: its number.
+        tags: the values at the present place, by name.
+        values: what expressions read.
+    """
+
+    scan: int
+    tags: Any
+    values: Values
+
+    @property
+    def stops(self) -> Sequence[Stop]:
+        """The places before rungs, instructions or lines, in the order of execution."""
+
+    def show(self, order: int | None) -> None:
+        """Show the values after an instruction; None = at the end of the scan."""
+
+    def set(self, tag: str, value: object) -> None:
+        """Show a value that was set after the scan, until another place is shown."""
+
+    def leave(self) -> None:
+        """Give back what runs scans again."""
+
+    def last_write(self, tag: str) -> tuple[int, int | None] | None:
+        """Return index and order of the place after the last change of a tag; None for one from outside."""
+
+    def frame(self, run: Any) -> str:
+        """Return the name of the frame of a rung or line."""
+
+    def task(self, run: Any) -> str:
+        """Return the task of a rung; "" without one."""
+
+    def last_origin(self) -> Origin | None:
+        """Return the place that is shown at the end of the scan; None without one."""
+
+    def full_name(self, name: str, run: Any) -> str | None:
+        """Return the full name of a tag as a rung or line names it; None for anything else."""
+
+    def names(self, run: Any) -> Sequence[tuple[str, str]]:
+        """Return short and full names of all tags that a rung or line can name."""
+
+    def scopes(self, tree: Tree, run: Any) -> Iterator[tuple[str, Node]]:
+        """Yield the scopes of a frame; `run` is None outside of rungs."""
+
+    def value(self, tree: Tree, name: str, address: str) -> Json:
+        """Return a value as the protocol has it, `name` as its short name."""
+
+    def described(self, tag: str) -> Iterator[str]:
+        """Yield what a hover says of a tag beside its value."""
+
+    def own_word(self, slot: int, image: str, number: int) -> int | None:
+        """Return a word of an image as the program sees it at the place; None if it has no own one."""
