@@ -110,9 +110,9 @@ def _reach(symbol: Symbol) -> Shape:
 
 def _document(picture: Picture, ident: str, text: str, content: str) -> str:
     wide, high = units((picture.width + 2 * EDGE) * CELL), _height(picture)
-    said = f'data-rung={attribute(ident)} role="group" aria-label={attribute(text)}'
+    labels = f'data-rung={attribute(ident)} role="group" aria-label={attribute(text)}'
     size = f'viewBox="0 -{HEAD} {wide} {high}" width="{wide}" height="{high}"'
-    return f'<svg xmlns="http://www.w3.org/2000/svg" class="rung" {said} {size}>{content}</svg>'
+    return f'<svg xmlns="http://www.w3.org/2000/svg" class="rung" {labels} {size}>{content}</svg>'
 
 
 def _height(picture: Picture) -> str:
@@ -142,28 +142,28 @@ class _ValueRuler(Ruler):
         super().__init__(captions)
         self._name_of, self._specs, self._operands = name_of, specs, operands
 
-    def _told(self, instruction: Instruction) -> BlockTexts | None:
+    def _block_texts(self, instruction: Instruction) -> BlockTexts | None:
         return told_of(instruction, self._captions.get(instruction.name, ()), self._name_of)
 
     @override
     def now(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
-        function = self._told(instruction) if instruction.name in BESIDE else None
-        return () if function is None else function.line(0)
+        texts = self._block_texts(instruction) if instruction.name in BESIDE else None
+        return () if texts is None else texts.line(0)
 
     @override
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
-        function = self._told(instruction)
+        texts = self._block_texts(instruction)
         if not self._operands:
-            if instruction.name in SHORT and function is not None:
+            if instruction.name in SHORT and texts is not None:
                 return (BoxLine("", str(instruction.operands[0]).ljust(_MEMBER + VALUE)),)
             if instruction.name == "JSR" and str(instruction.operands[-1]) == "0":  # without parameters
                 return super().lines(instruction, room)[:-1]
-        if instruction.name in BESIDE or function is None:
+        if instruction.name in BESIDE or texts is None:
             return super().lines(instruction, room)
-        said = [BoxLine("", " " * WIDE, now=function.line(each)) for each in range(function.lines)]
+        shown_lines = [BoxLine("", " " * WIDE, now=texts.line(each)) for each in range(texts.lines)]
         if self._operands:
-            return *said, *super().lines(instruction, room)
-        return BoxLine("", str(instruction.operands[0])), *said
+            return *shown_lines, *super().lines(instruction, room)
+        return BoxLine("", str(instruction.operands[0])), *shown_lines
 
     @override
     def value(self, instruction: Instruction) -> str | None:
@@ -197,9 +197,9 @@ class _ValueRuler(Ruler):
         """Yield the tags that an instruction shows or uses."""
         for operand in instruction.operands:
             yield from filter(None, map(self._name_of, addresses_in(operand)))
-        function = self._told(instruction)
-        if function is not None:
-            yield from function.names()
+        texts = self._block_texts(instruction)
+        if texts is not None:
+            yield from texts.names()
         for structure, member in self._members(instruction).values():
             for shown in (member, "DN"):
                 if (name := self._name(instruction.operands[structure], shown)) is not None:

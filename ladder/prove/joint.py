@@ -3,7 +3,7 @@
 Base and step are those of `induction`. If a disjunction can't hold, none of its truths can; a model of one
 that can drops each truth that holds in it. Runs that the solver finds are not replayed here.
 
-The longest step is asked first: what does not follow from k scans does not follow from fewer. For what does
+The longest step comes first: what does not follow from k scans does not follow from fewer. For what does
 follow the least k is found.
 """
 
@@ -41,7 +41,7 @@ class JointAnswers:
 
 
 def satisfiable(solver: Solver, formulas: Mapping[T, Any]) -> tuple[set[T], set[T]]:
-    """Ask which truths can hold, each without the others, beside what is stated.
+    """Return which truths can hold, each without the others, beside what is stated.
 
     Args:
         formulas: the solver's term of each truth.
@@ -102,7 +102,7 @@ class _JointInduction:
         self._work = self._steps = 0
 
     def decide(self) -> None:
-        """Ask the base up to the longest induction, the step, and further scans of the base."""
+        """Check the base up to the longest induction, the step, and further scans of the base."""
         base, run = Solver(self._limits.fuse), None
         last = self._limits.scans - 1
         for number in range(self._limits.scans):

@@ -64,7 +64,7 @@ class Gateway(Generic[Asker]):
         self._timeout_ns = timeout_ns
         self._timed = timed
         self._waiting: deque[GatewayRequest[Asker]] = deque()
-        self._asked: GatewayRequest[Asker] | None = None
+        self._sent: GatewayRequest[Asker] | None = None
         self._heard = bytearray()
         self._give_up_ns = 0
         self._quiet_ns: int | None = None  # instant at which the bytes heard are a frame; None without bytes
@@ -73,7 +73,7 @@ class Gateway(Generic[Asker]):
     def next_wake_ns(self) -> int | None:
         """Instant of the line's next event, or of the end of the present request."""
         times = [] if self._line.next_wake_ns is None else [self._line.next_wake_ns]
-        if self._asked is not None:
+        if self._sent is not None:
             times.append(
                 self._give_up_ns if self._quiet_ns is None else min(self._quiet_ns, self._give_up_ns)
             )
@@ -100,9 +100,9 @@ class Gateway(Generic[Asker]):
         return answered
 
     def _begin(self, now_ns: int) -> None:
-        if self._asked is not None or not self._waiting:
+        if self._sent is not None or not self._waiting:
             return
-        self._asked = request = self._waiting.popleft()
+        self._sent = request = self._waiting.popleft()
         self._heard += self._line.advance(now_ns)
         self._heard.clear()  # late, and no one's
         data = frame(self._address_of(request.unit), request.pdu)
@@ -117,17 +117,17 @@ class Gateway(Generic[Asker]):
 
     def _step(self, now_ns: int) -> Answered[Asker]:
         data = self._line.advance(now_ns)
-        if self._asked is None:
+        if self._sent is None:
             return []
         if data:
             self._heard += data
             self._quiet_ns = now_ns + self._span_ns(SILENCE_CHARACTERS)
         if self._quiet_ns is not None and now_ns >= self._quiet_ns:
             self._quiet_ns = None
-            heard, sent = bytes(self._heard), self._asked
+            heard, sent = bytes(self._heard), self._sent
             self._heard.clear()
             if self._is_reply(heard, sent):
-                self._asked = None
+                self._sent = None
                 return [(sent.asker, heard[1:-2])]
         return self._given_up(now_ns)
 
@@ -136,10 +136,10 @@ class Gateway(Generic[Asker]):
         return right and heard[1] & ~EXCEPTION == sent.pdu[0]
 
     def _given_up(self, now_ns: int) -> Answered[Asker]:
-        sent = self._asked
+        sent = self._sent
         if sent is None or now_ns < self._give_up_ns:
             return []
-        self._asked = None
+        self._sent = None
         if self._address_of(sent.unit) == BROADCAST:
             return []
         return [(sent.asker, sent.refused(FAILED_TO_RESPOND))]

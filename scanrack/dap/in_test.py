@@ -68,7 +68,7 @@ class InTest(ScanDriver):
             super().__init__(adapter, LiveText(run, load, bench.spec, [load.program], LineTrace()))
         else:
             raise DebugError("this bench has a program without a file, so its lines can't be stepped through")
-        self._bench, self._stepping, self._pausing = bench, False, False
+        self._run, self._stepping, self._pausing = run, False, False
         adapter.begin(self.subject, self)
         self.place_again()
         while not adapter.configured and not adapter.over:
@@ -125,7 +125,7 @@ class InTest(ScanDriver):
 
     @override
     def give(self, order: actions.Action) -> None:
-        desk = BenchRun(self._bench).operated
+        desk = self._run.operated
         if desk is None or not isinstance(order, actions.Write | actions.Force | actions.Unforce):
             raise DebugError("the test gives the orders here: this one is not an order of a test")
         if isinstance(order, actions.Write):

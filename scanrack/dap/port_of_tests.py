@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from scanrack.jobs.bench import Bench
 from scanrack.terminal.terminal import say
+from scanrack.watch.gate import listen
 
 from .adapter import Adapter
 from .command import client_of, key_line
@@ -47,8 +48,6 @@ class PortOfTests:
             say(text)
 
     def _connected(self) -> Adapter | None:
-        from scanrack.watch.gate import listen
-
         listening = self._stack.enter_context(listen(0))
         key = key_line()
         self._say(f"scanrack debug: {listening.getsockname()[1]} {key}; waits {WAIT_S:.0f} s for a client")

@@ -167,10 +167,10 @@ class TextSubject(SomeSubject):
     ) -> Iterator[tuple[int, list[tuple[Breakpoint, str]]]]:
         """Yield the scans from one to another that meet a breakpoint, in order."""
         twin, begin = self._searched, max(0, first - 1)  # changes are known from the second scan on
-        goes_on = 0 <= twin.at == begin
-        twin.rewind(first if goes_on else begin)
+        continues = 0 <= twin.at == begin
+        twin.rewind(first if continues else begin)
         looker, points = self._looker(requested, lambda: twin.logic, lambda: twin.at)
-        if goes_on:
+        if continues:
             begin = first
             looker.prime(twin.at)
         for number, _own in twin.walk(begin, last, lambda _logic: points):

@@ -176,9 +176,8 @@ def _line_of(
 def _callers(frame: FrameType) -> Iterator[FrameType]:
     """Yield the frames of the user's files that a frame was called or awaited from, innermost first."""
     above = frame.f_back
-    while (
-        above is not None and above.f_code is not Twin._call.__code__
-    ):  # below it is who looks, such as a test
+    outermost = Twin._call.__code__  # its callers look at the program, such as a test
+    while above is not None and above.f_code is not outermost:
         if LineTrace.is_own(above.f_code):
             yield above
         above = above.f_back

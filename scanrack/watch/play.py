@@ -48,15 +48,15 @@ from .text import TextView
 from .watch_options import WatchOptions
 
 
-def watch_job(job: LoadedRack, wanted: WatchOptions) -> int:
+def watch_job(job: LoadedRack, options: WatchOptions) -> int:
     """Run a job in a session for pages; return the exit status."""
     with ExitStack() as stack:
         try:
-            listening = stack.enter_context(listen(wanted.asked.port))
+            listening = stack.enter_context(listen(options.arguments.port))
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
-        return Play(wanted, listening, folder, stack).play(job)
+        return Play(options, listening, folder, stack).play(job)
 
 
 class Play:
@@ -69,13 +69,13 @@ class Play:
 
     def __init__(
         self,
-        wanted: WatchOptions,
+        options: WatchOptions,
         listening: socket.socket,
         folder: Path,
         stack: ExitStack,
         key: str | None = None,
     ) -> None:
-        self._wanted, self._listening, self._folder, self._stack = wanted, listening, folder, stack
+        self._options, self._listening, self._folder, self._stack = options, listening, folder, stack
         self._key = key
         self._ring: Ring | None = None
         self._supervisor: MonitorSupervisor | NoMonitor | None = None
@@ -98,8 +98,8 @@ class Play:
 
     def _open_services(self, job: LoadedRack) -> None:
         """Open the ports for clients of tags; ValueError if one can't be used."""
-        requested = self._wanted
-        self._services = TagServices(job, requested.servers, complain, writes=not requested.read_only)
+        options = self._options
+        self._services = TagServices(job, options.servers, complain, writes=not options.read_only)
         self._stack.callback(self._services.end)
 
     def go_on(self, job: LoadedRack) -> int:
@@ -121,32 +121,32 @@ class Play:
             ValueError: the job can't be run.
             OSError: the trace can't be written.
         """
-        editions = ProgramVersions(self._folder / "programs", self._wanted.asked.rack)
+        editions = ProgramVersions(self._folder / "programs", self._options.arguments.rack)
         editions.keep(0, editions.with_copy(version_of(job)), job)
-        return self._prepared(Start(paused=self._wanted.asked.paused), editions)
+        return self._prepared(Start(paused=self._options.arguments.paused), editions)
 
     def _prepared(self, start: Start, editions: ProgramVersions) -> PreparedRun:
         with ExitStack() as ports:
-            if self._wanted.asked.live:
+            if self._options.arguments.live:
                 for outcome in ports.enter_context(real_time()):  # before there are ports
                     complain(str(outcome))
-            speed, trace = self._wanted.speed if start.orders is None else None, self._trace(start)
-            pacer = AdjustablePace(speed, spin=self._wanted.asked.spin)
+            speed, trace = self._options.speed if start.orders is None else None, self._trace(start)
+            pacer = AdjustablePace(speed, spin=self._options.arguments.spin)
             run = JobRun(
                 editions.job(0),
                 ports,
                 RunOptions(
                     trace=trace,
-                    live=self._wanted.asked.live,
+                    live=self._options.arguments.live,
                     pacer=pacer,
                     warn=complain,
                     handled=True,
                     metadata=start.metadata,
-                    keep=self._wanted.keep,
+                    keep=self._options.keep,
                     orders=start.orders,
-                    forces=self._wanted.forces,
+                    forces=self._options.forces,
                     editions=editions,
-                    remembered=self._wanted.remembered,
+                    remembered=self._options.remembered,
                 ),
             )
             ports.callback(run.cpu.close)  # if it never begins: the recording is in a folder that is removed
@@ -182,13 +182,13 @@ class Play:
 
     def _trace(self, start: Start) -> Path:
         """Return the path of the recording: the requested one, a name after it, or a temporary file."""
-        kept = self._wanted.asked.record
+        kept = self._options.arguments.record
         if kept is None:
             return _free(self._folder / "session.mcap")
         return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
 
     def _session(self, prepared: PreparedRun, job: LoadedRack) -> Session:
-        run, start, pacer, requested = prepared.run, prepared.start, prepared.pacer, self._wanted
+        run, start, pacer, options = prepared.run, prepared.start, prepared.pacer, self._options
         figures = MachineFigures(run.rack)
         if self._ring is None:
             self._ring = Ring(len(run.rack.memory), PER_SLOT * len(figures.slots))
@@ -207,8 +207,8 @@ class Play:
         def hand_over(takeover: Takeover) -> None:
             session.takeovers.append(takeover)
 
-        manner = EditManner(requested.asked.preview, requested.asked.trust)
-        editor = Editor(job, requested.asked.rack, run, prepared.editions, hand_over, tap.tell, manner)
+        manner = EditManner(options.arguments.preview, options.arguments.trust)
+        editor = Editor(job, options.arguments.rack, run, prepared.editions, hand_over, tap.tell, manner)
         session = Session(
             run.cpu,
             hands,
@@ -216,30 +216,30 @@ class Play:
             self._inbox,
             tap.tell,
             stops=run.program.debugger or PythonStops(lambda: run.program.logic, job.program),
-            live=requested.asked.live,
-            reload=editor.load_soon if requested.editable else None,
+            live=options.arguments.live,
+            reload=editor.load_soon if options.editable else None,
             prepare=lambda scan, paused: self.prepare_branch(
                 scan, hands.given, prepared.editions, prepared.trace, paused=paused or session.state.paused
             ),
         )
-        if requested.editable and not requested.read_only:
+        if options.editable and not options.read_only:
             session.edit = editor.ask
             editor.start()
             prepared.ports.callback(editor.end)
             tap.lasting = editor.lasting
         tap.session, session.attend, session.give = session, tap.attend, tap.give
         if start.orders is not None:
-            record = None if requested.asked.record is None else str(prepared.trace)
+            record = None if options.arguments.record is None else str(prepared.trace)
             programs.tell_branch(self._ring, prepared.trace, record)
-        if requested.asked.text:
+        if options.arguments.text:
             view = TextView(job.spec.name, run.rack, session, pacer)
             run.cpu.add_listener(view)
             view.begin()
         run.cpu.add_listener(run.program.following(tap))
         if self._services is not None:
             self._serve_tags(self._services, run, session)
-        if requested.door is not None:
-            requested.door(session, run)
+        if options.door is not None:
+            options.door(session, run)
         return session
 
     @staticmethod
@@ -256,14 +256,14 @@ class Play:
 
     def _open(self, job: LoadedRack, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
         """Print the link, and start the monitor."""
-        requested = self._wanted
+        options = self._options
         key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
-        record = None if requested.asked.record is None else str(prepared.trace)
-        looking, live = requested.read_only, requested.asked.live
+        record = None if options.arguments.record is None else str(prepared.trace)
+        looking, live = options.read_only, options.arguments.live
         about = SessionFacts(
             distribution_version("scanrack"),
             job.spec.name,
-            requested.asked.rack,
+            options.arguments.rack,
             "rack",
             looking,
             live,
@@ -272,7 +272,7 @@ class Play:
         )
         machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
         setup = Setup(ring.shape, about, key, HOST, port, machines, str(prepared.trace), programs)
-        if not requested.page:
+        if not options.page:
             self._supervisor, self._inbox = NoMonitor(), NoInbox()
             return
         self._supervisor = supervisor = MonitorSupervisor(setup, ring, self._listening, complain)
@@ -283,7 +283,7 @@ class Play:
             return
         link = f"http://{HOST}:{port}/#key={key}"
         say(f"{link} - Ctrl-C ends the session")
-        if requested.asked.opened:
+        if options.arguments.opened:
             webbrowser.open(link)
 
     def _rest_desk(self, rests: bool) -> None:
@@ -293,7 +293,7 @@ class Play:
 
     def _run(self, prepared: PreparedRun, session: Session) -> int:
         """Run a session to its end; return the exit status."""
-        requested, run, start = self._wanted, prepared.run, prepared.start
+        options, run, start = self._options, prepared.run, prepared.start
         faulted: list[int] = []
 
         def tell(fault: CpuFault) -> None:
@@ -306,15 +306,15 @@ class Play:
                     self._rest_desk(True)
                     session.repeat_to(start.scan)
                     self._rest_desk(False)
-                    session.set_speed(requested.speed)
+                    session.set_speed(options.speed)
                 try:
-                    session.run(requested.scans, paused=start.paused)
+                    session.run(options.scans, paused=start.paused)
                 except CpuFault:
                     if not faulted:
                         raise
 
         session.on_fault = tell
-        by_signal = requested.door is None  # else the editor has ended it
+        by_signal = options.door is None  # else the editor has ended it
         status = run_to_end(run.cpu, play, lambda: by_signal and session.over and session.branch is None)
         return faulted[-1] if faulted else status  # of the last session: those before a branch are left out
 

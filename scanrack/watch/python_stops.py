@@ -43,7 +43,7 @@ class LineTrace:
 
     def __init__(self) -> None:
         self._observers: list[Observer] = []
-        self._wanted: dict[CodeType, list[Observer]] = {}
+        self._seeing: dict[CodeType, list[Observer]] = {}
 
     @staticmethod
     @cache
@@ -65,14 +65,14 @@ class LineTrace:
         """
         if sys.gettrace() not in (None, self._trace):
             raise ValueError("another debugger traces the program")
-        self._wanted.clear()
+        self._seeing.clear()
         if observer not in self._observers:
             self._observers.append(observer)
         sys.settrace(self._trace)
 
     def remove(self, observer: Observer) -> None:
         """Trace no longer for an observer."""
-        self._wanted.clear()
+        self._seeing.clear()
         self._observers = [each for each in self._observers if each is not observer]
         if not self._observers and sys.gettrace() == self._trace:
             sys.settrace(None)
@@ -93,10 +93,10 @@ class LineTrace:
 
     def _trace(self, frame: FrameType, _event: str, _given: object) -> Callable[..., Any] | None:
         code = frame.f_code
-        wanted = self._wanted.get(code)
-        if wanted is None:
-            wanted = self._wanted[code] = [each for each in self._observers if self._sees(each, code)]
-        return self._line if wanted else None
+        seeing = self._seeing.get(code)
+        if seeing is None:
+            seeing = self._seeing[code] = [each for each in self._observers if self._sees(each, code)]
+        return self._line if seeing else None
 
     def _sees(self, observer: Observer, code: CodeType) -> bool:
         if not self.is_own(code):
@@ -105,7 +105,7 @@ class LineTrace:
 
     def _line(self, frame: FrameType, event: str, _given: object) -> Callable[..., Any]:
         if event == "line":
-            for each in self._wanted.get(frame.f_code, ()):
+            for each in self._seeing.get(frame.f_code, ()):
                 each.begins(frame)
         return self._line
 

@@ -103,7 +103,7 @@ class WatchArguments:
 class WatchOptions:
     """The options, and what they mean for a session."""
 
-    asked: WatchArguments
+    arguments: WatchArguments
     speed: float | None = 1.0  # times real time; None = as fast as possible
     read_only: bool = False  # refuse orders, and edits of the program
     scans: int | None = None  # their number; None = until Ctrl-C

@@ -60,19 +60,19 @@ def query(
 class _Reading:
     """What a query needs of the blocks that were read."""
 
-    def __init__(self, asked: Query, shown: Sequence[Signal]) -> None:
+    def __init__(self, question: Query, shown: Sequence[Signal]) -> None:
         self.rows = RowIndex()
-        self.stretches = [Stretches() for _ in asked.conditions]
-        self._asked, self._shown, self._memory = asked, shown, Memory()
+        self.stretches = [Stretches() for _ in question.conditions]
+        self._question, self._shown, self._memory = question, shown, Memory()
         self._begins: list[NDArray[np.int64]] = []
         self._columns: list[list[Column]] = [[] for _ in shown]  # the values of these rows, by signal
 
     def add(self, block: Block) -> None:
-        chosen = {signal.name: signal for signal in (*self._asked.signals, *self._shown)}
+        chosen = {signal.name: signal for signal in (*self._question.signals, *self._shown)}
         values = {name: signal.read(block) for name, signal in chosen.items()}
         scans = Scans(block.scan, block.time_ns, values, self._memory)
         before, begins = self.stretches[0].rows, []
-        for found, holds in zip(self.stretches, self._asked.conditions, strict=True):
+        for found, holds in zip(self.stretches, self._question.conditions, strict=True):
             begins.append(found.add(holds(scans)))
         self.rows.add(scans.scan, scans.time_ns)
         if self._shown and len(begins[0]):

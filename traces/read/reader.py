@@ -337,13 +337,13 @@ class Trace(Records):
         Args:
             topics: only events of these; None = of all.
         """
-        counts = self._told(self._messages(section), section)
+        counts = self._events_in(self._messages(section), section)
         yield from (event for event in counts if topics is None or event.topic in topics)
 
     def scans_and_events(self, section: Section) -> tuple[list[ScanRows], list[TraceEvent]]:
         """Return the scans and the events of a section, which is read once."""
         parts = self._messages(section)
-        return _rows_of(parts), list(self._told(parts, section))
+        return _rows_of(parts), list(self._events_in(parts, section))
 
     def may_tell(self, section: Section, topics: Collection[str] | None = None) -> bool:
         """Return whether a section may have events of some topics, or any for None; it is not read.
@@ -450,7 +450,8 @@ class Trace(Records):
         messages = [part.what for part in parts if not isinstance(part.what, Channel | Schema)]
         return [message for message in messages if self._is_sound(message, section)]
 
-    def _told(self, parts: Iterable[ScanRows | Message], section: Section) -> Iterator[TraceEvent]:
+    def _events_in(self, parts: Iterable[ScanRows | Message], section: Section) -> Iterator[TraceEvent]:
+        """Yield the events among scans and messages."""
         for part in parts:
             if isinstance(part, Message):
                 yield from self._events(part, section)

@@ -31,7 +31,7 @@ from ..solving.solver import SAT, Solver
 from ..system import ProgramSystem, System
 
 FIRST_SCANS, FEWEST_SCANS, SCANS, RESTART = 4, 30, 75, 15
-"""Random scans before the solver is asked, of a large and of a small program at most, and those of a run."""
+"""Random scans before the solver is used, of a large and of a small program at most, and those of a run."""
 
 QUIET = 20
 """Random scans that made no further truth true, after which the solver decides about the others."""
@@ -115,14 +115,14 @@ class TruthDecider:
         if not self._follows(self.system):
             return
         solver = Solver(self.limits.each.fuse)
-        asked = [t for t in self.open if self.spent[self.rules[t]] < self.limits.rule]
-        with self.system.narrowing(asked):
+        left = [t for t in self.open if self.spent[self.rules[t]] < self.limits.rule]
+        with self.system.narrowing(left):
             scan = Frame(self.system, solver)
         if solver.check() != SAT:
             return  # no scan may keep the contracts
-        can, gave_up = satisfiable(solver, {t: scan.term(t) for t in asked})
-        self._note_impossible([t for t in asked if t not in can and t not in gave_up], 0)
-        self._charge(asked, solver.work)
+        can, gave_up = satisfiable(solver, {t: scan.term(t) for t in left})
+        self._note_impossible([t for t in left if t not in can and t not in gave_up], 0)
+        self._charge(left, solver.work)
 
     def prove_jointly(self, truths: Iterable[T], *, held: bool = False) -> None:
         """Try an induction of many truths at once.

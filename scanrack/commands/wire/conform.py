@@ -161,6 +161,7 @@ def _conform_command(
             _say_list(plan)
             raise typer.Exit(DONE)
         out, used = _checked_outputs(options)
+        around = _with_result(used, out)
         recorded = _recorded_scenes(options, plan)
         judge = Judge(recorded.firmware, recorded.timing)
         for each in recorded.scenes:
@@ -175,7 +176,6 @@ def _conform_command(
                 json.dump(whole, file, separators=(", ", ": "))
                 file.write("\n")
         if options.html is not None:
-            around = used if out is None else used | {out: "the result"}
             save_report(options.html, recorded, result, around, name)
         if options.as_json or not options.quiet:
             _say_result(whole, result, recorded, name, as_json=options.as_json)
@@ -194,8 +194,13 @@ def _checked_outputs(options: ConformOptions) -> tuple[Path | None, dict[Path, s
     if out is not None:
         check_output(out, RESULT, used)
     if options.html is not None:
-        check_output(options.html, PAGE, used if out is None else used | {out: "the result"})
+        check_output(options.html, PAGE, _with_result(used, out))
     return out, used
+
+
+def _with_result(used: dict[Path, str], out: Path | None) -> dict[Path, str]:
+    """Return files in use, and the result beside them."""
+    return used if out is None else used | {out: "the result"}
 
 
 def _recorded_scenes(options: ConformOptions, plan: ScenePlan) -> PlayedPlan:

@@ -116,7 +116,7 @@ class DriveBench:
         return {"t_ms": time_ms(self.now_ns), **reply}
 
     def _set(self, request: DriveRequest) -> None:
-        """Make the drives and their surroundings as a request gives them."""
+        """Make the drives, and what is wired to them, as a request gives them."""
         levels = {} if request.env is None else self._levels(request.env)
         if request.new is not None:
             self._renew(request.new)

@@ -200,13 +200,13 @@ class EventLog:
     def _take_rule(self, event: Mapping[str, Any]) -> None:
         for bit in event.get("bits") or ():
             rule = {"slot": event.get("slot", 0), "bit": bit, "rule": event.get("name", "")}
-            reported = {
+            details = {
                 "text": event.get("text", ""),
                 "section": event.get("section", ""),
                 "scan": event["scan"],
             }
-            self._rules.append(rule | reported)
-            self._latest_rules[rule["slot"], bit] = rule | reported
+            self._rules.append(rule | details)
+            self._latest_rules[rule["slot"], bit] = rule | details
         if len(self._rules) > 2 * STATES:
             del self._rules[:STATES]
 
@@ -235,10 +235,10 @@ class EventLog:
 
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
-        reported = self._forces.told(LAST_SCAN if scan is None else scan)
-        if reported is None and self.earlier is not None:
+        forces = self._forces.told(LAST_SCAN if scan is None else scan)
+        if forces is None and self.earlier is not None:
             return self.earlier.forces_at(self._before(scan))
-        return reported or {}
+        return forces or {}
 
     def told_forces(self, scan: int) -> Json | None:
         """Return the last reported forces up to a scan; None without any."""

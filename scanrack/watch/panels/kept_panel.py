@@ -80,18 +80,18 @@ class KeptPanel:
         Args:
             lacks: why a page can't save it; "" if it can.
         """
-        reported: Json = {"file": self._path.name, "base": "", "head": [], "items": [], "bound": [], **TOLD}
+        empty: Json = {"file": self._path.name, "base": "", "head": [], "items": [], "bound": [], **TOLD}
         try:
             content = self.content()
             panel = parse_panel(content.decode())
         except ValueError as error:
-            return reported | {
+            return empty | {
                 "mistake": f"{self._path.name}: {error}",
                 "lacks": lacks or "fix the file first",
             }
         bound = [bindings.of(each) for each in panel.items]
         found = {"base": _digest(content), "head": panel.head, "items": panel.items, "bound": bound}
-        return reported | found | {"mistake": "", "lacks": lacks}
+        return empty | found | {"mistake": "", "lacks": lacks}
 
     def save(self, said: Mapping[str, Any]) -> None:
         """Write the items of a page.

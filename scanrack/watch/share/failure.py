@@ -46,18 +46,18 @@ class Failure:
             passed: of the run that passed.
             lists: the values of the run that failed.
         """
-        reported = {"test": self.test, "message": self.message, "tag": self.tag, "scan": wanted.scan}
+        row = {"test": self.test, "message": self.message, "tag": self.tag, "scan": wanted.scan}
         extent = None if passed is None else passed.subject.timeline.extent
         if passed is None or extent is None or extent[1] < wanted.first:
-            return reported
+            return row
         last = min(wanted.last, extent[1])
         others = gathered(passed, SharedStretch(wanted.first, last, last)).lists
         found = lists.first_difference(others, COMPARED, range(wanted.first, last + 1))
         if found is None:
-            return reported | {"against": {"equal_to": last}}
+            return row | {"against": {"equal_to": last}}
         before = found.scan == wanted.first > extent[0]  # earlier scans are not in the page
         names = _named(found.keys, passed.subject.spec.layout)
-        return reported | {"against": {"scan": found.scan, "before": before, **names}}
+        return row | {"against": {"scan": found.scan, "before": before, **names}}
 
 
 def _named(keys: Iterable[str], layout: MemoryLayout) -> Json:

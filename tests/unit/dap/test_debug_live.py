@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from debug_client import DebugClient, RefusedError, connected
+from debug_client import DebugClient, RefusedError
 from scanrack.jobs import load_job
 from scanrack.ladder.debug import Debugger
 
@@ -65,12 +64,6 @@ def rack(tmp_path: Path) -> Path:
 @pytest.fixture
 def program(rack: Path) -> Path:
     return rack.with_suffix(".rung")
-
-
-@pytest.fixture
-def client() -> Iterator[DebugClient]:
-    with connected() as found:
-        yield found
 
 
 def begin(client: DebugClient, rack: Path) -> None:

@@ -6,19 +6,12 @@ import json
 import socket
 import subprocess
 import sys
-from collections.abc import Iterator
 from typing import Any
 
 import debugger_page
 import pytest
-from debug_client import SCHEMA, DebugClient, RefusedError, connected, properties
+from debug_client import SCHEMA, DebugClient, RefusedError, properties
 from scanrack.dap.requests import ALSO, REQUESTS, capabilities
-
-
-@pytest.fixture
-def client() -> Iterator[DebugClient]:
-    with connected() as found:
-        yield found
 
 
 def test_every_request_and_capability_is_one_of_the_protocol() -> None:

@@ -5,12 +5,11 @@ Broken on purpose: the twin without the orders of the session, the values of a l
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from debug_client import DebugClient, RefusedError, connected
+from debug_client import DebugClient, RefusedError
 from scanrack.jobs import load_job
 from scanrack.jobs.run.running import JobRun, RunOptions
 
@@ -119,12 +118,6 @@ def plain(tmp_path: Path) -> Path:
 @pytest.fixture
 def steps(tmp_path: Path) -> Path:
     return made(tmp_path, "line.steps", STEPS, STEPS_RACK)
-
-
-@pytest.fixture
-def client() -> Iterator[DebugClient]:
-    with connected() as found:
-        yield found
 
 
 def begin(client: DebugClient, rack: Path) -> None:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from debug_client import DebugClient, RefusedError, connected
+from debug_client import DebugClient, RefusedError
 from watching import Watched, page_of
 
 pytestmark = pytest.mark.slow
@@ -37,12 +36,6 @@ def rack(tmp_path: Path) -> Path:
     (tmp_path / "counting.toml").write_text(RACK, encoding="utf-8")
     (tmp_path / "counting.rung").write_text(PROGRAM, encoding="utf-8")
     return tmp_path / "counting.toml"
-
-
-@pytest.fixture
-def client() -> Iterator[DebugClient]:
-    with connected() as found:
-        yield found
 
 
 def page_orders(client: DebugClient, *orders: dict[str, Any]) -> list[dict[str, Any]]:

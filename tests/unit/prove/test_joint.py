@@ -26,7 +26,7 @@ LIMITS = Limits(scans=4, k=2, helped=False, replays=False)
 
 
 def shifted(length: int) -> tuple[System, list[T]]:
-    """Return bits that follow each other, a scan apart; each goes on for as long as the first one is."""
+    """Return bits that follow each other, a scan apart; each continues for as long as the first one is."""
     bits = [var(f"b{number}[0]") for number in range(length)]
     follows = dict(zip([t.val for t in bits], [var("in[0]"), *bits[:-1]], strict=True))
     return System(next=follows, initial=dict.fromkeys(follows, False)), bits
