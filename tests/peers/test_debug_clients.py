@@ -3,7 +3,7 @@
 debug_requests.toml has the requests. Two clients make them, in each language, live and over a trace: the test
 client of the protocol's makers, and the channel of debugpy.
 
-Broken on purpose: a step back that stops as a pause, a request without a row, an announced capability more: red.
+Broken on purpose: a step back that stops as a pause, a request without a row, another capability: red.
 """
 
 from __future__ import annotations
