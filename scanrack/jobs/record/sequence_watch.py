@@ -49,8 +49,8 @@ class Waiting(Protocol):
 
 def waiting_in(logic: ScanLogic) -> tuple[Waiting, ...]:
     """Return what waits in a program: its sequences, or its list of steps."""
-    inside = unwrapped(logic)
-    return (inside,) if isinstance(inside, Steps) else sequences_in(inside)
+    inside: object = unwrapped(logic)
+    return (inside,) if isinstance(inside, Steps) else sequences_in(logic)
 
 
 def declared_axes(logic: ScanLogic) -> dict[int, str]:

@@ -1,5 +1,5 @@
-// The lines of a Python program that ran in the scan shown. The server runs the program again for them, up to that scan:
-// they are asked for once the page stays at a scan.
+// The lines of a Python program that ran in the scan shown. The server runs the program again up to that scan, so
+// the page asks for them once it stays at a scan.
 
 import { ask } from "./source.js";
 import { onProgram, run } from "./state.js";
