@@ -1,6 +1,7 @@
-"""Breakpoints of a program in Python: a line that runs, a value that changes; the session pauses after it.
+"""Breakpoints of a program in Python, or a list of steps: a line that runs, a value that changes.
 
-Lines are traced only while something observes them, and only in functions of the user's files.
+The session pauses after the scan. Lines are traced only while something observes them, and only in
+functions of the user's files.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any
 
+from scanrack.jobs.record.logic_wrapper import unwrapped
 from scanrack.jobs.record.tag_names import namespace_of
+from scanrack.ladder.files.steps import Steps
 from scanrack.runtime.loop.faults import is_the_users
 from scanrack.runtime.loop.scan import ScanLogic
 
@@ -128,12 +131,15 @@ class PythonStops(Observer):
         self._values: dict[str, tuple[CodeType, Any]] = {}  # by name: how to read it, and the value before
         self._met: set[int] = set()
         self._running: set[int] = set()
+        self._begun = 0  # steps of a list that have begun
         self.ran: tuple[int, ...] = ()
         self.trace = LineTrace()
 
     @property
     def stops(self) -> tuple[str, ...]:
         """The breakpoints that were met since this was read last, as sentences."""
+        if self._breaks:
+            self._note_step()
         met, self._met = sorted(self._met), set()
         self.ran, self._running = tuple(sorted(self._running)), set()
         lines = [f"{self._file.name} line {line} has run" for line in met]
@@ -153,9 +159,16 @@ class PythonStops(Observer):
             raise ValueError(f"no file {routine}; the program is {self._file.name}")
         if when not in EXECUTES:
             raise ValueError(f"a line of Python has no {when!r}; it executes")
-        if rung not in lines_with_code(self._file.read_bytes()):
+        steps = self._steps()
+        known = (
+            lines_with_code(self._file.read_bytes()) if steps is None else {each.line for each in steps.steps}
+        )
+        if rung not in known:
             raise ValueError(f"{self._file.name} line {rung}: nothing runs there in a scan")
-        self.trace.add(self)
+        if steps is None:
+            self.trace.add(self)
+        else:
+            self._begun = steps.resumed
         self._breaks.add(rung)
 
     def break_on(self, tag: str) -> None:
@@ -187,6 +200,19 @@ class PythonStops(Observer):
             self._running.add(frame.f_lineno)
             if frame.f_lineno in self._breaks:
                 self._met.add(frame.f_lineno)
+
+    def _steps(self) -> Steps | None:
+        """Return the program if it is a list of steps."""
+        logic: object = unwrapped(self._logic())
+        return logic if isinstance(logic, Steps) else None
+
+    def _note_step(self) -> None:
+        """Note a step of a list that has begun."""
+        steps = self._steps()
+        if steps is not None and steps.resumed != self._begun:
+            self._begun = steps.resumed
+            self._running.add(steps.line)
+            self._met |= self._breaks & {steps.line}
 
     def _changes(self) -> Iterator[str]:
         for name, (code, before) in self._values.items():
