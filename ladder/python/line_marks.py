@@ -4,8 +4,8 @@
                              state.number += 1
 
 A mark costs a look into a set while its line is not observed. It has the position of its statement, so that
-errors and waits show the same places. The head of a loop has one more mark at the end of each turn. A `case` and
-an `except` run when they are entered.
+errors and waits show the same places. The head of a loop has one more mark at the end of each turn. A `case`
+and an `except` run when they are entered.
 """
 
 from __future__ import annotations
@@ -61,6 +61,11 @@ class LineWatch:
         for each in self._modules:
             each.select()
 
+    def files(self, folder: Path) -> list[Path]:
+        """Return the files of its modules in a folder, also in folders below."""
+        found = dict.fromkeys(Path(each.path).resolve() for each in self._modules)
+        return [each for each in found if each.is_relative_to(folder.resolve())]
+
     def follow(self, lines: Lines) -> None:
         """Show the lines of a further module."""
         self._modules.append(lines)
@@ -76,7 +81,7 @@ class Lines(set[int]):
 
     def __init__(self, path: str, known: Sequence[int]) -> None:
         super().__init__()
-        self.file, self._known, self._watch = Path(path).name, known, WATCH.get()
+        self.path, self.file, self._known, self._watch = path, Path(path).name, known, WATCH.get()
         self._watch.follow(self)
 
     def select(self) -> None:

@@ -64,7 +64,7 @@ class InTest(ScanDriver):
             super().__init__(adapter, LiveRungs(run))
         elif bench.load is not None:
             load = bench.load
-            super().__init__(adapter, LiveText(run, load, bench.spec, [load.program]))
+            super().__init__(adapter, LiveText(run, load, bench.spec))
         else:
             raise DebugError("this bench has a program without a file, so its lines can't be stepped through")
         self._run, self._stepping, self._pausing = run, False, False

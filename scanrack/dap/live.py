@@ -9,14 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
 from types import FrameType
 from typing import Protocol
 
 from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.record.logic_wrapper import unwrapped
 from scanrack.jobs.run.running import JobRun
-from scanrack.jobs.trust.attachments import files_of
 from scanrack.jobs.why.journal import Journal
 from scanrack.jobs.why.traced_run import Load
 from scanrack.ladder import LadderLogic
@@ -43,7 +41,7 @@ from .conditions import ExpressionError, ScanContext
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
 from .subject import Images, RungSubject, SomeSubject
-from .text_subject import TextSubject, is_steps
+from .text_subject import TextSubject, files_of, is_steps
 from .together import foreign, of_page
 from .twin import ProgramValues
 
@@ -199,10 +197,10 @@ class LiveRungs(RungSubject, LiveSubject):
 class LiveText(TextSubject, LiveSubject):
     """A program without rungs that runs."""
 
-    def __init__(self, run: ScanRun, load: Load, spec: RackSpec, files: Sequence[Path]) -> None:
+    def __init__(self, run: ScanRun, load: Load, spec: RackSpec) -> None:
         LiveSubject.__init__(self, run)
         TextSubject.__init__(self, load, spec, steps=is_steps(run.program.logic))
-        self._program, self._files = load.program, files
+        self._program = load.program
         self._watch, self._points = WATCH.get(), LinePoints({}, in_frames=False)
         self._line = 0  # of a list of steps
         self._stepping: _AnyLine | None = None
@@ -216,7 +214,7 @@ class LiveText(TextSubject, LiveSubject):
     def places(self, scan: int) -> Places:
         if self._texts is None or self._texts[0] != self.edits:
             lines = [each.line for each in self._list.steps] if self._steps else []
-            self._texts = self.edits, TextPlaces(self._files, lines)
+            self._texts = self.edits, TextPlaces(files_of(self._program), lines)
         return self._texts[1]
 
     @property
@@ -511,8 +509,7 @@ def _subject_of(session: Session, run: JobRun, job: LoadedRack) -> LiveRungs | L
         return LiveRungs(run)
     assert editions is not None
     load = Load(job.program, lambda: editions.again(0).logic, lambda number: editions.again(number).logic)
-    files = [each for each in files_of(job).values() if each.suffix == job.program.suffix]
-    return LiveText(run, load, job.spec, files)
+    return LiveText(run, load, job.spec)
 
 
 class _PatientInbox(Inbox):

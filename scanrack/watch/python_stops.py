@@ -22,21 +22,25 @@ class PythonStops(Observer):
     Args:
         logic: returns the program, which an edit may replace.
         file: its file; a copy of it with the same name may run.
+
+    Attributes:
+        ran: the lines that ran in the latest scan, while there is a breakpoint on one.
     """
 
     def __init__(self, logic: Callable[[], ScanLogic], file: Path) -> None:
         self._logic, self._file = logic, file
-        self.lines: set[int] = set()
+        self._breaks: set[int] = set()
         self._values: dict[str, tuple[CodeType, Any]] = {}  # by name: how to read it, and the value before
-        self._met: set[int] = set()
+        self._running: set[int] = set()
+        self.ran: tuple[int, ...] = ()
         self._watch = WATCH.get()
         self._watch.only()  # a branch begins without the observers of its session
 
     @property
     def stops(self) -> tuple[str, ...]:
         """The breakpoints that were met since this was read last, as sentences."""
-        met, self._met = sorted(self._met), set()
-        lines = [f"{self._file.name} line {line} has run" for line in met]
+        self.ran, self._running = tuple(sorted(self._running)), set()
+        lines = [f"{self._file.name} line {line} has run" for line in self.ran if line in self._breaks]
         return (*lines, *self._changes())
 
     def break_at(self, routine: str, rung: int, when: str = "executes") -> None:
@@ -55,7 +59,7 @@ class PythonStops(Observer):
             raise ValueError(f"a line of Python has no {when!r}; it executes")
         if rung not in marked_lines(self._file.read_bytes()):
             raise ValueError(f"{self._file.name} line {rung}: nothing runs there in a scan")
-        self.lines.add(rung)
+        self._breaks.add(rung)
         self._watch.add(self)
 
     def break_on(self, tag: str) -> None:
@@ -71,19 +75,20 @@ class PythonStops(Observer):
         if rung is None:
             self._values.pop(at, None)
             return
-        self.lines.discard(rung)
-        self._watch.add(self)
+        self._breaks.discard(rung)
+        if not self._breaks:
+            self._watch.remove(self)
 
     def clear_breakpoints(self) -> None:
         """Remove all breakpoints."""
         self._values.clear()
-        self.lines.clear()
-        self._watch.add(self)
+        self._breaks.clear()
+        self._watch.remove(self)
 
     @override
     def begins(self, file: str, line: int, frame: FrameType | None) -> None:
         if file == self._file.name:
-            self._met.add(line)
+            self._running.add(line)
 
     def _changes(self) -> Iterator[str]:
         for name, (code, before) in self._values.items():

@@ -48,17 +48,18 @@ class _Finder(MetaPathFinder):
         return _compiled_beside(spec)
 
 
-class _InPackages(MetaPathFinder):
-    """Finds the modules of packages beside programs that `BESIDE` compiles."""
+class _First(MetaPathFinder):
+    """Finds modules that `BESIDE` compiles that Python finds itself: on `sys.path`, in packages."""
 
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        parent = sys.modules.get(fullname.rpartition(".")[0])
-        if not isinstance(getattr(parent, "__loader__", None), _Loader):
+        folder = None if BESIDE.get() is None else _folder_of(_importer(sys._getframe(1)))
+        spec = None if folder is None else PathFinder.find_spec(fullname, path)
+        if spec is None or folder is None or not Path(spec.origin or "").resolve().is_relative_to(folder):
             return None
-        spec = PathFinder.find_spec(fullname, path)
-        return None if spec is None else _compiled_beside(spec)
+        spec.loader_state = folder
+        return _compiled_beside(spec)
 
 
 class _Loader(SourceFileLoader):
@@ -81,15 +82,15 @@ def _compiled_beside(spec: ModuleSpec) -> ModuleSpec:
 
 
 _FINDER = _Finder()
-_IN_PACKAGES = _InPackages()
+_FIRST = _First()
 
 
 def find_beside(path: Path, spec: ModuleSpec) -> ModuleSpec:
     """Return the spec for `module.__spec__` of an executed file, so that it finds the modules beside it."""
     if _FINDER not in sys.meta_path:
         sys.meta_path.append(_FINDER)
-    if BESIDE.get() is not None and _IN_PACKAGES not in sys.meta_path:
-        sys.meta_path.insert(0, _IN_PACKAGES)
+    if BESIDE.get() is not None and _FIRST not in sys.meta_path:
+        sys.meta_path.insert(0, _FIRST)
     spec.loader_state = _Folder(path.parent.resolve())
     return spec
 

@@ -13,7 +13,7 @@ import inspect
 import sys
 import traceback
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import field, replace
 from enum import StrEnum
@@ -458,14 +458,13 @@ def lines_marked(watch: LineWatch | None = None) -> Iterator[None]:
     """
     from scanrack.ladder.python.line_marks import WATCH, marked_code  # most commands observe no lines
 
-    with ExitStack() as stack:
-        for variable, value in (
-            (COMPILER, marked_code),
-            (BESIDE, marked_code),
-            (WATCH, watch or WATCH.get()),
-        ):
-            stack.callback(variable.reset, variable.set(value))
+    before = COMPILER.set(marked_code), BESIDE.set(marked_code), WATCH.set(watch or WATCH.get())
+    try:
         yield
+    finally:
+        COMPILER.reset(before[0])
+        BESIDE.reset(before[1])
+        WATCH.reset(before[2])
 
 
 def _execute(path: Path, data: bytes) -> ModuleType:

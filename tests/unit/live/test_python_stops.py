@@ -42,8 +42,10 @@ def test_a_line_is_met_in_the_scan_in_which_it_runs(stops):
     for scan in range(4):
         logic(scan)
         met.append(found.stops)
+        assert found.ran == ((9, 10, 11) if scan > 2 else (9, 10))
     assert met == [(), (), (), ("line.py line 11 has run",)]
     found.remove_breakpoint("LINE.PY", 11)
+    assert not WATCH.get().observers
     logic(3)
     assert found.stops == ()
 
@@ -69,7 +71,7 @@ def test_a_value_is_met_when_it_changes(stops):
 def test_what_can_not_be_waited_for_is_refused(stops, routine, line, when, says):
     with pytest.raises(ValueError, match=says):
         stops[0].break_at(routine, line, when)
-    assert not stops[0].lines
+    assert not WATCH.get().observers
 
 
 def test_a_value_that_can_not_be_read_is_refused(stops):
