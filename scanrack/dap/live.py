@@ -319,7 +319,7 @@ class ScanDriver(QuietListener, Driver):
             self.place_again()
 
     def place_again(self) -> None:
-        """Set the breakpoints of lines in another program; one without its line waits for the next program."""
+        """Set the breakpoints of lines in another program; one without its line waits for the next."""
         adapter, places = self._adapter, self.subject.places(0)
         adapter.forget_views()
         for each in (each for kind in adapter.breakpoints.values() for each in kind if each.path):

@@ -152,7 +152,7 @@ class OnlineEdit:
         return digest(version.files[self._programs.name])
 
     def _check_allowed(self, order: Online, running: ProgramVersion) -> None:
-        """Raise a ValueError if a step does not fit the stage, or its page has seen another program or edit."""
+        """Raise a ValueError if a step does not fit, or its page has seen another program or edit."""
         lacks = "" if order.step in OF_FILE else why_not(self._programs.file)
         if lacks or self._programs.rungs is None:
             raise ValueError(lacks or "the program has no rungs: reload it")
