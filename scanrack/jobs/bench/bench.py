@@ -359,12 +359,12 @@ class Bench:
         """
         return self._why().chain(tag, deep=deep)
 
-    def suggest_inputs(self, tag: str, wanted: str | None = None, scans: int = 10) -> Remedies:
+    def suggest_inputs(self, tag: str, requested: str | None = None, scans: int = 10) -> Remedies:
         """Return the smallest sets of inputs that would give a tag of a ladder program a value.
 
         Each set is found by running the program with it, on a copy, from the latest scan on.
         """
-        return self._why().suggest_inputs(tag, wanted, scans)
+        return self._why().suggest_inputs(tag, requested, scans)
 
     def _why(self) -> Why:
         recording = self._journal.recording()
