@@ -69,7 +69,7 @@ class PythonStops(Observer):
         if steps is None:
             known = marked_lines(self._file.read_bytes())
         else:
-            known, self._begun = {each.line for each in steps.steps}, steps.resumed
+            known, self._begun = [each.line for each in steps.steps], steps.resumed
         if rung not in known:
             raise ValueError(f"{self._file.name} line {rung}: nothing runs there in a scan")
         self._breaks.add(rung)
