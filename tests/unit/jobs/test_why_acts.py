@@ -167,7 +167,7 @@ def test_an_input_of_a_drive_is_let_go_by_the_name_of_its_terminal(drive, functi
     assert found is not None
     assert found.found is not None, str(found)
     assert [act.text for act in found.found] == [f"open {name} (slot 1 in2)"]
-    assert found.orders()[0] == {"do": "press", "slot": 1, "name": name, "on": False}
+    assert (found.orders() or [])[0] == {"do": "press", "slot": 1, "name": name, "on": False}
 
 
 def test_an_input_of_a_drive_that_is_off_is_closed(drive):
