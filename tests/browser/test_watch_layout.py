@@ -103,7 +103,9 @@ def test_a_small_program_leaves_its_room_to_the_strip_and_the_lists(page):
         page.open(session.link, paused=True)
         page.until_drawn()
         until(lambda: page.run(BOX, "#strip")[1] < 0.4 * 1000)
-        assert page.run(BOX, "#program")[3] - page.run(BOX, ".rungs")[3] < 40  # no empty room beneath the rungs
+        assert (
+            page.run(BOX, "#program")[3] - page.run(BOX, ".rungs")[3] < 40
+        )  # no empty room beneath the rungs
         assert page.run(BOX, "aside")[3] == page.run(BOX, "#strip")[3]
         first = page.run(BOX, "#strip")[1]
         gutter = page.browser.find_element("id", "strip-gutter")
@@ -115,12 +117,13 @@ def test_a_small_program_leaves_its_room_to_the_strip_and_the_lists(page):
 
 HALVES = """
 const answer = document.querySelector("#tag .answer").getBoundingClientRect().top;
-const rows = [...document.querySelectorAll("#tag :is(button, input, .since)")].filter(each => !each.closest(".answer"));
-const boxes = rows.map(each => [each.textContent, each.getBoundingClientRect()]);
+const rows = [...document.querySelectorAll("#tag :is(button, input, .since)")];
+const boxes = rows.filter(each => !each.closest(".answer")).map(each => [each.textContent, each.getBoundingClientRect()]);
 return boxes.filter(([, { top, bottom }]) => top < answer && bottom > answer).map(([text]) => text);
 """
-UNDER = """
-const node = document.querySelector(`#tag ${arguments[0]}`), { left, top, width, height } = node.getBoundingClientRect();
+UNCOVERED = """
+const node = document.querySelector(`#tag ${arguments[0]}`);
+const { left, top, width, height } = node.getBoundingClientRect();
 return [3, height - 3].every(each => document.elementFromPoint(left + width / 2, top + each) === node);
 """
 """Whether nothing covers a control of the card."""
@@ -140,9 +143,9 @@ def test_a_long_answer_stands_beneath_the_name_and_no_row_of_buttons_is_cut(page
     assert page.run(BOX, "#tag")[1] <= name[1] < name[3] <= answer[1] < page.run(BOX, "#tag")[1] + 90
     assert page.run(HALVES) == []
     page.run("arguments[0].focus()", page.control("What would it take"))
-    until(lambda: page.run(UNDER, "[aria-label='What would it take']"))
+    until(lambda: page.run(UNCOVERED, "[aria-label='What would it take']"))
     page.run("arguments[0].focus()", page.control("Write"))
-    until(lambda: page.run(UNDER, "[aria-label='Write']"))
+    until(lambda: page.run(UNCOVERED, "[aria-label='Write']"))
 
 
 def test_on_a_telephone_the_buttons_of_an_edit_are_whole(page, paused):
