@@ -118,7 +118,8 @@ def test_a_small_program_leaves_its_room_to_the_strip_and_the_lists(page):
 HALVES = """
 const answer = document.querySelector("#tag .answer").getBoundingClientRect().top;
 const rows = [...document.querySelectorAll("#tag :is(button, input, .since)")];
-const boxes = rows.filter(each => !each.closest(".answer")).map(each => [each.textContent, each.getBoundingClientRect()]);
+const others = rows.filter(each => !each.closest(".answer"));
+const boxes = others.map(each => [each.textContent, each.getBoundingClientRect()]);
 return boxes.filter(([, { top, bottom }]) => top < answer && bottom > answer).map(([text]) => text);
 """
 UNCOVERED = """
