@@ -26,7 +26,7 @@ from scanrack.runtime.loop.scan import CpuMode, ScanLogic
 from ..load.building import build_cpu, build_rack
 from ..load.loading import load_job
 from ..record.program_versions import ProgramVersions, version_of
-from ..record.sequence_watch import WatchesSequences, sequences_in, standing, watching
+from ..record.sequence_watch import WatchesSequences, sequences_in, standing, waiting_in, watching
 from ..record.tag_names import named_values, namespace_of
 from ..run.editing import tags_in
 from ..run.external_tags import tell_cpu
@@ -254,7 +254,7 @@ class Bench:
         if self._fields.forces != forces:
             self._fields.on_outside()
         for each in self._followers:
-            each.watch(sequences_in(self.logic))
+            each.watch(waiting_in(self.logic))
         self._announce_edit(type(program).__name__, done)
         return done
 

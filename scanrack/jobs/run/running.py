@@ -24,7 +24,7 @@ from scanrack.traces.write.recorder import ScanRecorder
 from ..load.building import build_cpu, build_rack
 from ..load.loading import LoadedRack
 from ..record.recording import recorder_for
-from ..record.sequence_watch import declared_axes, sequences_in, standing
+from ..record.sequence_watch import declared_axes, standing, waiting_in
 from .editing import RunProgram
 from .external_tags import tell_cpu
 from .hints import Hints
@@ -164,7 +164,7 @@ class JobRun:
             observed(cpu, scans),
         ):
             cpu.run(scans)
-            self.steps = [str(standing(each, cpu.scan)) for each in sequences_in(self.program.logic)]
+            self.steps = [str(standing(each, cpu.scan)) for each in waiting_in(self.program.logic)]
 
 
 def _frozen_collector() -> AbstractContextManager[None]:
