@@ -54,7 +54,7 @@ class TagOrders:
         read = orders_of(events)
         given = read if session else _of_forces(events)
         self.given = [each for each in given if isinstance(each.order, Write | Force | Unforce)]
-        self.notes = [] if session else list(_unknown(score, events))  # orders that can't be repeated
+        self._score, self._events = score, () if session else events
         self._edited = edited
         self._scans: dict[int, int] = {}  # of edits, by their numbers
         for each in read if edited is not None else ():
@@ -63,6 +63,11 @@ class TagOrders:
                 self._scans[each.order.number] = each.scan
         brought = set(self._scans.values())
         self.lost = [event.scan for event in events if is_edit(event) and event.scan not in brought]
+
+    @property
+    def notes(self) -> list[str]:
+        """Notes of the orders that can't be repeated."""
+        return list(_unknown(self._score, self._events)) if self._events else []
 
     def program(self, logic: ScanLogic) -> ScanLogic:
         """Return the program to run: a ladder program under a debugger if there are orders."""

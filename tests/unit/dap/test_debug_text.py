@@ -252,6 +252,7 @@ def test_values_are_set_and_forced_and_the_way_back_knows_it(client: DebugClient
     begin(client, sequences)
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 7"}])
     client.go()
+    client.value("set counting.number = 50")
     client.value("set counting.number = 100")
     assert client.value("counting.number") == "100"
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 12"}])
