@@ -68,6 +68,11 @@ class Breakpoint:
     path: str = ""
     count: int = 0
 
+    @property
+    def placed(self) -> bool:
+        """Whether its line is one of the program that runs."""
+        return bool(self.keys) or not self.path
+
     def counts(self) -> bool:
         """Count a hit; return whether it is one that stops."""
         self.count += 1
@@ -385,4 +390,4 @@ _MAKERS: Mapping[str, Callable[[Looker, str], Callable[[int], str | None]]] = {
 def described(one: Breakpoint) -> Json:
     """Return a breakpoint as the protocol has it."""
     place = {"line": one.line, "source": {"path": one.path}} if one.line else {}
-    return {"id": one.number, "verified": True, **place}
+    return {"id": one.number, "verified": one.placed, **place}

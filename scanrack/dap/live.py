@@ -32,6 +32,7 @@ from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
 from scanrack.traces.replay import PackedTrace
+from scanrack.watch.online import ASSEMBLED, NOTHING, TESTING
 from scanrack.watch.python_stops import PythonStops
 from typing_extensions import override
 
@@ -50,6 +51,14 @@ REMEMBERED = 8_000
 
 WAIT_S = 0.02
 """Longest single wait for requests during a pause: pages have orders, too."""
+
+
+EDITS = {
+    TESTING: "the saved rungs run from the next scan on: `accept` keeps them, `cancel` runs those before",
+    ASSEMBLED: "the saved program is accepted, and runs from the next scan on",
+    NOTHING: "the program before the edit runs from the next scan on",
+}
+"""What an edit has led to, by its stage."""
 
 
 class Program(Protocol):
@@ -302,18 +311,20 @@ class ScanDriver(QuietListener, Driver):
             self.place_again()
 
     def place_again(self) -> None:
-        """Set the breakpoints of lines in another program; one without its line is taken from the editor."""
+        """Set the breakpoints of lines in another program; one without its line waits for the next."""
         adapter, places = self._adapter, self.subject.places(0)
         adapter.forget_views()
-        for kind in adapter.breakpoints.values():
-            for each in [each for each in kind if each.path]:
-                try:
-                    each.line, keys = places.at(each.path, each.line)
-                    each.keys = tuple(keys)
-                except DebugError as error:
-                    kind.remove(each)
-                    gone = {"id": each.number, "verified": False, "message": str(error)}
-                    adapter.event("breakpoint", reason="changed", breakpoint=gone)
+        for each in (each for kind in adapter.breakpoints.values() for each in kind if each.path):
+            was = described(each)
+            try:
+                each.line, keys = places.at(each.path, each.line)
+                each.keys = tuple(keys)
+                now = described(each)
+            except DebugError as error:
+                each.keys = ()
+                now = {"id": each.number, "verified": False, "message": str(error)}
+            if now != was:
+                adapter.event("breakpoint", reason="changed", breakpoint=now)
         self.set_breakpoints(adapter.all_breakpoints())
 
     @override
@@ -493,6 +504,15 @@ class Live(ScanDriver):
     @override
     def give(self, order: actions.Action) -> None:
         self._order(order)
+
+    @override
+    def edit(self, step: str) -> None:
+        self._session.ask_editor(actions.Online(step, by="the debugger"), self._tell_edit)
+
+    def _tell_edit(self, result: Mapping[str, object]) -> None:
+        refused = result.get("refused")
+        says = EDITS[str(result["stage"])] if refused is None else refused
+        self._adapter.output(f"{says}\n", "console" if refused is None else "stderr")
 
     @override
     def branch(self, scan: int) -> None:

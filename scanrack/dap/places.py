@@ -81,6 +81,8 @@ class Places:
         known = self.lines.get(given) or self._adopted(given)
         if known is None:
             names = ", ".join(sorted(each.name for each in self.lines))
+            if given.name in {each.name for each in self.lines}:
+                raise DebugError(f"{given.name} differs from the program that runs")
             raise DebugError(f"{Path(path).name} is no file of the program: those are {names}")
         numbers = sorted(known)
         place = bisect_left(numbers, line)

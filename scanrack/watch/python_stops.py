@@ -1,4 +1,7 @@
-"""Breakpoints of a program in Python: a line that runs, a value that changes; the session pauses after it."""
+"""Breakpoints of a program in Python, or a list of steps: a line that runs, a value that changes.
+
+The session pauses after the scan.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,9 @@ from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any
 
+from scanrack.jobs.record.logic_wrapper import unwrapped
 from scanrack.jobs.record.tag_names import namespace_of
+from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.python.line_marks import WATCH, Observer, marked_lines
 from scanrack.runtime.loop.scan import ScanLogic
 from typing_extensions import override
@@ -32,6 +37,7 @@ class PythonStops(Observer):
         self._breaks: set[int] = set()
         self._values: dict[str, tuple[CodeType, Any]] = {}  # by name: how to read it, and the value before
         self._running: set[int] = set()
+        self._begun = 0  # steps of a list that have begun
         self.ran: tuple[int, ...] = ()
         self._watch = WATCH.get()
         self._watch.only()  # a branch begins without the observers of its session
@@ -39,6 +45,8 @@ class PythonStops(Observer):
     @property
     def stops(self) -> tuple[str, ...]:
         """The breakpoints that were met since this was read last, as sentences."""
+        if self._breaks:
+            self._note_step()
         self.ran, self._running = tuple(sorted(self._running)), set()
         lines = [f"{self._file.name} line {line} has run" for line in self.ran if line in self._breaks]
         return (*lines, *self._changes())
@@ -57,7 +65,12 @@ class PythonStops(Observer):
             raise ValueError(f"no file {routine}; the program is {self._file.name}")
         if when not in EXECUTES:
             raise ValueError(f"a line of Python has no {when!r}; it executes")
-        if rung not in marked_lines(self._file.read_bytes()):
+        steps = self._steps()
+        if steps is None:
+            known = marked_lines(self._file.read_bytes())
+        else:
+            known, self._begun = [each.line for each in steps.steps], steps.resumed
+        if rung not in known:
             raise ValueError(f"{self._file.name} line {rung}: nothing runs there in a scan")
         self._breaks.add(rung)
         self._watch.add(self)
@@ -89,6 +102,18 @@ class PythonStops(Observer):
     def begins(self, file: str, line: int, frame: FrameType | None) -> None:
         if file == self._file.name:
             self._running.add(line)
+
+    def _steps(self) -> Steps | None:
+        """Return the program if it is a list of steps."""
+        logic: object = unwrapped(self._logic())
+        return logic if isinstance(logic, Steps) else None
+
+    def _note_step(self) -> None:
+        """Note a step of a list that has begun."""
+        steps = self._steps()
+        if steps is not None and steps.resumed != self._begun:
+            self._begun = steps.resumed
+            self._running.add(steps.line)
 
     def _changes(self) -> Iterator[str]:
         for name, (code, before) in self._values.items():

@@ -521,10 +521,10 @@ def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
 def _check_signature(
     path: Path, name: str, function: Callable[..., Any], arguments: tuple[str, ...], *, loosely: bool = False
 ) -> None:
-    wanted = f"{name}({', '.join(arguments)}{', *operands' if loosely else ''})"
+    form = f"{name}({', '.join(arguments)}{', *operands' if loosely else ''})"
     where = f"{path}:{_line_of(function)}"
     if inspect.iscoroutinefunction(function) or inspect.isgeneratorfunction(function):
-        raise ProgramError(f"{where}: {name} must be a plain function {wanted}, without async and yield")
+        raise ProgramError(f"{where}: {name} must be a plain function {form}, without async and yield")
     try:
         signature = signature_of(function)
     except ValueError:  # a callable of C code has no signature
@@ -532,7 +532,7 @@ def _check_signature(
     try:
         (signature.bind_partial if loosely else signature.bind)(*arguments)
     except TypeError:
-        raise ProgramError(f"{where}: {name}{signature} can't be called as {wanted}") from None
+        raise ProgramError(f"{where}: {name}{signature} can't be called as {form}") from None
 
 
 def _line_of(function: Callable[..., Any]) -> int:

@@ -3,9 +3,12 @@
 Broken on purpose: lines of the module's own text, a line observed after its breakpoint was removed: red.
 """
 
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from scanrack.io_images.image import Image
+from scanrack.ladder.files.steps import parse_steps
 from scanrack.ladder.python.line_marks import WATCH, marked_code
 from scanrack.watch.python_stops import PythonStops
 
@@ -77,3 +80,18 @@ def test_what_can_not_be_waited_for_is_refused(stops, routine, line, when, says)
 def test_a_value_that_can_not_be_read_is_refused(stops):
     with pytest.raises(ValueError, match=r"state.none can't be read"):
         stops[0].break_on("state.none")
+
+
+def test_a_step_of_a_list_is_met_when_it_begins(tmp_path):
+    path = tmp_path / "moves.steps"
+    path.write_text("words 1 for 4 ms\n# two more\nwords 2 for 2 ms\nzero\n", encoding="utf-8")
+    steps = parse_steps(path.read_text("utf-8"))
+    found = PythonStops(lambda: steps, path)
+    with pytest.raises(ValueError, match=r"moves\.steps line 2: nothing runs there"):
+        found.break_at("moves.steps", 2)
+    found.break_at("moves.steps", 3)
+    slots, met = {1: SimpleNamespace(inputs=Image(), outputs=Image())}, []
+    for scan in range(5):
+        steps(SimpleNamespace(slot=slots, now_ns=scan * 2_000_000, first=scan == 0))
+        met.append(found.stops)
+    assert met == [(), (), ("moves.steps line 3 has run",), (), ()]

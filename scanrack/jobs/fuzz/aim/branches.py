@@ -24,7 +24,7 @@ from ...load.program import COMPILER
 NAME = "__branches__"
 """Global variable of the bytes, one for each branch."""
 
-Branching = TypeVar("Branching", ast.If, ast.For, ast.AsyncFor, ast.While)
+Branching = TypeVar("Branching", ast.If, ast.For, ast.AsyncFor, ast.While, ast.ExceptHandler)
 
 
 @contextmanager
@@ -85,9 +85,7 @@ class _Marks(ast.NodeTransformer):
 
     def visit_ExceptHandler(self, node: ast.ExceptHandler) -> ast.ExceptHandler:
         """Mark the handler."""
-        self.generic_visit(node)
-        node.body = self._marked(node.body, node)
-        return node
+        return self._branch(node)
 
     def _branch(self, node: Branching) -> Branching:
         self.generic_visit(node)
