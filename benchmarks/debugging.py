@@ -52,9 +52,9 @@ VARIANTS = {
 LABELLER = ROOT / "examples/sequences/labeller.toml"
 LINES = {
     "Python alone": None,
-    "Python, a line": Breakpoint(6, "line", "", keys=(("labeller.py", 77),), line=77),
+    "Python, a line": Breakpoint(6, "line", "", keys=(("labeller.py", 45),), line=45),
 }
-"""A breakpoint on the wait for a refill, which no scan of the first second comes to."""
+"""A breakpoint on what follows an error of the axis, which no scan comes to."""
 
 
 def prepared(given: Breakpoint | None) -> Callable[[int], float]:
