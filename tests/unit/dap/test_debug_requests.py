@@ -6,12 +6,16 @@ import json
 import socket
 import subprocess
 import sys
+from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 import debugger_page
 import pytest
 from debug_client import SCHEMA, DebugClient, RefusedError, properties
 from scanrack.dap.requests import ALSO, REQUESTS, capabilities
+from scanrack.jobs import load_job
+from scanrack.jobs.run.running import JobRun, RunOptions
 
 
 def test_every_request_and_capability_is_one_of_the_protocol() -> None:
@@ -139,3 +143,38 @@ def test_a_port_requires_its_key() -> None:
                 assert client.ask("initialize", adapterID="x")["supportsStepBack"] is True
                 client.ask("disconnect")
         assert process.wait(20) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("recorded", [False, True], ids=["live", "trace"])
+def test_a_number_has_the_unit_that_the_page_shows(
+    client: DebugClient, tmp_path: Path, *, recorded: bool
+) -> None:
+    """The panel of the feeder shows a position in steps and a time in ms; timers count ms."""
+    program = Path("examples/feeder/feeder.toml")
+    if recorded:
+        with ExitStack() as ports:
+            JobRun(load_job(str(program)), ports, RunOptions(trace=tmp_path / "run.mcap")).run(2)
+        program = tmp_path / "run.mcap"
+    client.begin(program)
+    client.ask("configurationDone")
+    client.stopped()
+    for text, value in (
+        ("Axis.Position > -4000 steps", "1"),
+        ("-1 steps > Axis.Position", "0"),
+        ("Quiet.PRE == 1000 ms and Quiet.PRE < 1.5 s", "1"),
+        ("time >= 0 ms", "1"),
+    ):
+        assert client.value(text) == value, text
+    for text, says in (
+        ("Axis.Position > 40 mm", "40 mm: must be in steps"),
+        ("Axis.Position > 2 s", "2 s: must be in steps"),
+        ("Quiet.PRE > 3 steps", "3 steps: must be in ms"),
+        ("Strokes.ACC > 5 mm", "5 mm: must have no unit, since the page shows none"),
+        ("Axis.Position + 5 steps > 3", "compare a tag with 5 steps"),
+        ("5 steps", "compare a tag with 5 steps"),
+    ):
+        with pytest.raises(RefusedError, match=says):
+            client.value(text)
+        (answer,) = client.ask("setFunctionBreakpoints", breakpoints=[{"name": text}])["breakpoints"]
+        assert (answer["verified"], says in answer["message"]) == (False, True)
