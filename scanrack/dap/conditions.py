@@ -116,6 +116,9 @@ class _Part(str):
         unit: of a number, ns of a time; the unit of a tag, "" without one.
     """
 
+    written: str
+    unit: str
+
     def __new__(cls, text: str, written: str, unit: str) -> _Part:
         made = super().__new__(cls, text)
         made.written, made.unit = written, unit
@@ -238,8 +241,9 @@ class _Writer(Transformer[Token, str]):
 
     def signed(self, sign: Token, part: str) -> str:
         text = f"({sign}{part})"
-        is_number = isinstance(part, _Part) and part.written
-        return _Part(text, f"{sign}{part.written}", part.unit) if is_number else text
+        if isinstance(part, _Part) and part.written:
+            return _Part(text, f"{sign}{part.written}", part.unit)
+        return text
 
     def absolute(self, part: str) -> str:
         return f"abs({part})"
