@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import socket
 import subprocess
 import sys
@@ -112,6 +113,72 @@ def test_requests_in_a_stop_that_mean_nothing_there(client: DebugClient) -> None
         breakpoints=[{"name": "Nope > 1"}, {"name": "Feeding", "hitCondition": "often"}, {"name": "Feeding"}],
     )["breakpoints"]
     assert [each["verified"] for each in answers] == [False, False, True]
+    assert client.go("next")[0] == "step"
+
+
+@pytest.mark.slow
+def test_places_that_the_program_does_not_have(client: DebugClient, tmp_path: Path) -> None:
+    rungs = Path("examples/feeder/feeder.rung").resolve()
+    client.begin(rungs.with_suffix(".toml"), speed="max")
+    client.ask("configurationDone")
+    client.stopped()
+    own, last = tmp_path / "other.rung", len(rungs.read_text(encoding="utf-8").splitlines())
+    copy = tmp_path / rungs.name
+    copy.write_text("another program", encoding="utf-8")
+    for path, line, says in (
+        (own, 1, "other.rung is no file of the program: those are axis3601.rung, feeder.rung"),
+        (copy, 1, "feeder.rung differs from the program that runs"),
+        (rungs, last, f"feeder.rung, line {last}: no instruction from there to the end"),
+        (rungs, 0, ""),
+    ):
+        (answer,) = client.break_at(path, line)
+        assert (answer["verified"], answer.get("message", "")) == (not says, says)
+    frame = client.frames()[0]["id"]
+    client.ask("scopes", frameId=frame)
+    client.go("stepOut")
+    client.go("stepIn", granularity="instruction")
+    with pytest.raises(RefusedError, match="variables 1 are gone: the program has moved on"):
+        client.ask("variables", variablesReference=1)
+    client.ask("disconnect")
+    client.event("terminated")
+
+
+WRONG = [None, -1, 1 << 70, 0.5, True, "x", [7], {"x": 1}, [{}], [{"name": 7}]]
+RIGHT: dict[str, dict[str, Any]] = {
+    "setBreakpoints": {"source": {"path": "examples/feeder/feeder.rung"}, "breakpoints": [{"line": 40}]},
+    "variables": {"variablesReference": 1},
+    "setVariable": {"variablesReference": 1, "name": "Feeding", "value": "0"},
+    "setExpression": {"expression": "Feeding", "value": "0"},
+    "evaluate": {"expression": "Feeding"},
+    "completions": {"text": "Fe", "column": 3},
+    "dataBreakpointInfo": {"name": "Feeding"},
+}
+"""Arguments of which one at a time is wrong."""
+
+MOVES = ("continue", "reverseContinue", "next", "stepIn", "stepOut", "stepBack")
+ENDS = ("disconnect", "terminate", "pause", "configurationDone")
+
+
+@pytest.mark.slow
+def test_wrong_arguments_of_each_request_are_refused_with_a_sentence(client: DebugClient) -> None:
+    """Each argument that the protocol has, with values of other types; no mistake of the adapter shows."""
+    client.begin("examples/feeder/feeder.toml", speed="max")
+    client.ask("configurationDone")
+    client.stopped()
+    mistake = re.compile(r"\b[A-Z]\w*(Error|Exception)\b")
+    for command in [each for each in REQUESTS if each not in (*ENDS, "continue", "reverseContinue")]:
+        kind = f"{command[0].upper()}{command[1:]}Arguments"
+        named = properties({"$ref": f"#/definitions/{kind}"}) if kind in SCHEMA["definitions"] else {}
+        for name in named:
+            for value in WRONG:
+                if command in ("variables", "setVariable"):
+                    client.scope("Tags", client.frames()[0]["id"])
+                right = RIGHT.get(command, {})
+                answer = client.answer_to(client.tell(command, **{**right, name: value}))
+                says = answer.get("message", "")
+                assert answer["success"] or (says and not mistake.search(says)), (command, name, value, says)
+                if answer["success"] and command in MOVES:
+                    client.event("stopped")
     assert client.go("next")[0] == "step"
 
 
