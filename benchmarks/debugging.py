@@ -16,7 +16,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from pathlib import Path
 
 from bars import Bars
@@ -24,9 +24,10 @@ from scanrack.dap.breakpoints import Breakpoint, LinePoints, Looker, RungValues
 from scanrack.dap.conditions import ScanContext
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.load.program import lines_marked
 from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.ladder.debug import Debugger
-from scanrack.watch.python_stops import LineTrace
+from scanrack.ladder.python.line_marks import WATCH
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
@@ -36,7 +37,6 @@ ROOT = Path(__file__).parents[1]
 FEEDER = ROOT / "examples/feeder/feeder.toml"
 PERIOD_MS = 2.0
 SCANS, STOP_MS, BACK_MS, LIMIT = 300_000, 50, 100, 1.2
-LIMIT_OF_LINES = 6.0  # Python traces all calls of a scan for one line
 
 VARIANTS = {
     "alone": None,
@@ -85,16 +85,17 @@ def prepared(given: Breakpoint | None) -> Callable[[int], float]:
 
 def prepared_lines(given: Breakpoint | None) -> Callable[[int], float]:
     """Return the same of a program in Python, with a breakpoint on a line that does not run."""
-    bench = open_bench(LABELLER)
+    with nullcontext() if given is None else lines_marked():
+        bench = open_bench(LABELLER)
     bench.run_for("1 s")
     points = LinePoints({}, in_frames=True)
     around = ScanContext({}, lambda *_: 0, lambda: bench.now_ns, lambda: bench.scans)
     looker = None if given is None else Looker([given], points, around, lambda _scan: ())
-    trace = LineTrace()
+    watch = WATCH.get()
 
     def spent(scans: int) -> float:
         if looker is not None:
-            trace.add(points)
+            watch.only(points)
         hits = 0
         begin = time.process_time()
         for number in range(scans):
@@ -102,7 +103,7 @@ def prepared_lines(given: Breakpoint | None) -> Callable[[int], float]:
             if looker is not None:
                 hits += len(looker.look(number))
         took = time.process_time() - begin
-        trace.remove(points)
+        watch.only()
         assert not hits, given
         return took / scans
 
@@ -183,7 +184,7 @@ def main() -> int:
     rows = []
     for name, alone in [*((each, "alone") for each in VARIANTS), *((each, "Python alone") for each in LINES)]:
         ratio = best[name] / best[alone]
-        bar = bars.most(name, ratio, LIMIT_OF_LINES if name in LINES else LIMIT)
+        bar = bars.most(name, ratio, LIMIT)
         rows.append(f"{name:<26} {best[name] * 1e6:>7.2f} us a scan, {ratio:>5.2f} times ({bar})")
     for name, times, most_ms in (
         ("a stop", stops(3 if smoke else 30), STOP_MS),

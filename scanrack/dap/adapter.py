@@ -17,6 +17,7 @@ from queue import Empty
 from types import MappingProxyType
 from typing import Any
 
+from scanrack.jobs.load.program import lines_marked
 from typing_extensions import override
 
 from .breakpoints import Breakpoint
@@ -73,6 +74,10 @@ class Adapter:
 
     def run(self) -> None:
         """Serve the client until it ends the session."""
+        with lines_marked():
+            self._run()
+
+    def _run(self) -> None:
         while not self.over:
             if self.start is not None:
                 start, self.start = self.start, None

@@ -22,9 +22,9 @@ from scanrack.io_images.visible_text import visible
 from scanrack.ladder.compiler.observed import LineKey
 from scanrack.ladder.debug.watched import shown
 from scanrack.ladder.debug.watching import WatchedEngine
+from scanrack.ladder.python.line_marks import Observer
 from scanrack.ladder.state.memory import same
 from scanrack.watch.monitors.troubles import ErrorBit, error_bits
-from scanrack.watch.python_stops import LineTrace, Observer
 
 from .conditions import EngineValues, ExpressionError, NamedValues, Read, ScanContext, Values, compiled
 from .protocol import DebugError, Json
@@ -172,15 +172,10 @@ class LinePoints(NamedValues, Observer):
             self._points.setdefault(key, []).append(look)
         return lambda _scan: self._met.pop(number, None)
 
-    def begins(self, frame: FrameType) -> None:
-        """Look at the breakpoints of a line."""
-        for look in self._points.get((LineTrace.name(frame.f_code.co_filename), frame.f_lineno), ()):
+    def begins(self, file: str, line: int, frame: FrameType | None) -> None:
+        """Look at the breakpoints of a line or step."""
+        for look in self._points.get((file, line), ()):
             look(frame)
-
-    def began(self, file: str, line: int) -> None:
-        """Look at the breakpoints of a step."""
-        for look in self._points.get((LineTrace.name(file), line), ()):
-            look(None)
 
 
 def _code(text: str) -> CodeType:

@@ -17,7 +17,6 @@ from scanrack.ladder.debug import Debugger
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.live import actions
-from scanrack.watch.python_stops import LineTrace
 from typing_extensions import override
 
 from .adapter import Adapter
@@ -65,7 +64,7 @@ class InTest(ScanDriver):
             super().__init__(adapter, LiveRungs(run))
         elif bench.load is not None:
             load = bench.load
-            super().__init__(adapter, LiveText(run, load, bench.spec, [load.program], LineTrace()))
+            super().__init__(adapter, LiveText(run, load, bench.spec))
         else:
             raise DebugError("this bench has a program without a file, so its lines can't be stepped through")
         self._run, self._stepping, self._pausing = run, False, False

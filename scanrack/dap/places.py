@@ -14,7 +14,7 @@ from pathlib import Path
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.compiler.observed import LineKey
 from scanrack.ladder.model.tree import Origin
-from scanrack.watch.python_stops import lines_with_code
+from scanrack.ladder.python.line_marks import marked_lines
 from typing_extensions import override
 
 from .protocol import DebugError, Json
@@ -156,7 +156,7 @@ class TextPlaces(Places):
     @override
     def keys(self) -> Iterator[tuple[Origin, LineKey]]:
         for file in self._files:
-            for line in self._steps or sorted(lines_with_code(file.read_bytes())):
+            for line in self._steps or marked_lines(file.read_bytes()):
                 yield Origin(str(file), line), (file.name, line)
 
     @override

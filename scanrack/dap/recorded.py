@@ -28,7 +28,7 @@ from .live import REMEMBERED, Live
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
 from .subject import RungSubject, SomeSubject
-from .text_subject import TextSubject, is_steps
+from .text_subject import TextSubject, files_of, is_steps
 
 READ = 512
 """Scans whose images are read at once."""
@@ -192,7 +192,7 @@ class RecordedText(TextSubject, RecordedScans):
         assert stretch.file is not None
         logic: Any = stretch.logic
         steps = [each.line for each in logic.steps] if isinstance(logic, Steps) else []
-        return TextPlaces([stretch.file], steps, self.folders)
+        return TextPlaces(files_of(stretch.file), steps, self.folders)
 
     @override
     def recording(self) -> PackedTrace:

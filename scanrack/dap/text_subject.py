@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 from scanrack.jobs.record.logic_wrapper import unwrapped
@@ -15,6 +16,7 @@ from scanrack.jobs.why.answer import Why
 from scanrack.jobs.why.traced_run import Load
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.model.tree import Origin
+from scanrack.ladder.python.line_marks import WATCH
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.replay import PackedTrace
@@ -231,6 +233,11 @@ class TextSubject(SomeSubject):
             if each.site is not None and each.site.file and each.site.line
         ]
         return [(text, Origin()), *links]
+
+
+def files_of(program: Path) -> list[Path]:
+    """Return the file of a program and those of the modules beside it that were imported."""
+    return list(dict.fromkeys([program.resolve(), *WATCH.get().files(program.parent)]))
 
 
 def is_steps(logic: ScanLogic) -> bool:

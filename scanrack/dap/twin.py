@@ -12,12 +12,15 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from enum import Enum
+from functools import cache
 from io import StringIO
+from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any, NamedTuple
 
 from scanrack.io_images.memory_layout import MemoryLayout
 from scanrack.jobs.load.building import round_trip_ms
+from scanrack.jobs.load.program import lines_marked
 from scanrack.jobs.record.link_losses import LinkChange, link_changes
 from scanrack.jobs.record.logic_wrapper import unwrapped
 from scanrack.jobs.record.sequence_watch import sequences_in, standing
@@ -27,6 +30,7 @@ from scanrack.jobs.replay.tag_orders import TagOrders
 from scanrack.jobs.why.traced_run import Load, fresh
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.model.tree import Origin
+from scanrack.ladder.python.line_marks import LineWatch, Observer
 from scanrack.ladder.python.online.editing import edit_logic
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.ladder.python.sequences import Logic
@@ -34,6 +38,7 @@ from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.actions import ALL, Action, Edit, Force, Unforce, Write, names_in
 from scanrack.runtime.live.operator_actions import AppliedAction
 from scanrack.runtime.loop.events import Event
+from scanrack.runtime.loop.faults import is_the_users
 from scanrack.runtime.loop.phases import IDLE_PHASES
 from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, LogicScan, ScanFlag, ScanLogic, attached
@@ -41,7 +46,7 @@ from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.packed import CHUNK_SCANS
 from scanrack.traces.replay import PackedTrace
 from scanrack.watch.history.watched_python import MOST
-from scanrack.watch.python_stops import LineTrace, Observer
+from typing_extensions import override
 
 from .protocol import DebugError
 from .variables import BareText
@@ -146,20 +151,18 @@ class Capture(Observer):
         self._names = list(self._values)
         self.runs: list[tuple[TextRun, int, TextState]] = []
 
-    def begins(self, frame: FrameType) -> None:
-        """Note a line."""
-        above = list(_callers(frame))
-        self.runs.append((self._run(frame, above), len(above), self.state()))
+    @override
+    def begins(self, file: str, line: int, frame: FrameType | None) -> None:
+        above = [] if frame is None else list(_callers(frame))
+        step = TextRun(file, TextLine(line, Origin(file, line)), "step", {})
+        run = step if frame is None else self._run(frame, above)
+        self.runs.append((run, len(above), self.state()))
 
     def _run(self, frame: FrameType, above: list[FrameType]) -> TextRun:
         own = {name: copied(each) for name, each in frame.f_locals.items() if each is not self._logic}
         caller = TextCaller(self._run(above[0], above[1:])) if above else None
-        file, name = frame.f_code.co_filename, frame.f_code.co_name
-        return _line_of(file, frame.f_lineno, name, own, caller)
-
-    def began(self, file: str, line: int) -> None:
-        """Note a step of a list of steps, which has begun."""
-        self.runs.append((_line_of(file, line, "step", {}), 0, self.state()))
+        path, line = frame.f_code.co_filename, frame.f_lineno
+        return TextRun(Path(path).name, TextLine(line, Origin(path, line)), frame.f_code.co_name, own, caller)
 
     def state(self) -> TextState:
         """Return the present values."""
@@ -167,10 +170,7 @@ class Capture(Observer):
         return TextState(values, waits_of(self._logic))
 
 
-def _line_of(
-    file: str, line: int, name: str, own: Mapping[str, Any], caller: TextCaller | None = None
-) -> TextRun:
-    return TextRun(LineTrace.name(file), TextLine(line, Origin(file, line)), name, own, caller)
+_is_own = cache(is_the_users)
 
 
 def _callers(frame: FrameType) -> Iterator[FrameType]:
@@ -178,7 +178,7 @@ def _callers(frame: FrameType) -> Iterator[FrameType]:
     above = frame.f_back
     outermost = Twin._call.__code__  # its callers look at the program, such as a test
     while above is not None and above.f_code is not outermost:
-        if LineTrace.is_own(above.f_code):
+        if _is_own(above.f_code.co_filename):
             yield above
         above = above.f_back
 
@@ -242,7 +242,8 @@ class Twin:
         if recording.numbers[0]:
             first = recording.numbers[0]
             raise DebugError(f"the recording begins with scan {first:,}: its program can't be run again")
-        with fresh(self._load) as logic:
+        self._watch = LineWatch()
+        with lines_marked(self._watch), fresh(self._load) as logic:
             self.logic = logic
         known = {slot.number: slot.words for slot in self._spec.slot}
         trips = {slot.number: round_trip_ms(self._spec, slot) for slot in self._spec.slot}
@@ -322,6 +323,9 @@ class Twin:
 
     def _do(self, scan: int, now_ns: int, flags: int, block: bytes, observer: Observer | None) -> None:
         self.at = scan
+        present = [] if observer is None else [observer]
+        if self._watch.observers != present:
+            self._watch.only(*present)
         if "logic" in IDLE_PHASES[CpuMode(flags & MODE_MASK)]:
             return
         view, memory = self._view, self._rack.memory
@@ -332,7 +336,7 @@ class Twin:
             while module.links and module.links[0].now_ns <= now_ns:
                 module.linked = module.links.pop(0).good
         try:
-            with LineTrace.only(observer), redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+            with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
                 self._call(view, observer)
         except Exception:
             if not flags & ScanFlag.FAULT:  # else it has faulted the recorded session, too
@@ -345,7 +349,7 @@ class Twin:
         before = inside.line if isinstance(inside, Steps) else 0
         self.logic(view)
         if isinstance(inside, Steps) and observer is not None and (inside.line != before or view.first):
-            observer.began(str(self._load.program), inside.line)
+            observer.begins(self._load.program.name, inside.line, None)
 
     def _depart(self, scan: int) -> None:
         if self.departs is None:
@@ -355,7 +359,8 @@ class Twin:
         """Repeat an order on the values of the program, or an edit."""
         logic = self.logic
         if isinstance(order, Edit) and self._load.edited is not None:
-            edited, restart = self._load.edited(order.number), names_in(order.restart)
+            with lines_marked(self._watch):
+                edited, restart = self._load.edited(order.number), names_in(order.restart)
             if isinstance(logic, Logic) and isinstance(edited, Logic) and ALL not in restart:
                 edit_logic(logic, edited, restart)
             else:

@@ -18,6 +18,7 @@ import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from contextvars import copy_context
 from functools import partial
 from typing import NamedTuple
 
@@ -87,7 +88,8 @@ class Editor:
         self._wanted = False
         self._restart = ""
         self._state: Json = {}  # of edited rungs, as pages know it
-        self._thread = threading.Thread(target=self._watch, name="edits", daemon=True)
+        context = copy_context()  # how programs are loaded
+        self._thread = threading.Thread(target=context.run, args=(self._watch,), name="edits", daemon=True)
 
     def start(self) -> None:
         """Begin to watch."""

@@ -26,7 +26,7 @@ from scanrack.runtime.loop.scan import CpuMode, ScanLogic
 from ..load.building import build_cpu, build_rack
 from ..load.loading import load_job
 from ..record.program_versions import ProgramVersions, version_of
-from ..record.sequence_watch import WatchesSequences, sequences_in, standing, watching
+from ..record.sequence_watch import WatchesSequences, sequences_in, standing, waiting_in, watching
 from ..record.tag_names import named_values, namespace_of
 from ..run.editing import tags_in
 from ..run.external_tags import tell_cpu
@@ -254,7 +254,7 @@ class Bench:
         if self._fields.forces != forces:
             self._fields.on_outside()
         for each in self._followers:
-            each.watch(sequences_in(self.logic))
+            each.watch(waiting_in(self.logic))
         self._announce_edit(type(program).__name__, done)
         return done
 
@@ -359,12 +359,12 @@ class Bench:
         """
         return self._why().chain(tag, deep=deep)
 
-    def suggest_inputs(self, tag: str, wanted: str | None = None, scans: int = 10) -> Remedies:
+    def suggest_inputs(self, tag: str, requested: str | None = None, scans: int = 10) -> Remedies:
         """Return the smallest sets of inputs that would give a tag of a ladder program a value.
 
         Each set is found by running the program with it, on a copy, from the latest scan on.
         """
-        return self._why().suggest_inputs(tag, wanted, scans)
+        return self._why().suggest_inputs(tag, requested, scans)
 
     def _why(self) -> Why:
         recording = self._journal.recording()

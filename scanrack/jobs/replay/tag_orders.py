@@ -61,8 +61,8 @@ class TagOrders:
             if isinstance(each.order, Edit):
                 self.given.append(each)
                 self._scans[each.order.number] = each.scan
-        brought = set(self._scans.values())
-        self.lost = [event.scan for event in events if is_edit(event) and event.scan not in brought]
+        scans = [event.scan for event in events if is_edit(event)]
+        self.lost = [scan for scan in scans if scan not in self._scans.values()]
 
     def program(self, logic: ScanLogic) -> ScanLogic:
         """Return the program to run: a ladder program under a debugger if there are orders."""

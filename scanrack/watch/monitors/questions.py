@@ -15,7 +15,7 @@ from .monitor import Json, Monitor
 from .page import Page
 from .panel_questions import PANEL_QUESTIONS
 from .since import last_change
-from .why_questions import want, why
+from .why_questions import ran, want, why
 
 MOST_WATCHED = 500
 """Most tags that a page may watch."""
@@ -232,6 +232,7 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "marks": marks,
     "mark": mark,
     "why": why,
+    "ran": ran,
     "since": since,
     "want": want,
     "xref": xref,

@@ -138,8 +138,8 @@ async function open(name) {
   );
   decorate(sheet, name, answer, columns);
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
-  const { power, tags, lines, met, breakpoints, ran } = run;
-  paintText({ power, tags, lines, met, breakpoints, ran });
+  const { power, tags, lines, met, breakpoints, ran, scan, state } = run;
+  paintText({ power, tags, lines, met, breakpoints, ran, scan, state });
   mark(selected);
   markFaults();
   markCauses(sheet);

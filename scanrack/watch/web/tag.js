@@ -283,7 +283,7 @@ const showAnswer = () =>
 
 // The lines of the program in Python that an answer names.
 function linesOf({ lines = [] }) {
-  const names = (run.hello.routines ?? []).filter(each => each.kind === "python").map(each => each.name);
+  const names = (run.hello.routines ?? []).map(each => each.name);
   return lines.filter(({ file }) => names.includes(file)).map(({ file, line }) => `${file}.${line}`);
 }
 
