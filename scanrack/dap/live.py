@@ -437,7 +437,8 @@ class Live(ScanDriver):
             self._take_breakpoints()
         if adapter.running:
             self._tell_stop()
-        adapter.serve(WAIT_S if not self._session.inbox.pending() else 0)
+        if not adapter.serve(WAIT_S if not self._session.inbox.pending() else 0):
+            self.subject.prepare()
 
     def _tell_stop(self) -> None:
         adapter, scan = self._adapter, self.subject.extent[1]

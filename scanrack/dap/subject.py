@@ -109,6 +109,10 @@ class SomeSubject(Subject):
 
     units: Mapping[str, str] = MappingProxyType({})
 
+    def prepare(self) -> bool:
+        """Do a part of what later steps back need; return whether more remains."""
+        return False
+
     def around(self, at: Callable[[], int]) -> ScanContext:
         """Return what expressions about a scan read."""
         images = Images(self.words)

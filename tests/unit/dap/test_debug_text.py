@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from debug_client import DebugClient, RefusedError
 from scanrack.jobs import load_job
+from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.run.running import JobRun, RunOptions
 
 pytestmark = pytest.mark.slow
@@ -252,6 +253,7 @@ def test_values_are_set_and_forced_and_the_way_back_knows_it(client: DebugClient
     begin(client, sequences)
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 7"}])
     client.go()
+    client.value("set counting.number = 50")
     client.value("set counting.number = 100")
     assert client.value("counting.number") == "100"
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 12"}])
@@ -301,6 +303,29 @@ def test_a_list_of_steps_stops_where_a_step_begins(client: DebugClient, steps: P
     while client.scan():
         client.go("stepBack")
     assert client.at() == f"step, line {lines[0]}"
+
+
+def test_fields_that_a_test_has_set_are_known_in_its_recording(
+    client: DebugClient, sequences: Path, tmp_path: Path
+) -> None:
+    trace = tmp_path / "test.mcap"
+    with open_bench(sequences, record=trace) as bench:
+        bench.scan(5)
+        bench["counting.number"] = 70
+        bench["counting.number"] = 100
+        bench.scan(20)
+        assert bench["counting.number"] == 108  # 2 in scan 5, 3 in scan 10, 1 in scan 15, 2 in scan 20
+    client.begin(trace, trust=True, scan=24)
+    client.ask("configurationDone")
+    client.stopped()
+    assert client.value("counting.number") == "108"
+    client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 5"}])
+    assert client.go("reverseContinue") == ("function breakpoint", 5)
+    assert client.value("counting.number") == "102"
+    while client.scan() == 5:
+        client.go("stepBack")
+    assert client.value("counting.number") == "1"
+    assert client.value("branch") == "a new session continues from scan 5"
 
 
 def forget_helpers() -> None:
