@@ -97,12 +97,11 @@ class JobRun:
         self.steps: list[str] = []
         recorder = None if options.trace is None else self._recorder(job, options.trace, options, handled)
         beside = _beside(units, options.trace)
-        listeners = [
-            *options.listeners,
-            self.hints,
-            *([] if beside is None else [beside]),
-            *([] if recorder is None else [self.program.recorded(recorder)]),  # closed last: reads all files
-        ]
+        recorded = (
+            None if recorder is None else self.program.recorded(recorder)
+        )  # closed last: reads all files
+        optional = (each for each in (beside, recorded) if each is not None)
+        listeners = [*options.listeners, self.hints, *optional]
         self._pacer = options.pacer or FreeRun()
         self._pacer.beat = lambda: _draft(recorder, beside)
         self.cpu = build_cpu(job.spec, self.program.logic, self.rack, listeners=listeners, pacer=self._pacer)
