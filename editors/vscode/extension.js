@@ -47,8 +47,39 @@ function inlineValues(document, range, { stoppedLocation }) {
   return found;
 }
 
+const EDITS = { test: "Test", accept: "Accept", cancel: "Cancel" };
+
+/** Shows or hides the buttons of an edit in the debug toolbar. */
+const waits = (isEdited) => vscode.commands.executeCommand("setContext", "scanrack.edited", isEdited);
+
+/** Tries, accepts or cancels the saved program of the rack that is debugged; the console says what came of it. */
+async function edit(step) {
+  try {
+    await vscode.debug.activeDebugSession?.customRequest("evaluate", { expression: step, context: "repl" });
+    await waits(step === "test");
+  } catch (error) {
+    vscode.window.showErrorMessage(`scanrack: ${error.message}`);
+  }
+}
+
+/** Offers to try or accept a program that is saved while it is debugged. */
+async function offer(document) {
+  if (vscode.debug.activeDebugSession?.type !== "scanrack" || !["rung", "scanrack-st"].includes(document.languageId)) {
+    return;
+  }
+  await waits(true);
+  const choice = await vscode.window.showInformationMessage("The rack runs the program as it was before.", EDITS.test, EDITS.accept);
+  const step = Object.keys(EDITS).find((each) => EDITS[each] === choice);
+  if (step !== undefined) {
+    await edit(step);
+  }
+}
+
 function activate(context) {
   context.subscriptions.push(
+    ...Object.keys(EDITS).map((step) => vscode.commands.registerCommand(`scanrack.${step}`, () => edit(step))),
+    vscode.workspace.onDidSaveTextDocument(offer),
+    vscode.debug.onDidTerminateDebugSession(() => waits(false)),
     vscode.debug.registerDebugAdapterDescriptorFactory("scanrack", { createDebugAdapterDescriptor: adapter }),
     vscode.languages.registerInlineValuesProvider(
       ["rung", "scanrack-st"], { provideInlineValues: (document, range, at) => inlineValues(document, range, at) }),

@@ -30,7 +30,7 @@ from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS_MAX, Image
 from scanrack.io_images.site import Site, SiteError
 from scanrack.io_images.text_limits import TextKind, TextLimitError, check_text
 from scanrack.io_images.thousands import split_thousands
-from scanrack.io_images.times import parse_time
+from scanrack.io_images.times import parse_time, time_text
 
 _LINE = re.compile(r"(?P<what>.*?)(?:\s+(?P<end>until|for)\s+(?P<when>.*))?")
 _STATUS = frozenset(str(bit.name) for bit in (*StatusMsw, *StatusLsw))
@@ -71,6 +71,19 @@ class Step:
     fall: frozenset[str] = frozenset()  # status bits that are clear at its end
     for_ns: int | None = None  # its duration without listed bits; None = for ever
 
+    @property
+    def end(self) -> str:
+        """What ends it, as text; "" of one that stays.
+
+        >>> Step(1, Image.clear, rise=frozenset({"MOVE_COMPLETE"}), fall=frozenset({"INPUT_ERROR"})).end
+        'MOVE_COMPLETE -INPUT_ERROR'
+        >>> Step(1, Image.clear, for_ns=20_000_000).end
+        '20 ms'
+        """
+        if self.rise or self.fall:
+            return " ".join([*sorted(self.rise), *(f"-{name}" for name in sorted(self.fall))])
+        return "" if self.for_ns is None else time_text(self.for_ns)
+
     def over(self, inputs: Image, lasted_ns: int) -> bool:
         """Whether it ends in a scan with these inputs, `lasted_ns` after its beginning."""
         if self.rise or self.fall:
@@ -80,18 +93,33 @@ class Step:
 
 
 class Steps:
-    """A program of steps: logic of the module in `slot`."""
+    """A program of steps: logic of the module in `slot`.
 
-    def __init__(self, steps: Sequence[Step], slot: int = 1) -> None:
+    Attributes:
+        since_ns: when the current step began.
+        resumed: number of steps that have begun.
+    """
+
+    name = "program"
+
+    def __init__(self, steps: Sequence[Step], slot: int = 1, file: str = "") -> None:
         self.steps = tuple(steps)
-        self.slot = slot
+        self.slot, self.file = slot, file
         self._index = -1
-        self._began_ns = 0
+        self.since_ns = self.resumed = 0
 
     @property
     def line(self) -> int:
         """The line of the current step, 0 before the first one."""
         return self.steps[self._index].line if self._index >= 0 else 0
+
+    @property
+    def waits_for(self) -> str:
+        """What ends the current step, as text; "" before the first one."""
+        if self._index < 0:
+            return ""
+        last = self._index + 1 == len(self.steps)
+        return "nothing, as the last step" if last else self.steps[self._index].end
 
     def __call__(self, scan: StepsScan) -> None:
         """Do one scan; the first one after power-up or program mode starts with the first step."""
@@ -103,10 +131,11 @@ class Steps:
 
     def _over(self, inputs: Image, now_ns: int) -> bool:
         last = self._index + 1 == len(self.steps)
-        return not last and self.steps[self._index].over(inputs, now_ns - self._began_ns)
+        return not last and self.steps[self._index].over(inputs, now_ns - self.since_ns)
 
     def _begin(self, index: int, now_ns: int, outputs: Image) -> None:
-        self._index, self._began_ns = index, now_ns
+        self._index, self.since_ns = index, now_ns
+        self.resumed += 1
         self.steps[index].write(outputs)
 
 
@@ -134,7 +163,7 @@ def parse_steps(text: str, file: str = "") -> Steps:
             raise StepsError.at(Site(file=file, line=number), str(error)) from None
     if not steps:
         raise StepsError(f"{file}: no step in it")
-    return Steps(steps, slot)
+    return Steps(steps, slot, file)
 
 
 def _slot(text: str, *, first: bool) -> int:

@@ -262,7 +262,7 @@ class Session:
                 number = said["id"]
                 order = action_of(said["order"], GIVEN)
                 if isinstance(order, actions.ToEditor):
-                    self._ask_editor(order, number)
+                    self.ask_editor(order, self._answer_to(number))
                     continue
                 self.obey(order, at_ns, scan)
             except ValueError as error:
@@ -277,12 +277,16 @@ class Session:
                     return
                 self._tell({"answer": answer})
 
-    def _ask_editor(self, order: actions.ToEditor, number: object) -> None:
+    def _answer_to(self, number: object) -> Reply:
+        return lambda result: self._tell({"answer": {"id": number, **result}})
+
+    def ask_editor(self, order: actions.ToEditor, reply: Reply) -> None:
+        """Pass on what a page says of the program's text; ValueError if the program can't be edited now."""
         if self.edit is None:
             raise ValueError("this program can't be edited while it runs")
         if isinstance(order, actions.Online) and order.step not in _WITHOUT_SCANS:
             self._refuse_after_fault()
-        self.edit(order, lambda result: self._tell({"answer": {"id": number, **result}}))
+        self.edit(order, reply)
 
     def _take_over(self, takeover: Callable[[], Action | None], at_ns: int, scan: int) -> None:
         """Continue with an edited program, or report its mistakes to the page."""

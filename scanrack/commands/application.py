@@ -123,20 +123,20 @@ MEANT = {("run", "--trace"): "--record", ("watch", "--trace"): "--record"}
 
 def _usage(error: Any, words: Sequence[str]) -> str:
     """Return the mistake in the words of a command, and the command that prints its page."""
-    said = error.format_message().rstrip(".")
+    text = error.format_message().rstrip(".")
     for theirs, ours in SPEECH:
-        said = re.sub(theirs, ours, said)
+        text = re.sub(theirs, ours, text)
     option, possible = getattr(error, "option_name", ""), getattr(error, "possibilities", None)
     path = error.ctx.command_path if error.ctx else "scanrack"
     if error.ctx and (meant := MEANT.get((error.ctx.info_name, option))):
         possible = [meant]
     if possible:
-        said = f"no such option: {option}; did you mean {' or '.join(sorted(possible))}?"
+        text = f"no such option: {option}; did you mean {' or '.join(sorted(possible))}?"
     number = next((word for word in words if option and word.startswith(option)), "")
     if re.fullmatch(r"-\d.*", number):
-        said = f"{number} looks like an option; put -- before a negative number: {path} -- {number}"
-    said = said if said[:2].isupper() else f"{said[:1].lower()}{said[1:]}"
-    return f"{said} ('{path} --help' lists what there is)"
+        text = f"{number} looks like an option; put -- before a negative number: {path} -- {number}"
+    text = text if text[:2].isupper() else f"{text[:1].lower()}{text[1:]}"
+    return f"{text} ('{path} --help' lists what there is)"
 
 
 def application() -> typer.Typer:

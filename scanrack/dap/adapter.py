@@ -17,6 +17,7 @@ from queue import Empty
 from types import MappingProxyType
 from typing import Any
 
+from scanrack.jobs.load.program import lines_marked
 from typing_extensions import override
 
 from .breakpoints import Breakpoint
@@ -73,6 +74,10 @@ class Adapter:
 
     def run(self) -> None:
         """Serve the client until it ends the session."""
+        with lines_marked():
+            self._run()
+
+    def _run(self) -> None:
         while not self.over:
             if self.start is not None:
                 start, self.start = self.start, None
@@ -199,8 +204,8 @@ class Adapter:
             self.event("initialized")
 
     def all_breakpoints(self) -> list[Breakpoint]:
-        """Return all breakpoints."""
-        return [each for kind in self.breakpoints.values() for each in kind]
+        """Return the breakpoints that the program has a place for."""
+        return [each for kind in self.breakpoints.values() for each in kind if each.placed]
 
     def the_subject(self) -> Subject:
         """Return what is debugged."""
@@ -368,6 +373,10 @@ class Driver:
     def give(self, order: Any) -> None:
         """Give an order to the rack; a DebugError if it takes none."""
         raise DebugError("this is a recording: its values can't be changed; branch from one of its scans")
+
+    def edit(self, step: str) -> None:
+        """Try the saved program, `take` it or `cancel` that; the outcome is printed."""
+        raise DebugError("only a rack that runs continues with an edited program")
 
     def branch(self, scan: int) -> None:
         """Begin a session that repeats this one up to a scan, and continues from there."""

@@ -22,9 +22,9 @@ from scanrack.io_images.visible_text import visible
 from scanrack.ladder.compiler.observed import LineKey
 from scanrack.ladder.debug.watched import shown
 from scanrack.ladder.debug.watching import WatchedEngine
+from scanrack.ladder.python.line_marks import Observer
 from scanrack.ladder.state.memory import same
 from scanrack.watch.monitors.troubles import ErrorBit, error_bits
-from scanrack.watch.python_stops import LineTrace, Observer
 
 from .conditions import EngineValues, ExpressionError, NamedValues, Read, ScanContext, Values, compiled
 from .protocol import DebugError, Json
@@ -67,6 +67,11 @@ class Breakpoint:
     line: int = 0
     path: str = ""
     count: int = 0
+
+    @property
+    def placed(self) -> bool:
+        """Whether its line is one of the program that runs."""
+        return bool(self.keys) or not self.path
 
     def counts(self) -> bool:
         """Count a hit; return whether it is one that stops."""
@@ -167,15 +172,10 @@ class LinePoints(NamedValues, Observer):
             self._points.setdefault(key, []).append(look)
         return lambda _scan: self._met.pop(number, None)
 
-    def begins(self, frame: FrameType) -> None:
-        """Look at the breakpoints of a line."""
-        for look in self._points.get((LineTrace.name(frame.f_code.co_filename), frame.f_lineno), ()):
+    def begins(self, file: str, line: int, frame: FrameType | None) -> None:
+        """Look at the breakpoints of a line or step."""
+        for look in self._points.get((file, line), ()):
             look(frame)
-
-    def began(self, file: str, line: int) -> None:
-        """Look at the breakpoints of a step."""
-        for look in self._points.get((LineTrace.name(file), line), ()):
-            look(None)
 
 
 def _code(text: str) -> CodeType:
@@ -390,4 +390,4 @@ _MAKERS: Mapping[str, Callable[[Looker, str], Callable[[int], str | None]]] = {
 def described(one: Breakpoint) -> Json:
     """Return a breakpoint as the protocol has it."""
     place = {"line": one.line, "source": {"path": one.path}} if one.line else {}
-    return {"id": one.number, "verified": True, **place}
+    return {"id": one.number, "verified": one.placed, **place}

@@ -9,20 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from pathlib import Path
 from types import FrameType
 from typing import Protocol
 
 from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.record.logic_wrapper import unwrapped
 from scanrack.jobs.run.running import JobRun
-from scanrack.jobs.trust.attachments import files_of
 from scanrack.jobs.why.journal import Journal
 from scanrack.jobs.why.traced_run import Load
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger, journal
 from scanrack.ladder.debug.replay import Replayer
 from scanrack.ladder.files.steps import Steps
+from scanrack.ladder.python.line_marks import WATCH, Observer
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live import actions
@@ -33,7 +32,8 @@ from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
 from scanrack.traces.replay import PackedTrace
-from scanrack.watch.python_stops import LineTrace, Observer, PythonStops
+from scanrack.watch.online import ASSEMBLED, NOTHING, TESTING
+from scanrack.watch.python_stops import PythonStops
 from typing_extensions import override
 
 from .adapter import Adapter, Driver
@@ -42,7 +42,7 @@ from .conditions import ExpressionError, ScanContext
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
 from .subject import Images, RungSubject, SomeSubject
-from .text_subject import TextSubject, is_steps
+from .text_subject import TextSubject, files_of, is_steps
 from .together import foreign, of_page
 from .twin import ProgramValues
 
@@ -51,6 +51,14 @@ REMEMBERED = 8_000
 
 WAIT_S = 0.02
 """Longest single wait for requests during a pause: pages have orders, too."""
+
+
+EDITS = {
+    TESTING: "the saved rungs run from the next scan on: `accept` keeps them, `cancel` runs those before",
+    ASSEMBLED: "the saved program is accepted, and runs from the next scan on",
+    NOTHING: "the program before the edit runs from the next scan on",
+}
+"""What an edit has led to, by its stage."""
 
 
 class Program(Protocol):
@@ -198,13 +206,11 @@ class LiveRungs(RungSubject, LiveSubject):
 class LiveText(TextSubject, LiveSubject):
     """A program without rungs that runs."""
 
-    def __init__(
-        self, run: ScanRun, load: Load, spec: RackSpec, files: Sequence[Path], trace: LineTrace
-    ) -> None:
+    def __init__(self, run: ScanRun, load: Load, spec: RackSpec) -> None:
         LiveSubject.__init__(self, run)
         TextSubject.__init__(self, load, spec, steps=is_steps(run.program.logic))
-        self._program, self._files = load.program, files
-        self._trace, self._points = trace, LinePoints({}, in_frames=False)
+        self._program = load.program
+        self._watch, self._points = WATCH.get(), LinePoints({}, in_frames=False)
         self._line = 0  # of a list of steps
         self._stepping: _AnyLine | None = None
         self._texts: tuple[int, Places] | None = None
@@ -217,7 +223,7 @@ class LiveText(TextSubject, LiveSubject):
     def places(self, scan: int) -> Places:
         if self._texts is None or self._texts[0] != self.edits:
             lines = [each.line for each in self._list.steps] if self._steps else []
-            self._texts = self.edits, TextPlaces(self._files, lines)
+            self._texts = self.edits, TextPlaces(files_of(self._program), lines)
         return self._texts[1]
 
     @property
@@ -231,19 +237,18 @@ class LiveText(TextSubject, LiveSubject):
         program = self.run.program
         points = LinePoints(ProgramValues(lambda: program.logic), in_frames=not self._steps)
         looker = Looker(requested, points, self.now(), self.events)
-        self._trace.remove(self._points)
+        self._watch.remove(self._points)
         self._points = points
-        if points.lines and not self._steps:
-            self._trace.add(points)
+        self._watch.add(points)
         return looker
 
     def step(self, *, on: bool) -> None:
         """Look for a line that runs, or no longer."""
         if self._stepping is not None:
-            self._trace.remove(self._stepping)
+            self._watch.remove(self._stepping)
         self._stepping = _AnyLine() if on else None
-        if self._stepping is not None and not self._steps:
-            self._trace.add(self._stepping)
+        if self._stepping is not None:
+            self._watch.add(self._stepping)
 
     @override
     def spelled(self, routine: str) -> str:
@@ -255,7 +260,7 @@ class LiveText(TextSubject, LiveSubject):
             self._line = self._list.line
             for each in (self._points, self._stepping):
                 if each is not None:
-                    each.began(str(self._program), self._line)
+                    each.begins(self._program.name, self._line, None)
         super().note_scan(scan, now_ns, flags)
 
     @property
@@ -270,11 +275,7 @@ class _AnyLine(Observer):
     ran = False
 
     @override
-    def begins(self, frame: FrameType) -> None:
-        self.ran = True
-
-    @override
-    def began(self, file: str, line: int) -> None:
+    def begins(self, file: str, line: int, frame: FrameType | None) -> None:
         self.ran = True
 
 
@@ -310,18 +311,20 @@ class ScanDriver(QuietListener, Driver):
             self.place_again()
 
     def place_again(self) -> None:
-        """Set the breakpoints of lines in another program; one without its line is taken from the editor."""
+        """Set the breakpoints of lines in another program; one without its line waits for the next."""
         adapter, places = self._adapter, self.subject.places(0)
         adapter.forget_views()
-        for kind in adapter.breakpoints.values():
-            for each in [each for each in kind if each.path]:
-                try:
-                    each.line, keys = places.at(each.path, each.line)
-                    each.keys = tuple(keys)
-                except DebugError as error:
-                    kind.remove(each)
-                    gone = {"id": each.number, "verified": False, "message": str(error)}
-                    adapter.event("breakpoint", reason="changed", breakpoint=gone)
+        for each in (each for kind in adapter.breakpoints.values() for each in kind if each.path):
+            was = described(each)
+            try:
+                each.line, keys = places.at(each.path, each.line)
+                each.keys = tuple(keys)
+                now = described(each)
+            except DebugError as error:
+                each.keys = ()
+                now = {"id": each.number, "verified": False, "message": str(error)}
+            if now != was:
+                adapter.event("breakpoint", reason="changed", breakpoint=now)
         self.set_breakpoints(adapter.all_breakpoints())
 
     @override
@@ -431,7 +434,8 @@ class Live(ScanDriver):
             self._take_breakpoints()
         if adapter.running:
             self._tell_stop()
-        adapter.serve(WAIT_S if not self._session.inbox.pending() else 0)
+        if not adapter.serve(WAIT_S if not self._session.inbox.pending() else 0):
+            self.subject.prepare()
 
     def _tell_stop(self) -> None:
         adapter, scan = self._adapter, self.subject.extent[1]
@@ -502,6 +506,15 @@ class Live(ScanDriver):
         self._order(order)
 
     @override
+    def edit(self, step: str) -> None:
+        self._session.ask_editor(actions.Online(step, by="the debugger"), self._tell_edit)
+
+    def _tell_edit(self, result: Mapping[str, object]) -> None:
+        refused = result.get("refused")
+        says = EDITS[str(result["stage"])] if refused is None else refused
+        self._adapter.output(f"{says}\n", "console" if refused is None else "stderr")
+
+    @override
     def branch(self, scan: int) -> None:
         self._order(actions.Branch(scan, paused=True))
         self._adapter.leave()
@@ -517,8 +530,7 @@ def _subject_of(session: Session, run: JobRun, job: LoadedRack) -> LiveRungs | L
         return LiveRungs(run)
     assert editions is not None
     load = Load(job.program, lambda: editions.again(0).logic, lambda number: editions.again(number).logic)
-    files = [each for each in files_of(job).values() if each.suffix == job.program.suffix]
-    return LiveText(run, load, job.spec, files, stops.trace)
+    return LiveText(run, load, job.spec)
 
 
 class _PatientInbox(Inbox):

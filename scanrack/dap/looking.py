@@ -271,6 +271,14 @@ def _reload_command(adapter: Adapter, _rest: str) -> str:
     return "the saved program continues with the present values"
 
 
+def _edit_command(step: str) -> Callable[[Adapter, str], str]:
+    def command(adapter: Adapter, _rest: str) -> str:
+        adapter.the_driver().edit(step)
+        return "the program is checked"
+
+    return command
+
+
 COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
     "set": _set_command,
     "force": _force_command,
@@ -278,6 +286,9 @@ COMMANDS: Mapping[str, Callable[[Adapter, str], str]] = {
     "why": _why_command,
     "branch": _branch_command,
     "return": _return_command,
+    "test": _edit_command("try"),
+    "accept": _edit_command("take"),
+    "cancel": _edit_command("cancel"),
     "reload": _reload_command,
 }
 """Commands of the console, by their first word."""

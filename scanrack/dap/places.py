@@ -14,7 +14,7 @@ from pathlib import Path
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.compiler.observed import LineKey
 from scanrack.ladder.model.tree import Origin
-from scanrack.watch.python_stops import lines_with_code
+from scanrack.ladder.python.line_marks import marked_lines
 from typing_extensions import override
 
 from .protocol import DebugError, Json
@@ -81,6 +81,8 @@ class Places:
         known = self.lines.get(given) or self._adopted(given)
         if known is None:
             names = ", ".join(sorted(each.name for each in self.lines))
+            if given.name in {each.name for each in self.lines}:
+                raise DebugError(f"{given.name} differs from the program that runs")
             raise DebugError(f"{Path(path).name} is no file of the program: those are {names}")
         numbers = sorted(known)
         place = bisect_left(numbers, line)
@@ -154,7 +156,7 @@ class TextPlaces(Places):
     @override
     def keys(self) -> Iterator[tuple[Origin, LineKey]]:
         for file in self._files:
-            for line in self._steps or sorted(lines_with_code(file.read_bytes())):
+            for line in self._steps or marked_lines(file.read_bytes()):
                 yield Origin(str(file), line), (file.name, line)
 
     @override

@@ -6,6 +6,7 @@ from contextlib import ExitStack, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from scanrack.jobs.bench import Bench
+from scanrack.jobs.load.program import lines_marked
 from scanrack.terminal.terminal import say
 from scanrack.watch.gate import listen
 
@@ -31,6 +32,7 @@ class PortOfTests:
     def __init__(self, config: pytest.Config) -> None:
         self._config, self._stack = config, ExitStack()
         config.add_cleanup(self._stack.close)
+        self._stack.enter_context(lines_marked())
         self._adapter: Adapter | None = None
         self._tried = False
 

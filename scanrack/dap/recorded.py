@@ -28,7 +28,7 @@ from .live import REMEMBERED, Live
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
 from .subject import RungSubject, SomeSubject
-from .text_subject import TextSubject, is_steps
+from .text_subject import TextSubject, files_of, is_steps
 
 READ = 512
 """Scans whose images are read at once."""
@@ -73,11 +73,13 @@ def _subject_of(monitor: TraceMonitor, path: Path) -> RecordedScans:
 
 
 def _serve(adapter: Adapter, monitor: TraceMonitor, driver: RecordingDriver) -> None:
-    more = True  # scans whose first run is not over: it continues while the client is silent
+    more, idle_s = True, IDLE_S  # scans whose first run is not over: it continues while the client is silent
     while not driver.over and not adapter.over:
-        served = adapter.serve(0 if adapter.running else IDLE_S if more else None)
+        served = adapter.serve(0 if adapter.running else idle_s if more else None)
+        more = more or served
+        idle_s = IDLE_S if served else 0
         if not served and not adapter.running:
-            more = monitor.tick()
+            more = monitor.tick() | driver.prepare()
         driver.look_on()
 
 
@@ -192,7 +194,7 @@ class RecordedText(TextSubject, RecordedScans):
         assert stretch.file is not None
         logic: Any = stretch.logic
         steps = [each.line for each in logic.steps] if isinstance(logic, Steps) else []
-        return TextPlaces([stretch.file], steps, self.folders)
+        return TextPlaces(files_of(stretch.file), steps, self.folders)
 
     @override
     def recording(self) -> PackedTrace:
@@ -219,6 +221,10 @@ class RecordingDriver(Driver):
         self._looked = self._adapter.place().scan
         self._adapter.leave()
         self._adapter.running = True
+
+    def prepare(self) -> bool:
+        """See `SomeSubject`."""
+        return self._subject.prepare()
 
     def look_on(self) -> None:
         """Search a slice of scans for breakpoints, while scans run."""

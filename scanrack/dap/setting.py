@@ -122,7 +122,8 @@ def _replace(adapter: Adapter, kind: str, requested: list[Json], make: Maker) ->
     """Replace the breakpoints of a kind; one that can't be used is answered with the reason."""
     answers: list[Json] = []
     good: list[Breakpoint] = []
-    others = [each for name, some in adapter.breakpoints.items() if name != kind for each in some]
+    adapter.breakpoints[kind] = []
+    others = adapter.all_breakpoints()
     for each in requested:
         try:
             made = make(each)

@@ -85,6 +85,9 @@ def _checked(adapter: Adapter, arguments: Json) -> Json:
 _KINDS = {str: "a text", bool: "true or false", int: "a whole number"}
 
 
+_SAVED = "evaluate `test` to try its rungs, `accept` or `reload` to continue with it"
+
+
 def _play(adapter: Adapter, job: LoadedRack, requested: Json) -> None:
     """Run a rack in a session of `scanrack watch`, until the client ends it."""
     from scanrack.jobs.run.build import check_ports
@@ -113,6 +116,7 @@ def _play(adapter: Adapter, job: LoadedRack, requested: Json) -> None:
             speed_of(watched.speed),
             page=page,
             door=lambda session, run: Live(adapter, session, run, job, page=page),
+            saved=lambda name: adapter.output(f"{name} was saved: {_SAVED}\n"),
             remembered=REMEMBERED,
         ),
     )

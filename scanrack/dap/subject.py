@@ -104,6 +104,10 @@ class Subject(Protocol):
 class SomeSubject(Subject):
     """What rungs and lines have in common."""
 
+    def prepare(self) -> bool:
+        """Do a part of what later steps back need; return whether more remains."""
+        return False
+
     def around(self, at: Callable[[], int]) -> ScanContext:
         """Return what expressions about a scan read."""
         images = Images(self.words)

@@ -26,10 +26,10 @@ def findings(file: Path, texts: Mapping[Path, str], *, trusted: bool) -> list[Li
     """
     if not trusted:
         return check_texts(file, texts, run_python=False)
-    asked = json.dumps([str(file), {str(path): text for path, text in texts.items()}])
+    request = json.dumps([str(file), {str(path): text for path, text in texts.items()}])
     with launch(f"{__name__}:main", stdin=PIPE, stdout=PIPE, own_session=True) as helper:
         try:
-            answer, _ = helper.communicate(asked.encode(), timeout=PATIENCE_S)
+            answer, _ = helper.communicate(request.encode(), timeout=PATIENCE_S)
         except TimeoutExpired:
             helper.kill()
             text = f"a check runs this program, which did not come back within {PATIENCE_S} s"

@@ -39,7 +39,7 @@ KINDS = {
 
 
 class RackServer(LanguageServer):
-    """The server, with what it has said of each document.
+    """The server, with what it has published about each document.
 
     Attributes:
         trusted: whether the editor trusts its folder, so that modules in Python may be run.
@@ -59,7 +59,7 @@ class RackServer(LanguageServer):
             self._waiting[uri] = asyncio.get_running_loop().create_task(self._check(uri, rest_s))
 
     def forget(self, uri: str) -> None:
-        """Take back what was said of a document that is closed."""
+        """Clear the findings of a closed document."""
         if (before := self._waiting.pop(uri, None)) is not None:
             before.cancel()
         for each in {uri, *self._others.pop(uri, set())}:
@@ -83,8 +83,8 @@ class RackServer(LanguageServer):
 
     def _publish(self, uri: str, remarks: Iterable[LineRemark], number: int | None = None) -> None:
         lines: Sequence[str] = self.workspace.get_text_document(uri).lines if remarks else ()
-        told = [_diagnostic(each, lines) for each in remarks]
-        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, told, number))
+        found = [_diagnostic(each, lines) for each in remarks]
+        self.text_document_publish_diagnostics(types.PublishDiagnosticsParams(uri, found, number))
 
 
 def _path(uri: str) -> Path:
@@ -121,12 +121,12 @@ def _spot(server: RackServer, params: Any) -> tuple[Path, str, str, int, int]:
 
 def _hover(server: RackServer, params: types.HoverParams) -> types.Hover | None:
     path, text, line, at, column = _spot(server, params)
-    said = ""
+    meaning = ""
     if path.suffix == RACK:
-        said = racks.meaning(text, at, column)
+        meaning = racks.meaning(text, at, column)
     elif path.suffix in (SUFFIX, STRUCTURED_SUFFIX):
-        said = rungs.meaning(text, line, column)
-    return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, said)) if said else None
+        meaning = rungs.meaning(text, line, column)
+    return types.Hover(types.MarkupContent(types.MarkupKind.Markdown, meaning)) if meaning else None
 
 
 def _complete(server: RackServer, params: types.CompletionParams) -> types.CompletionList:
@@ -196,6 +196,10 @@ def made() -> RackServer:
 
 def serve() -> None:
     """Serve on standard input and output until the editor ends it; other output goes to standard error."""
-    asked, told = os.dup(0), os.dup(1)
-    with os.fdopen(asked, "rb") as questions, os.fdopen(told, "wb") as answers, redirect_stdout(sys.stderr):
+    source, target = os.dup(0), os.dup(1)
+    with (
+        os.fdopen(source, "rb") as questions,
+        os.fdopen(target, "wb") as answers,
+        redirect_stdout(sys.stderr),
+    ):
         made().start_io(questions, answers)

@@ -12,9 +12,9 @@ from .terminal import say
 MIB = 1024 * 1024
 
 
-def print_version(wanted: bool) -> None:
+def print_version(is_given: bool) -> None:
     """Print the version and end the command."""
-    if wanted:
+    if is_given:
         from scanrack.io_images.versions import distribution_version
 
         say(f"scanrack {distribution_version('scanrack')}")

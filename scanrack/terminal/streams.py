@@ -45,9 +45,9 @@ class LostOutput(Ending):
 class _GuardedFile(io.FileIO):
     """A file descriptor that fails once, and accepts everything from then on."""
 
-    def __init__(self, fd: int, *, told: bool) -> None:
+    def __init__(self, fd: int, *, reported: bool) -> None:
         super().__init__(fd, "w", closefd=False)
-        self._told = told
+        self._reported = reported
         self._lost = False
 
     def write(self, data: ReadableBuffer, /) -> int:
@@ -56,7 +56,7 @@ class _GuardedFile(io.FileIO):
                 return super().write(data)
             except OSError as error:
                 self._lost = True
-                if self._told:
+                if self._reported:
                     raise LostOutput(error) from error
         return memoryview(data).nbytes
 
@@ -83,8 +83,8 @@ def guarded_output() -> Iterator[None]:
     if isinstance(sys.stdin, io.TextIOWrapper) and _is_ours(sys.stdin):
         sys.stdin.reconfigure(encoding="utf-8")
     sys.stdout, sys.stderr = (
-        _guarded(sys.stdout or _closed(1), told=True),
-        _guarded(sys.stderr or _closed(2), told=False),
+        _guarded(sys.stdout or _closed(1), reported=True),
+        _guarded(sys.stderr or _closed(2), reported=False),
     )
     try:
         yield
@@ -100,7 +100,7 @@ def _closed(number: int) -> IO[str]:
     return open(number, "w", encoding="utf-8", newline="\n", closefd=False)
 
 
-def _guarded(stream: Any, *, told: bool) -> Any:
+def _guarded(stream: Any, *, reported: bool) -> Any:
     fd = _descriptor(stream)
     is_terminal = fd is not None and os.isatty(fd)
     if fd is None or (is_terminal and sys.platform == "win32"):
@@ -108,7 +108,7 @@ def _guarded(stream: Any, *, told: bool) -> Any:
     stream.flush()
     ours = _is_ours(stream)
     return io.TextIOWrapper(
-        io.BufferedWriter(_GuardedFile(fd, told=told and not is_terminal)),
+        io.BufferedWriter(_GuardedFile(fd, reported=reported and not is_terminal)),
         encoding="utf-8" if ours else stream.encoding,
         errors="replace" if stream.errors == "strict" else stream.errors,
         newline="\n" if ours else None,

@@ -108,7 +108,7 @@ class TestArtifacts:
         if error is not None and not self._ended:
             self._ended = not of_subtest
             if self._opened:
-                report.sections.append((SECTION, "\n".join(self._told(error))))
+                report.sections.append((SECTION, "\n".join(self._explanations(error))))
         if report.when == "teardown":
             if self._keep == "all" or (self._keep == "failed" and self._failed):
                 if not self._failed:
@@ -117,7 +117,7 @@ class TestArtifacts:
             else:
                 self.folder.remove()
 
-    def _told(self, error: BaseException) -> Iterator[str]:
+    def _explanations(self, error: BaseException) -> Iterator[str]:
         now_s = process_time()
         yield from self._whys(error)
         for each in self._opened:
@@ -128,11 +128,11 @@ class TestArtifacts:
     # --- why
 
     def _whys(self, error: BaseException) -> Iterator[str]:
-        told = 0
+        explained = 0
         for each in reversed(self._opened):
             for tag in tags_of(error, each.bench):
-                if told < MOST_WHYS and (answer := _answer(each.bench, tag)):
-                    told += 1
+                if explained < MOST_WHYS and (answer := _answer(each.bench, tag)):
+                    explained += 1
                     yield answer
 
     # --- where
@@ -156,8 +156,8 @@ class TestArtifacts:
 
 def _message(error: BaseException) -> str:
     """Return what a failure says; the kind of an assertion says nothing."""
-    said = str(error)
-    return said if isinstance(error, AssertionError) and said else f"{type(error).__name__}: {said}"
+    message = str(error)
+    return message if isinstance(error, AssertionError) and message else f"{type(error).__name__}: {message}"
 
 
 def tags_of(error: BaseException, bench: Bench) -> list[str]:

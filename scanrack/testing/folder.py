@@ -57,7 +57,7 @@ def file_name(text: str) -> str:
 
 
 class ArtifactFolder:
-    """The folder of a test, made when it is first asked for.
+    """The folder of a test, made at its first use.
 
     Args:
         base: the folder of all tests.
@@ -129,7 +129,7 @@ class ArtifactFolder:
         return marked == self._test.encode("utf-8", "backslashreplace")
 
     def remove(self) -> None:
-        """Remove the folder with all that is in it, if it was asked for."""
+        """Remove the folder with all that is in it, if it was made."""
         path, self._path = self._path, None
         if path is not None and not path.is_symlink() and self._is_own(path):
             shutil.rmtree(path)

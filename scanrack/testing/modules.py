@@ -240,10 +240,10 @@ def _check_decoded(bit: str, name: str, at: BitPlace, record: ModuleRecord, word
     """Check that a view of an image with one bit has its name, and no other."""
     image = Image(size=len(words.inputs))
     image.set_bit(at.word, at.bit, True)
-    said = str(record.status(image, words))
-    decoded = set(re.findall(r"\w+", said)) & set(words.groups["status"])
+    shown = str(record.status(image, words))
+    decoded = set(re.findall(r"\w+", shown)) & set(words.groups["status"])
     if at.image != "I" or decoded != {name}:
-        raise ContractError(f"{bit} must decode to its name; {at} alone is shown as {said!r}")
+        raise ContractError(f"{bit} must decode to its name; {at} alone is shown as {shown!r}")
 
 
 def _drawn_options(record: ModuleRecord, given: Options, dice: Random) -> Options:

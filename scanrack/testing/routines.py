@@ -79,8 +79,8 @@ class RoutineTest(pytest.Item):
         error = excinfo.value
         if isinstance(error, CpuFault):
             return f"{_said(error)}\n{self._picture}".rstrip()
-        is_told = isinstance(error, (ValueError, AssertionError))
-        return str(error) if is_told else super().repr_failure(excinfo, style)
+        has_message = isinstance(error, (ValueError, AssertionError))
+        return str(error) if has_message else super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int, str]:
         """Return file, line from 0, and what the head of a report shows."""

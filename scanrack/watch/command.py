@@ -36,16 +36,21 @@ def _watch_command(
     options: WatchArguments,
 ) -> None:
     from scanrack.jobs.load.loading import runs
+    from scanrack.jobs.load.program import lines_marked
 
-    if not runs(options.rack.partition("#")[0]):
-        raise typer.Exit(_watch_recording(options))
+    with lines_marked():  # pages set breakpoints on lines of Python
+        raise typer.Exit((_watch_rack if runs(options.rack.partition("#")[0]) else _watch_recording)(options))
+
+
+def _watch_rack(options: WatchArguments) -> int:
+    """Run a rack; return the exit status."""
     from .play import watch_job
 
     try:
         job, watched = _read(options)
     except ValueError as error:
-        raise typer.Exit(complain(str(error), BAD_INPUT)) from error
-    raise typer.Exit(watch_job(job, watched))
+        return complain(str(error), BAD_INPUT)
+    return watch_job(job, watched)
 
 
 def _watch_recording(options: WatchArguments) -> int:

@@ -18,6 +18,7 @@ import threading
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from contextvars import copy_context
 from functools import partial
 from typing import NamedTuple
 
@@ -48,6 +49,7 @@ class EditManner(NamedTuple):
 
     preview: bool = False  # a saved file waits until a page takes it over
     trust: bool = False  # Python that is typed in a page may run
+    saved: Callable[[str], None] | None = None  # is called between two scans with a saved file, which waits
 
 
 class Exchange(NamedTuple):
@@ -75,7 +77,7 @@ class Editor:
         manner: EditManner,
     ) -> None:
         self._run, self._editions, self._hand_over, self._tell = run, editions, hand_over, tell
-        self._previews = manner.preview
+        self._previews, self._saved_elsewhere = manner.preview, manner.saved
         self._programs = EditedPrograms(job, rack, run, editions)
         self._online = OnlineEdit(self._programs)
         self._typed = TypedText(self._programs, run, trust=manner.trust)
@@ -86,7 +88,8 @@ class Editor:
         self._wanted = False
         self._restart = ""
         self._state: Json = {}  # of edited rungs, as pages know it
-        self._thread = threading.Thread(target=self._watch, name="edits", daemon=True)
+        context = copy_context()  # how programs are loaded
+        self._thread = threading.Thread(target=context.run, args=(self._watch,), name="edits", daemon=True)
 
     def start(self) -> None:
         """Begin to watch."""
@@ -140,7 +143,9 @@ class Editor:
         requested, self._wanted = self._wanted, False
         if requested or self._programs.is_rewritten():
             self._programs.look()
-            if self._previews and not requested:
+            if self._saved_elsewhere is not None and not requested:
+                self._hand_over(partial(self._saved_elsewhere, self._programs.file.name))
+            elif self._previews and not requested:
                 self._preview_saved()
             else:
                 self._load()

@@ -8,6 +8,8 @@
     reopen     assembled               testing    the edited one: assembling is undone
     cancel     accepted, testing       -          the one before
     save       -, assembled            -          the same; its file is written, the old file is kept
+    try        any                     testing    the program's file, saved in an editor
+    take       any                     assembled  the program's file, saved in an editor
 
 There is one accepted edit, whoever accepted it: the state has its rungs and its page. A step names what its
 page has seen, in `base`: accept and save the program that runs, the others the edit. It is refused if that is
@@ -24,7 +26,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 from scanrack.jobs.load.loading import LoadedRack
-from scanrack.jobs.record.program_versions import ProgramVersion
+from scanrack.jobs.record.program_versions import ProgramVersion, version_of
 from scanrack.ladder.lowering.edited import FileChange, NewTag, normalized
 from scanrack.runtime.live.actions import Online
 
@@ -55,8 +57,13 @@ MOVES: Mapping[str, Move] = {
     "reopen": Move((ASSEMBLED,), TESTING, True),
     "cancel": Move((ACCEPTED, TESTING), NOTHING, False),
     "save": Move((NOTHING, ASSEMBLED), NOTHING, True),
+    "try": Move((NOTHING, ACCEPTED, TESTING, ASSEMBLED), TESTING, True),
+    "take": Move((NOTHING, ACCEPTED, TESTING, ASSEMBLED), ASSEMBLED, True),
 }
 """The steps by name, see above."""
+
+OF_FILE = ("try", "take")
+"""Steps with the program's file as an editor has saved it; pages do not take them."""
 
 
 class AcceptedEdit(NamedTuple):
@@ -102,14 +109,11 @@ class OnlineEdit:
         """
         self.settle()
         move, running, edit = MOVES[order.step], self._programs.running, self.edit
-        lacks = why_not(self._programs.file)
-        if lacks or self._programs.rungs is None:
-            raise ValueError(lacks or "the program has no rungs")
-        if self.stage not in move.sources:
-            raise ValueError(f"{order.step}: {_SAYS[self.stage]}")
-        self._check_seen(order, running)
+        self._check_allowed(order, running)
         if order.step == "accept":
             edit = self._accepted(order, running)
+        elif order.step in OF_FILE:
+            edit = self._from_file(order, running)
         note = edit.changes if order.step == "accept" and edit is not None else ""
         note = self._programs.save_running() if order.step == "save" else note
         requested = running
@@ -147,8 +151,13 @@ class OnlineEdit:
     def _digest(self, version: ProgramVersion) -> str:
         return digest(version.files[self._programs.name])
 
-    def _check_seen(self, order: Online, running: ProgramVersion) -> None:
-        """Raise a ValueError if the page has seen another program, or another edit."""
+    def _check_allowed(self, order: Online, running: ProgramVersion) -> None:
+        """Raise a ValueError if a step does not fit, or its page has seen another program or edit."""
+        lacks = "" if order.step in OF_FILE else why_not(self._programs.file)
+        if lacks or self._programs.rungs is None:
+            raise ValueError(lacks or "the program has no rungs: reload it")
+        if self.stage not in MOVES[order.step].sources:
+            raise ValueError(f"{order.step}: {_SAYS[self.stage]}")
         if order.step in ("accept", "save"):
             if (order.base or order.step == "accept") and order.base != self._digest(running):
                 raise ValueError("the program was edited meanwhile: edit the one that runs now")
@@ -171,6 +180,18 @@ class OnlineEdit:
         version, job = self._programs.with_file(edited.data)
         self._ready = version, self._programs.usable(job)
         return AcceptedEdit(order, running, version, _listed(edited.changes))
+
+    def _from_file(self, order: Online, running: ProgramVersion) -> AcceptedEdit:
+        """Load the saved file beside the running program."""
+        programs = self._programs
+        programs.look()
+        job = programs.usable(programs.from_disk())
+        version = programs.with_copy(version_of(job))
+        before = running if self.edit is None or self.stage == ASSEMBLED else self.edit.before
+        if version.files == before.files:
+            raise ValueError(f"{programs.file.name} has the rungs that run: edit and save it first")
+        programs.seen, self._ready = digest(version.files[programs.name]), (version, job)
+        return AcceptedEdit(order, before, version, "")
 
     def _job_of(self, version: ProgramVersion) -> LoadedRack:
         """Return the program of a version, which no engine has used yet."""

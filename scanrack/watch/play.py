@@ -207,7 +207,7 @@ class Play:
         def hand_over(takeover: Takeover) -> None:
             session.takeovers.append(takeover)
 
-        manner = EditManner(options.arguments.preview, options.arguments.trust)
+        manner = EditManner(options.arguments.preview, options.arguments.trust, options.saved)
         editor = Editor(job, options.arguments.rack, run, prepared.editions, hand_over, tap.tell, manner)
         session = Session(
             run.cpu,

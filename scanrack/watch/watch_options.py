@@ -112,5 +112,6 @@ class WatchOptions:
     forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
     servers: tuple[ServerAddress, ...] = ()  # where clients read and write tags
     door: Callable[[Session, JobRun], object] | None = None  # called with each session: a debug adapter
+    saved: Callable[[str], None] | None = None  # called with a saved file of the program, which then waits
     remembered: int = 0  # snapshots from which a debug adapter runs scans again, see `Debugger`
     page: bool = True  # whether there is a page

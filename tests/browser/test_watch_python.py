@@ -4,6 +4,9 @@ Broken on purpose: no values of `self`, a trace of another file, no numbers at l
 """
 
 import pytest
+from scanrack.commands import build
+from selenium.webdriver import ActionChains
+from typer.testing import CliRunner
 from watched_page import until, watching
 
 RACK = """
@@ -45,6 +48,13 @@ class Small(Logic):
             await self.go.rises
             self.rounds += 1
 """
+STEPS = """\
+words 843Eh 003Fh 1 until MODE_CONFIG -CONFIG_ERROR
+zero until -MODE_CONFIG
+PRESET_POSITION until -POSITION_INVALID
+zero for 400 ms
+zero
+"""
 BESIDE = """
 const line = document.querySelector(`[data-at='small.py.${arguments[0]}']`);
 return [...line.querySelectorAll(".chip")].map(each => each.textContent);
@@ -68,6 +78,15 @@ def rack(tmp_path):
         return tmp_path / "rack.toml"
 
     return make
+
+
+@pytest.fixture
+def steps(tmp_path):
+    """A rack file with a list of steps beside it."""
+    (tmp_path / "small.steps").write_text(STEPS, encoding="utf-8")
+    text = RACK.replace("small.py", "small.steps").replace("1769-IQ16", "amci3601").partition("[slot.op")[0]
+    (tmp_path / "rack.toml").write_text(text, encoding="utf-8")
+    return tmp_path / "rack.toml"
 
 
 def break_at(page, line):
@@ -111,6 +130,47 @@ def test_a_sequence_shows_the_line_that_waits_and_stops_at_one(page, rack):
         until(lambda: page.run(BESIDE, 12) == ["rounds8"])
 
 
+BRANCHES = """\
+class State:
+    step = 0
+
+
+state = State()
+
+
+def logic(scan):
+    state.step += 1
+    if state.step % 2:
+        return
+    for _ in range(2):
+        state.step += 10
+"""
+
+
+def test_a_function_shows_the_lines_that_ran_in_the_scan_shown_without_a_breakpoint(page, rack):
+    """By hand: the step is 1, 22, 23, 44 and so on; the loop runs in odd scans."""
+    with watching(rack(BRANCHES), "--paused", "--time-scale", "max") as session:
+        page.open_at(session, 100)
+        until(lambda: page.run(RAN) == [f"small.py.{line}" for line in (9, 10, 12, 13)])
+        page.step(1)
+        until(lambda: page.run(RAN) == [f"small.py.{line}" for line in (9, 10, 11)])
+        page.press("Go on")
+        until(lambda: page.run(RAN) == [])
+
+
+def test_lines_that_ran_in_a_recording_are_there_at_once_around_a_scan(page, rack, tmp_path):
+    trace = tmp_path / "run.mcap"
+    words = ["run", str(rack(BRANCHES)), "--record", str(trace), "--scans", "4000"]
+    assert CliRunner().invoke(build(), words).exit_code == 0
+    with watching(f"{trace}#scan=3001", "--trust") as session:
+        page.open(session.link)
+        until(lambda: page.run(RAN) == [f"small.py.{line}" for line in (9, 10, 12, 13)])
+        page.run("document.activeElement.blur()")
+        ActionChains(page.browser).send_keys(",").perform()
+        until(lambda: page.handle("scan") == "3000")
+        until(lambda: page.run(RAN) == [f"small.py.{line}" for line in (9, 10, 11)])
+
+
 def test_a_value_that_changes_is_a_breakpoint(page, rack):
     with watching(rack(FUNCTION), "--paused", "--time-scale", "max") as session:
         page.open_at(session, 100)
@@ -124,3 +184,16 @@ def test_a_value_that_changes_is_a_breakpoint(page, rack):
                 in page.run("return document.getElementById('notice').textContent")
             )
         )
+
+
+def test_a_list_of_steps_shows_the_step_that_runs_what_ends_it_and_stops_at_one(page, steps):
+    with watching(steps, "--paused", "--time-scale", "max") as session:
+        page.open_at(session, 100)
+        until(lambda: page.run(MARKED) == ["small.steps.4"])
+        waits = page.run("return document.querySelector('.waits').textContent")
+        assert waits == "program waits at line 4 for 400 ms since 00:00.006zero for 400 ms"
+        page.run("document.querySelector(\"[data-at='small.steps.5'] .stop\").click()")
+        page.until_there("[data-at='small.steps.5'][data-breakpoint]")
+        page.press("Go on")
+        until(lambda: page.run(MARKED) == ["small.steps.5"])
+        assert page.handle("state") == "paused"

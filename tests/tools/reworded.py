@@ -31,7 +31,7 @@ SAYS = re.compile(r"[A-Za-z]{2}[,:']? +[a-z{]")
 """A text of several words, of which a name or a format is none."""
 
 _REFUSING = "at fail report refuse refuse_object refuse_statement skipped refusal lose note"
-CALLS = frozenset(("Damage", "Problem", "Refusal", "LocalFinding", *_REFUSING.split()))
+CALLS = frozenset(("Damage", "Problem", "Refusal", "Violation", *_REFUSING.split()))
 """What takes sentences, beside errors; with or without an underscore before it."""
 NAMES = frozenset(("text", "reason", "remedy", "says", "said", "wrong", "hint", "what"))
 """Variables that hold sentences."""

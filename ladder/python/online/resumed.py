@@ -25,6 +25,7 @@ from typing import Any, TypeVar
 
 from scanrack.io_images.dataclass import dataclass
 
+from ..line_marks import LINES, mark
 from .held import Again, Entering, OpenBlock, Rest
 from .points import NESTED, BlockStep, Function, Point
 from .suspended import Hold
@@ -261,6 +262,8 @@ def compiled(
     made.body = [*outside, *resumed.body]
     owner = code.co_qualname.rpartition(".")[0].rpartition(".")[2]
     outer.body = [_Private(owner).visit(copy.deepcopy(made))]
+    if LINES in original.__globals__:
+        mark(outer.body[0])
     for each in (outer, outer.body[0]):
         ast.copy_location(each, function)
     ast.fix_missing_locations(tree)

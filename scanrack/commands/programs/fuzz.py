@@ -41,20 +41,26 @@ def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> froz
     """Return the kinds of the options; without any, those of the rack file."""
     if not (only or without):
         only, without = job.spec.fuzz.only, job.spec.fuzz.without
-    names = {kind.value: kind for kind in Kind}
-    for name in (*only, *without):
-        if name not in names:
-            raise ValueError(f"unknown kind {name!r}; choose from {', '.join(names)}")
+    chosen, excluded = (frozenset(map(_kind, names)) for names in (only, without))
     possible = possible_kinds(job.spec)
     for name in only:
-        if names[name] not in possible:
+        if _kind(name) not in possible:
             can = ", ".join(kind.value for kind in Kind if kind in possible)
             raise ValueError(f"--only {name}: not applicable to this rack; choose from {can}")
-    kinds = frozenset(names[name] for name in only) if only else kinds_for(job.spec)
-    left = kinds - {names[name] for name in without}
+    left = (chosen or kinds_for(job.spec)) - excluded
     if not left:
         raise ValueError(f"--without {', '.join(without)}: nothing is left that is random")
     return left
+
+
+def _kind(name: str) -> Kind:
+    """Return the kind of a name; ValueError for an unknown one."""
+    try:
+        return Kind(name)
+    except ValueError:
+        raise ValueError(
+            f"unknown kind {name!r}; choose from {', '.join(each.value for each in Kind)}"
+        ) from None
 
 
 def _checks(given: list[str], files: list[Path]) -> tuple[str, ...]:

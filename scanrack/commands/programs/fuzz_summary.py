@@ -40,8 +40,8 @@ def failure(found: Counterexample) -> str:
 def not_kept(error: OSError, found: Collection[Counterexample], origin: Origin) -> str:
     """Return the message that the disk is full, with what was found as recipes."""
     recipes = [Recipe(each.scenario, origin, each.broken.invariant).text().rstrip() for each in found]
-    asked = "these files, for --scenario, have what was found and could not be kept:" if recipes else ""
-    return "\n".join([f"{reason(error)}; {asked or 'nothing that was found is lost'}", *recipes])
+    heading = "these files, for --scenario, have what was found and could not be kept:" if recipes else ""
+    return "\n".join([f"{reason(error)}; {heading or 'nothing that was found is lost'}", *recipes])
 
 
 def failure_row(found: Counterexample, folder: Path | None = None) -> dict[str, object]:
@@ -58,14 +58,14 @@ def summary_row(
     state: State,
     before: State,
     others: Set[str],
-    sought: Collection[Invariant],
+    searched: Collection[Invariant],
     never: Collection[UnfiredRule],
 ) -> dict[str, object]:
     """Return the figures of a campaign for --json.
 
     Args:
         others: names of the invariants that were not broken.
-        sought: the goals.
+        searched: the goals.
         never: the error rules that never fired.
     """
     return {
@@ -77,7 +77,7 @@ def summary_row(
         "steps": state.steps,
         "held": sorted(others - _untried(others, state)),
         "never_tested": sorted(_untried(others, state)),
-        "goals": {each.name: state.greatest.get(each.name, each.name in state.applied) for each in sought},
+        "goals": {each.name: state.greatest.get(each.name, each.name in state.applied) for each in searched},
         "rules": dict(state.rules),
         "rules_never_fired": {each.rule.id: each.says for each in never},
     }
@@ -141,9 +141,9 @@ def held(names: Collection[str], state: State) -> str:
     return f"held          {', '.join(told_of) or 'nothing'}"
 
 
-def goals(sought: Collection[Invariant], state: State) -> list[str]:
+def goals(searched: Collection[Invariant], state: State) -> list[str]:
     """Return a line for each goal: that it was seen or never, or its greatest value."""
-    return [f"{'sought' if not place else '':<14}{_goal(each, state)}" for place, each in enumerate(sought)]
+    return [f"{'sought' if not place else '':<14}{_goal(each, state)}" for place, each in enumerate(searched)]
 
 
 def _goal(goal: Invariant, state: State) -> str:

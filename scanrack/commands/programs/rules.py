@@ -84,14 +84,14 @@ TABLES: Mapping[str, Callable[[], RuleTable]] = {
 Table = StrEnum("Table", {name.upper(): name for name in TABLES})  # type: ignore[misc]  # from the table
 
 
-def with_ids(rules: Iterable[Rule], wanted: Sequence[str], table: RuleTable = AMCI3601) -> list[Rule]:
+def with_ids(rules: Iterable[Rule], chosen: Sequence[str], table: RuleTable) -> list[Rule]:
     """Return the rules with one of these ids or prefixes ("CMD-03", "CMD"), by default all.
 
     Raises:
         ValueError: an unknown id or prefix; the message has the closest one.
     """
-    names = {name.upper() for name in wanted}
-    prefixes = list(dict.fromkeys(prefix_of(rule_id) for rule_id in table.rules))
+    names = {name.upper() for name in chosen}
+    prefixes = list(dict.fromkeys(map(prefix_of, table.rules)))
     for name in sorted(names - set(prefixes) - set(table.rules)):
         among = [rule_id for rule_id in table.rules if prefix_of(rule_id) == prefix_of(name)]
         allowed = f"{among[0]} to {among[-1]}" if among else ", ".join(prefixes)

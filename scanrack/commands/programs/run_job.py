@@ -126,18 +126,18 @@ def servers_at(
 
 
 def _opened(
-    job: LoadedRack, wanted: Sequence[ServerAddress], ports: ExitStack, *, live: bool
+    job: LoadedRack, addresses: Sequence[ServerAddress], ports: ExitStack, *, live: bool
 ) -> TagServices | None:
     """Open servers of tags that end with `ports`.
 
     Raises:
         ValueError: a port can't be used, or the rack file lacks what a server needs.
     """
-    if not wanted:
+    if not addresses:
         return None
     from scanrack.jobs.run.servers.tag_service import TagServices
 
-    services = TagServices(job, wanted, complain, writes=not live)
+    services = TagServices(job, addresses, complain, writes=not live)
     ports.callback(services.end)
     return services
 
@@ -189,8 +189,8 @@ def retained_memory(job: LoadedRack, path: Path, trace: Path | None, keep: int |
 def run_retained(retained: RetainedMemory, run: Callable[[LoadedRack], int]) -> int:
     """Run a job that begins with retained tags, and write them; return the exit status."""
     with retained:
-        for said in retained.begin():
-            complain(said)
+        for note in retained.begin():
+            complain(note)
         status = run(retained.job)
         try:
             retained.end()

@@ -24,7 +24,7 @@ SHOWN_MOST = 3
 
 
 def tags(
-    rack: Path, wanted: list[str], as_json: bool, as_csv: bool, software: str | None, server_map: bool
+    rack: Path, names: list[str], as_json: bool, as_csv: bool, software: str | None, server_map: bool
 ) -> int:
     """Print the tags of a rack, or those of patterns; return the exit status."""
     if as_json + as_csv + server_map + (software is not None) > 1:
@@ -36,8 +36,8 @@ def tags(
         if problems := unknown_patterns(database, server.writable):
             return complain("; ".join(problems), BAD_INPUT)
         rows = list(tag_rows(database, server.modbus))
-        if wanted:
-            rows = _chosen(rows, wanted, database)
+        if names:
+            rows = _chosen(rows, names, database)
     except ValueError as error:
         return complain(str(error), BAD_INPUT)
     if server_map:

@@ -51,7 +51,7 @@ def _why_command(
     fault, a timer that still runs, a rule of the module. --deep shows all: `A <- B` means that B made A,
     `and` that all were needed, `or` that each would have done.
 
-    A rack runs from power-up to the scan asked for, or for as long as its file says. The program of a
+    A rack runs from power-up to that scan, or for as long as its file says. The program of a
     trace runs on the recorded inputs; Python that came with the trace is run only if it is the same as in
     the current folder, or you say --trust. A Python program then runs once more, and the scan in which the
     change was made is traced line by line.

@@ -58,9 +58,9 @@ def why(
     try:
         moment = ScanChoice(at=at, until=until)
         if runs(file):
-            asked = _ask_bench(file, what, moment, deep, want)
+            answer = _ask_bench(file, what, moment, deep, want)
         else:
-            asked = _ask_trace(Path(recording_of(file)), what, moment, trust=trust, deep=deep, want=want)
+            answer = _ask_trace(Path(recording_of(file)), what, moment, trust=trust, deep=deep, want=want)
     except NotReachedError as error:
         raise SystemExit(complain(str(error), NO)) from error
     except (LadderError, ValueError) as error:
@@ -70,13 +70,13 @@ def why(
     if as_json:
         from scanrack.terminal.as_json import say_json
 
-        say_json({"what": what, **_as_json(asked)})
+        say_json({"what": what, **_as_json(answer)})
     else:
-        say(f"{asked.when}\n{asked.text}")
-        if asked.acts is not None:
-            say(str(asked.acts))
-        elif asked.remedies is not None:
-            say(str(asked.remedies))
+        say(f"{answer.when}\n{answer.text}")
+        if answer.acts is not None:
+            say(str(answer.acts))
+        elif answer.remedies is not None:
+            say(str(answer.remedies))
 
 
 class _Answer(NamedTuple):
@@ -93,20 +93,20 @@ class _Answer(NamedTuple):
     acts: Acts | None = None  # the same in what an owner does; None of a recording
 
 
-def _as_json(asked: _Answer) -> dict[str, object]:
+def _as_json(answer: _Answer) -> dict[str, object]:
     fields = {
-        name: each for name, each in asked._asdict().items() if name not in ("chain", "remedies", "acts")
+        name: each for name, each in answer._asdict().items() if name not in ("chain", "remedies", "acts")
     }
-    if asked.chain is not None:
+    if answer.chain is not None:
         fields |= {
-            "since": asked.chain.since,
-            "chain": asked.chain.as_json(),
-            "path": asked.chain.path_json(),
+            "since": answer.chain.since,
+            "chain": answer.chain.as_json(),
+            "path": answer.chain.path_json(),
         }
-    if asked.remedies is not None:
-        fields["takes"] = asked.remedies.as_json()
-    if asked.acts is not None:
-        fields["acts"] = asked.acts.as_json()
+    if answer.remedies is not None:
+        fields["takes"] = answer.remedies.as_json()
+    if answer.acts is not None:
+        fields["acts"] = answer.acts.as_json()
     return fields
 
 
@@ -137,14 +137,16 @@ def _ask_trace(
 ) -> _Answer:
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         try:
-            asked = why_of_trace(trace, Path(folder), what, moment, trust=trust, deep=deep, want=want)
+            answer = why_of_trace(trace, Path(folder), what, moment, trust=trust, deep=deep, want=want)
         finally:
             for note in trace.notes:
                 say(on_a_line(f"note: {note}"), err=True)
-    for note in asked.notes:
+    for note in answer.notes:
         say(f"note: {note}", err=True)
-    when = f"scan {asked.scan:,}, {seconds(asked.now_ns)} s:"
-    return _Answer(asked.scan, asked.now_ns, None, asked.notes, when, asked.text, asked.chain, asked.remedies)
+    when = f"scan {answer.scan:,}, {seconds(answer.now_ns)} s:"
+    return _Answer(
+        answer.scan, answer.now_ns, None, answer.notes, when, answer.text, answer.chain, answer.remedies
+    )
 
 
 def xref(file: str, tag: str | None, as_json: bool) -> None:

@@ -61,16 +61,16 @@ def _export_command(
     Exit status: 0 done, 2 the trace or an option can't be used, 3 a file can't be written.
     """
     with reported_mistakes():
-        wanted = selection(ranges)
+        selected = selection(ranges)
         given = asdict(targets)
         chosen = [(each, given[each.name]) for each in formats.FORMATS if given[each.name] is not None]
         _check(chosen, trace, choice="--signal" if signal else "--bits" if bits else "")
         for each, target in chosen:
             to_stdout = target == STDOUT
-            with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
+            with open_trace(trace) as opened, reading(opened, selected, quiet=quiet) as progress:
                 into = target if not to_stdout else sys.stdout.buffer if each.binary else sys.stdout
                 signals = [_chosen(opened, signal or (), bits=bits)] if each.chooses else []
-                count = each.write(opened, into, *signals, wanted, progress=progress)
+                count = each.write(opened, into, *signals, selected, progress=progress)
             if not quiet:
                 size = "" if to_stdout else f", {size_of(target)}"
                 say(f"{target}: {count:,} scans{size}", err=to_stdout)

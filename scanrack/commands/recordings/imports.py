@@ -12,7 +12,7 @@ from scanrack.io_images.enip.codes import PORT
 from scanrack.jobs.captures.cip_words import cip_scans
 from scanrack.jobs.captures.modeling import simulated
 from scanrack.jobs.captures.reading import MODBUS_PORT, pairing_of, read_capture
-from scanrack.jobs.captures.recording import record, said_by, value_names
+from scanrack.jobs.captures.recording import record, statements_of, value_names
 from scanrack.jobs.captures.words import record_words, word_scans
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
@@ -118,10 +118,10 @@ def _import_command(
         if has_words:
             scans, notes = cip_scans(found.exchanges) if over_enip else (word_scans(found.exchanges), [])
             first = found.exchanges[0]
-            record_words(target, scans, first.asked_ns, first.unit if over_enip else 1, sampled=over_enip)
+            record_words(target, scans, first.requested_ns, first.unit if over_enip else 1, sampled=over_enip)
             _tell(notes, f"{target}: {len(scans):,} scans of a PLC", quiet=options.quiet)
             raise typer.Exit(DONE)
-        real = said_by(options.controller, found.exchanges)
+        real = statements_of(options.controller, found.exchanges)
         model = [] if options.simulated_to is None else simulated(options.controller, real)
         names = value_names(real, model)
         record(target, options.controller, real, names)

@@ -65,16 +65,16 @@ def _plot_command(
     Exit status: 0 done, 2 the trace or an option can't be used, 3 the file can't be written.
     """
     with reported_mistakes():
-        wanted = selection(ranges)
+        selected = selection(ranges)
         target = trace.with_suffix(".html") if out is None else out
         kind = target.suffix.lower()
         if kind not in _KINDS:
             allowed = ", ".join(_KINDS)
             raise ValueError(f"{target}: the file's suffix says what to draw: {allowed}")
         check_output(target, _KINDS[kind], itself(trace))
-        with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
+        with open_trace(trace) as opened, reading(opened, selected, quiet=quiet) as progress:
             shown = _ChartContent(slot or (), tag or (), title)
-            left_out = _draw(opened, target, wanted, shown, progress)
+            left_out = _draw(opened, target, selected, shown, progress)
         if not quiet:
             say(f"{target}: {size_of(target)}")
             if left_out:
@@ -92,15 +92,15 @@ class _ChartContent(NamedTuple):
 
 
 def _draw(
-    trace: Trace, target: Path, wanted: Selection, shown: _ChartContent, progress: Callable[[int], None]
+    trace: Trace, target: Path, selected: Selection, shown: _ChartContent, progress: Callable[[int], None]
 ) -> int:
     """Draw a chart; return the number of tag values left out."""
     slots, tags, title = shown
     if _KINDS[target.suffix.lower()] is PAGE:
         return save_page(
-            trace, target, wanted, slots=slots, tags=tags, title=title, progress=progress
+            trace, target, selected, slots=slots, tags=tags, title=title, progress=progress
         ).left_out
-    chart = read_chart(trace, Envelope, wanted, slots=slots, tags=tags, title=title, progress=progress)
+    chart = read_chart(trace, Envelope, selected, slots=slots, tags=tags, title=title, progress=progress)
     save_figure(chart, target)
     return chart.left_out
 

@@ -38,7 +38,7 @@ def show(
     *,
     every: bool = False,
     limit: int | None = None,
-    wanted: Selection = ALL,
+    selected: Selection = ALL,
     as_json: bool = False,
 ) -> None:
     """Print a trace; TraceError if it can't be read.
@@ -48,7 +48,7 @@ def show(
         limit: most rows and most events to print; None = all.
     """
     with open_trace(trace) as opened:
-        contents = Contents(opened, every=every, limit=limit, wanted=wanted)
+        contents = Contents(opened, every=every, limit=limit, selected=selected)
         if not contents.rows.stopped:
             opened.check_data()
         if as_json:
@@ -98,10 +98,10 @@ class Contents:
         rows: rows of the table, in the range.
     """
 
-    def __init__(self, trace: Trace, *, every: bool, limit: int | None, wanted: Selection = ALL) -> None:
+    def __init__(self, trace: Trace, *, every: bool, limit: int | None, selected: Selection) -> None:
         self.rows: CappedList[Row] = CappedList(limit)
         self.events: CappedList[TraceEvent] = CappedList(limit)
-        self._wanted = wanted
+        self._selected = selected
         self._every = every
         self._scans = 0
         tags = None if trace.head.tags is None else TagText(trace.head.tags, trace.texts(), every=every)
@@ -129,11 +129,11 @@ class Contents:
     def _read(self, trace: Trace, section: Section) -> None:
         for entry in trace.entries(section):
             if isinstance(entry, TraceEvent):
-                if self._wanted.has(entry.scan, entry.now_ns) and (self._every or entry.topic not in ASIDE):
+                if self._selected.has(entry.scan, entry.now_ns) and (self._every or entry.topic not in ASIDE):
                     self.events.add([entry])
             else:
                 self._scans += len(entry)
-                inside = self._wanted.has(entry["scan"], entry["log_time"])
+                inside = self._selected.has(entry["scan"], entry["log_time"])
                 self.rows.add(self._changes.rows_of(entry, inside, trace.as_scans))
 
 
@@ -315,7 +315,7 @@ def _show_command(
                 say(path)
         raise typer.Exit(DONE)
     with reported_mistakes():
-        show(trace, every=every, limit=limit, wanted=selection(ranges), as_json=as_json)
+        show(trace, every=every, limit=limit, selected=selection(ranges), as_json=as_json)
 
 
 def register(app: typer.Typer) -> None:

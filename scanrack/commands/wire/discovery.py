@@ -77,8 +77,8 @@ def identify_command(
     """
     with reported_faults():
         addresses = addresses_in(address) if address else None
-        with shown_questions(questions(addresses), quiet=quiet) as asked:
-            answers = probe(partial(open_port, port), addresses, asked)
+        with shown_questions(questions(addresses), quiet=quiet) as shown:
+            answers = probe(partial(open_port, port), addresses, shown)
             found = list(answers if everyone else islice(answers, 1))
     for each in found:
         say(each)

@@ -130,7 +130,7 @@ def opened_client(opened: Callable[[], Line], client_on: Callable[[Line], Client
             with closing(opened()) as line:
                 yield client_on(line)
         except MonitoringLostError as lost:
-            if lost.stopped or not _stopped_anew(lambda: _stop_once(opened, client_on)):
+            if lost.stopped or not _stopped_again(lambda: _stop_once(opened, client_on)):
                 raise
             raise MonitoringLostError(lost.why, stopped=True, received=lost.received) from lost
 
@@ -140,7 +140,7 @@ def _stop_once(opened: Callable[[], Line], client_on: Callable[[Line], Mover]) -
         client_on(line).stop()
 
 
-def _stopped_anew(stop: Callable[[], None]) -> bool:
+def _stopped_again(stop: Callable[[], None]) -> bool:
     """Try to stop the motor over a new line until the controller answers; return whether it did."""
     for _ in range(REOPENINGS):
         if try_to_stop(stop):
@@ -292,8 +292,8 @@ def shown_travel(
         total = None if target is None else abs(target - start)
         task = bar.add_task("", total=total, position=start)
 
-        def told(position: int) -> None:
+        def report(position: int) -> None:
             bar.update(task, completed=abs(position - start), position=position)
             each()
 
-        yield told
+        yield report

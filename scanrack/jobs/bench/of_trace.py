@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,8 +12,9 @@ from scanrack.io_images.dataclass import dataclass
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import CauseLink, Debugger, Remedies
 from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.read.columns import Columns
-from scanrack.traces.read.reader import Trace
+from scanrack.traces.read.reader import Trace, TraceEvent
 from scanrack.traces.read.snapshots import snapshots_of
 from scanrack.traces.replay import PackedTrace
 
@@ -22,6 +25,7 @@ from ..why.followed import can_follow, follow
 from .moment import NotReachedError, ScanChoice
 
 if TYPE_CHECKING:
+    from ..why.executed_lines import ExecutedLines
     from ..why.source.lines import Line
     from ..why.traced_run import Load
 
@@ -72,20 +76,51 @@ def why_of_trace(
     job = job_of(trace, folder, trust=trust)
     if isinstance(job.logic, LadderLogic):
         return _of_ladder(recording, job, what, moment, deep, want, snapshots_of(trace))
-    from ..record.order_repeater import (
-        orders_of,
-    )  # with the modules of a session: a ladder program needs none
+    load = _load_of(trace, job, folder, trust=trust)
+    return _of_images(recording, what, moment, deep, want, job.spec, load)
+
+
+def lines_of_trace(
+    trace: Trace,
+    folder: Path,
+    scans: tuple[int, int],
+    more: Columns | None = None,
+    latest: Sequence[tuple[int, str]] = (),
+) -> ExecutedLines:
+    """Return the lines of a trace's Python program that ran in the scans from one to another.
+
+    The program runs: it must be trusted. For `more` and errors see `why_of_trace`.
+
+    Args:
+        latest: orders that may not be written yet: the scan before which each acts, and its text.
+    """
+    from ..why.executed_lines import executed_lines
+
+    (first, last), recording = scans, PackedTrace.of(trace, more)
+    written = {(each.scan, each.fields.get("order")) for each in recording.events}
+    orders = [
+        TraceEvent(at, 0, ORDERS.name, {"order": text}) for at, text in latest if (at, text) not in written
+    ]
+    recording = replace(recording, events=(*recording.events, *orders))
+    job = job_of(trace, folder, trust=True)
+    rows = range(bisect_left(recording.numbers, first), bisect_right(recording.numbers, last))
+    if not rows:
+        raise ValueError(f"the trace has no scan from {first} to {last}")
+    return executed_lines(recording, job.spec, _load_of(trace, job, folder, trust=True), rows)
+
+
+def _load_of(trace: Trace, job: LoadedRack, folder: Path, *, trust: bool) -> Load:
+    """Return what loads a trace's Python program again, and its edits."""
+    from ..record.order_repeater import orders_of  # with the modules of a session: rungs need none
     from ..record.program_versions import versions_of
     from ..why.traced_run import Load
 
-    given = orders_of(trace.events())
-    editions = versions_of(trace, given, job, folder / "edits", trust=trust)
-    load = Load(
+    editions = versions_of(trace, orders_of(trace.events()), job, folder / "edits", trust=trust)
+    return Load(
         job.program,
         lambda: job_of(trace, folder, trust=trust).logic,
         lambda number: editions.again(number).logic,
     )
-    return _of_images(recording, what, moment, deep, want, job.spec, load)
 
 
 def _of_images(

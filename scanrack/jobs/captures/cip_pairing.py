@@ -88,18 +88,18 @@ class CipPairing(Pairing):
         self._names: dict[int, str] = {}
 
     @override
-    def feed(self, at_ns: int, data: bytes, *, asked: bool, fresh: bool) -> Iterator[PairedExchange]:
-        for key, message in self._messages(data, asked=asked, fresh=fresh):
-            if asked:
+    def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
+        for key, message in self._messages(data, to_device=to_device, fresh=fresh):
+            if to_device:
                 self._open.setdefault(key, deque(maxlen=OPEN_MAX)).append((at_ns, message))
                 self._open.move_to_end(key)
                 if len(self._open) > OPEN_MAX:
                     self._open.popitem(last=False)
             elif (waiting := self._open.get(key)) and waiting[0][0] <= at_ns:
-                asked_ns, request = waiting.popleft()
+                requested_ns, request = waiting.popleft()
                 if not waiting:
                     del self._open[key]
-                yield from self._answered((asked_ns, at_ns), request, message, 0)
+                yield from self._answered((requested_ns, at_ns), request, message, 0)
 
     @property
     @override
@@ -114,12 +114,12 @@ class CipPairing(Pairing):
 
     @override
     def finish(self) -> Iterator[PairedExchange]:
-        """Yield nothing: a message without a reply tells no word."""
+        """Yield nothing: a message without a reply has no words."""
         self._open.clear()
         return iter(())
 
-    def _messages(self, data: bytes, *, asked: bool, fresh: bool) -> Iterator[tuple[_Key, bytes]]:
-        data, at = (b"" if fresh else self._rest[asked]) + data, 0
+    def _messages(self, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[tuple[_Key, bytes]]:
+        data, at = (b"" if fresh else self._rest[to_device]) + data, 0
         while len(data) >= at + HEAD.size:
             command, length, _, status, context, options = HEAD.unpack_from(data, at)
             if command > COMMAND_MOST or options:  # until a segment begins with a frame
@@ -135,58 +135,58 @@ class CipPairing(Pairing):
                 yield (command, context), message
             else:
                 yield (command, message[:2]), message[2:]
-        self._rest[asked] = data[at:]
+        self._rest[to_device] = data[at:]
 
     def _answered(
         self, times: tuple[int, int], request: bytes, reply: bytes, depth: int
     ) -> Iterator[PairedExchange]:
-        """Yield what a request and its reply tell."""
+        """Yield the exchanges of a request and its reply."""
         try:
             service, path, data = _request_parts(request)
-            if service == UNCONNECTED and path.numbers.get("class") == MANAGER and depth < DEEPEST:
+            if depth < DEEPEST and service == UNCONNECTED and path.numbers.get("class") == MANAGER:
                 (size,) = struct.unpack_from("<H", data, 2)
                 yield from self._answered(times, data[4 : 4 + size], reply, depth + 1)
                 return
-            status, said = _reply_parts(service, reply)
+            status, answer = _reply_parts(service, reply)
             if service == BATCH and status in (DONE, _SOME_FAILED) and depth < DEEPEST:
-                for one, its_reply in zip(_parts(data), _parts(said), strict=False):
+                for one, its_reply in zip(_parts(data), _parts(answer), strict=False):
                     yield from self._answered(times, one, its_reply, depth + 1)
             elif service == LISTING and status in (DONE, PARTIAL):
-                self._list(path, data, said)
+                self._list(path, data, answer)
             elif status in (DONE, PARTIAL):
-                yield from self._told(times, request, reply, service, path, data, said)
+                yield from self._of_tag(times, (request, reply), service, path, data, answer)
         except (CipRefusedError, struct.error, IndexError):
             return  # cut short, or no message of a tag
 
-    def _list(self, path: Path, asked: bytes, said: bytes) -> None:
+    def _list(self, path: Path, data: bytes, answer: bytes) -> None:
         """Keep the names of the controller's tags by their numbers."""
         if any(not isinstance(each, Instance) for each in path.steps):
             return  # tags of a program
-        (count,) = struct.unpack_from("<H", asked)
-        attributes = struct.unpack_from(f"<{count}H", asked, 2)
+        (count,) = struct.unpack_from("<H", data)
+        attributes = struct.unpack_from(f"<{count}H", data, 2)
         at = 0
-        while at + 4 <= len(said) and len(self._names) < TAGS_MOST:
-            (number,) = struct.unpack_from("<I", said, at)
+        while at + 4 <= len(answer) and len(self._names) < TAGS_MOST:
+            (number,) = struct.unpack_from("<I", answer, at)
             at += 4
             for each in attributes:
                 if each == 1:
-                    (size,) = struct.unpack_from("<H", said, at)
-                    name = said[at + 2 : at + 2 + size].decode("ascii", "replace")
+                    (size,) = struct.unpack_from("<H", answer, at)
+                    name = answer[at + 2 : at + 2 + size].decode("ascii", "replace")
                     self._names[number] = name
                     at += 2 + size
                 else:
-                    at += _ATTRIBUTE_BYTES.get(each, len(said))
+                    at += _ATTRIBUTE_BYTES.get(each, len(answer))
 
-    def _told(
+    def _of_tag(
         self,
         times: tuple[int, int],
-        request: bytes,
-        reply: bytes,
+        messages: tuple[bytes, bytes],
         service: int,
         path: Path,
         data: bytes,
-        said: bytes,
+        answer: bytes,
     ) -> Iterator[PairedExchange]:
+        """Yield the exchange of a tag; count the reads of tags of no module."""
         names = [
             self._names.get(each.number, "") if isinstance(each, Instance) else each for each in path.steps
         ]
@@ -194,10 +194,10 @@ class CipPairing(Pairing):
         if place is None and service in (READ, READ_PART):
             self.reads += 1
             self.unnamed += names[:1] == [""]
-        change = None if place is None else _change(place, service, data, said)
+        change = None if place is None else _change(place, service, data, answer)
         if place is not None and change is not None:
             at, changed, keep = change
-            yield ImageExchange(*times, place.slot, request, reply, place.output, at, changed, keep)
+            yield ImageExchange(*times, place.slot, *messages, place.output, at, changed, keep)
 
 
 def _request_parts(message: bytes) -> tuple[int, Path, bytes]:
@@ -224,32 +224,38 @@ _Change = tuple[int, bytes, bytes]
 """Place, bytes, bits that stay."""
 
 
-def _change(place: ImagePlace, service: int, data: bytes, said: bytes) -> _Change | None:
-    """Return what a message tells of the words."""
+def _change(place: ImagePlace, service: int, data: bytes, answer: bytes) -> _Change | None:
+    """Return what a message reads or writes of the words."""
     if service == MODIFY:
-        (size,) = struct.unpack_from("<H", data)
-        ors, ands = data[2 : 2 + size], data[2 + size : 2 + 2 * size]
-        if place.bit is not None or not size or len(ands) < size:
-            return None
-        keep = bytes(leave & ~on & 0xFF for on, leave in zip(ors, ands, strict=True))
-        return _within(place.at, bytes(on & leave for on, leave in zip(ors, ands, strict=True)), keep)
+        return _modified(place, data)
     if service not in (READ, READ_PART, WRITE, WRITE_PART):
         return None
-    typed = data if service in (WRITE, WRITE_PART) else said
-    (code,) = struct.unpack_from("<H", typed)
-    body = typed[4 if code == STRUCTURED else 2 :]
-    skip = 0
-    if service == READ_PART:
-        (skip,) = struct.unpack_from("<I", data, 2)
-    if service in (WRITE, WRITE_PART):
-        body = body[2:]  # behind the count
-    if service == WRITE_PART:
-        (skip,) = struct.unpack_from("<I", body)
-        body = body[4:]
+    skip, body = _elements(service, data, answer)
     if place.bit is None:
         return _within(place.at + skip, body, b"")
     mask = 1 << place.bit
     return _within(place.at, bytes([mask if body[0] else 0]), bytes([~mask & 0xFF]))
+
+
+def _modified(place: ImagePlace, data: bytes) -> _Change | None:
+    """Return the bits that a Read-Modify-Write sets and clears."""
+    (size,) = struct.unpack_from("<H", data)
+    ors, ands = data[2 : 2 + size], data[2 + size : 2 + 2 * size]
+    if place.bit is not None or not size or len(ands) < size:
+        return None
+    keep = bytes(leave & ~on & 0xFF for on, leave in zip(ors, ands, strict=True))
+    return _within(place.at, bytes(on & leave for on, leave in zip(ors, ands, strict=True)), keep)
+
+
+def _elements(service: int, data: bytes, answer: bytes) -> tuple[int, bytes]:
+    """Return the offset of the elements in a message, and the elements."""
+    is_write = service in (WRITE, WRITE_PART)
+    typed = data if is_write else answer
+    (code,) = struct.unpack_from("<H", typed)
+    body = typed[(4 if code == STRUCTURED else 2) + 2 * is_write :]  # after type and count
+    if service == READ_PART:
+        return struct.unpack_from("<I", data, 2)[0], body
+    return (struct.unpack_from("<I", body)[0], body[4:]) if service == WRITE_PART else (0, body)
 
 
 def _within(at: int, data: bytes, keep: bytes) -> _Change | None:

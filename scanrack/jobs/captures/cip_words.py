@@ -1,7 +1,7 @@
 """A trace of a module's words as clients of a CompactLogix read and write them over EtherNet/IP.
 
-A scan is a packet that reads input words, whatever else it reads; what the next packets tell of the output
-words belongs to it, until the next such packet.
+A scan is a packet that reads input words, whatever else it reads. The output words in the packets after it
+belong to it, until the next such packet.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from .words import WordScan
 
 
 def cip_scans(exchanges: Sequence[PairedExchange]) -> tuple[list[WordScan], list[str]]:
-    """Return the scans of one module, in order, and what the packets never tell, a sentence each.
+    """Return the scans of one module, in order, and a sentence for each image with missing words.
 
     Raises:
         ValueError: no input word is read.
     """
     images = {False: bytearray(2 * WORDS), True: bytearray(2 * WORDS)}
-    told = {False: bytearray(2 * WORDS), True: bytearray(2 * WORDS)}
+    seen = {False: bytearray(2 * WORDS), True: bytearray(2 * WORDS)}
     scans: list[WordScan] = []
     packet: tuple[int, int] | None = None  # of the latest scan
     for each in exchanges:
@@ -32,8 +32,8 @@ def cip_scans(exchanges: Sequence[PairedExchange]) -> tuple[list[WordScan], list
         span = slice(each.at, each.at + len(each.data))
         image = images[each.output]
         image[span] = patched(bytes(image[span]), each.data, each.keep)
-        told[each.output][span] = b"\1" * len(each.data)
-        now = each.asked_ns, each.answered_ns
+        seen[each.output][span] = b"\1" * len(each.data)
+        now = each.requested_ns, each.answered_ns
         if not each.output and now != packet:
             scans.append(WordScan(each.answered_ns, [], []))
             packet = now
@@ -42,16 +42,16 @@ def cip_scans(exchanges: Sequence[PairedExchange]) -> tuple[list[WordScan], list
             scans[-1].outputs, scans[-1].inputs = _words(images[True]), _words(images[False])
     if not scans:
         raise ValueError("no input words are read, such as Local:1:I.Data")
-    return scans, list(_untold(told))
+    return scans, list(_missing(seen))
 
 
 def _words(image: bytearray) -> list[int]:
     return [int.from_bytes(image[at : at + 2], "little") for at in range(0, 2 * WORDS, 2)]
 
 
-def _untold(told: dict[bool, bytearray]) -> Iterator[str]:
-    for output, seen in told.items():
-        missing = [str(word) for word in range(WORDS) if not any(seen[2 * word : 2 * word + 2])]
+def _missing(seen: dict[bool, bytearray]) -> Iterator[str]:
+    for output, marks in seen.items():
+        missing = [str(word) for word in range(WORDS) if not any(marks[2 * word : 2 * word + 2])]
         if missing:
             way = "output" if output else "input"
             yield f"{way} words that no client reads or writes, 0 in the trace: {', '.join(missing)}"

@@ -20,7 +20,7 @@ def pcl601_says(exchange: PairedExchange, words: dict[int, int]) -> Values:
     """Return what an exchange says of a PCL601.
 
     Args:
-        words: the register words said so far, by address; it is brought up to date.
+        words: the known register words by address; updated.
     """
     found = decoded(exchange)
     if found is None:
@@ -32,8 +32,8 @@ def pcl601_says(exchange: PairedExchange, words: dict[int, int]) -> Values:
         return {name: number_of(answer.bits)} if first == 0 else {}
     if function == pdus.READ_INPUT_REGISTERS:
         return {"inputs": answer.registers[0]}
-    said = answer if function == pdus.READ_REGISTERS else request
-    known = {address: word for address, word in enumerate(said.registers, first) if address < WORD_COUNT}
+    holder = answer if function == pdus.READ_REGISTERS else request
+    known = {address: word for address, word in enumerate(holder.registers, first) if address < WORD_COUNT}
     words.update(known)
     return _registers(known, words)
 
@@ -55,9 +55,9 @@ def pmc006_says(exchange: PairedExchange, _words: dict[int, int]) -> Values:
     row = BY_CODE.get(exchange.request[0])
     if row is None or exchange.reply is None or row.kind is Kind.ACTION:
         return {}
-    asked = int.from_bytes(exchange.request[1:5], "little", signed=True)
+    requested = int.from_bytes(exchange.request[1:5], "little", signed=True)
     value = int.from_bytes(exchange.reply, "little", signed=True)
-    if row.kind is Kind.SET and value in (STATE_ERROR, UNKNOWN_ERROR) and value != asked:
+    if row.kind is Kind.SET and value in (STATE_ERROR, UNKNOWN_ERROR) and value != requested:
         return {}  # refused
     return {row.name: value}
 

@@ -1,6 +1,6 @@
-"""The same requests to a simulated controller: what it would have said.
+"""The same requests to a simulated controller: what it would have answered.
 
-    request   asked |<---- window ---->| answered
+    request   sent  |<---- window ---->| answered
     early model     x acts, is read    x is read
     late model      x is read          x acts, is read
 
@@ -29,7 +29,7 @@ Answer = Callable[[int, PairedExchange], bytes | None]
 """From an instant, which never goes back, and a request to the reply."""
 
 
-def simulated(controller: str, said: Sequence[Statement]) -> list[Statement]:
+def simulated(controller: str, statements: Sequence[Statement]) -> list[Statement]:
     """Return what a simulated controller says, powered up at the first request.
 
     Scan n of both traces is the same exchange, at the same time. A request without a reply is taken as one
@@ -37,11 +37,11 @@ def simulated(controller: str, said: Sequence[Statement]) -> list[Statement]:
 
     Args:
         controller: `pcl601` or `pmc006`.
-        said: what the real one says.
+        statements: of the real one.
     """
-    begin_ns, unit = said[0].exchange.asked_ns, said[0].exchange.unit
+    begin_ns, unit = statements[0].exchange.requested_ns, statements[0].exchange.unit
     early, late = (_Model(controller, MODELS[controller](unit), begin_ns) for _ in range(2))
-    return [_modeled(each, early, late, reads=_is_read(controller, each.exchange)) for each in said]
+    return [_modeled(each, early, late, reads=_is_read(controller, each.exchange)) for each in statements]
 
 
 def _is_read(controller: str, exchange: PairedExchange) -> bool:
@@ -55,12 +55,12 @@ def _modeled(real: Statement, early: _Model, late: _Model, *, reads: bool) -> St
     exchange = real.exchange
     if exchange.reply is None:
         if not reads:
-            early.ask(exchange.asked_ns, exchange)
-            late.ask(exchange.asked_ns, exchange)
+            early.ask(exchange.requested_ns, exchange)
+            late.ask(exchange.requested_ns, exchange)
         return real
-    seen = [early.ask(exchange.asked_ns, exchange)]
+    seen = [early.ask(exchange.requested_ns, exchange)]
     if reads:
-        seen += [early.ask(exchange.answered_ns, exchange), late.ask(exchange.asked_ns, exchange)]
+        seen += [early.ask(exchange.answered_ns, exchange), late.ask(exchange.requested_ns, exchange)]
     reply, values = late.ask(exchange.answered_ns, exchange)
     shown = [values, *(each for _, each in seen)]
     explained = {name: _nearest(real.values.get(name), name, shown) for name in values}
@@ -74,7 +74,7 @@ def _nearest(real: int | None, name: str, shown: Sequence[Values]) -> int:
 
 
 class _Model:
-    """A simulated controller, and the words that it has said."""
+    """A simulated controller, and the words that it has shown."""
 
     def __init__(self, controller: str, answer: Answer, begin_ns: int) -> None:
         self._says = SAYS[controller]

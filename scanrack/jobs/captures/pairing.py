@@ -32,7 +32,7 @@ class PairedExchange:
         reply: PDU of the reply; of a PMC006 its data, 4 bytes; None if there was none.
     """
 
-    asked_ns: int
+    requested_ns: int
     answered_ns: int
     unit: int
     request: bytes
@@ -42,11 +42,11 @@ class PairedExchange:
 class Pairing(Protocol):
     """Finds exchanges in the bytes of one connection."""
 
-    def feed(self, at_ns: int, data: bytes, *, asked: bool, fresh: bool) -> Iterator[PairedExchange]:
+    def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
         """Take bytes; yield the exchanges that they end.
 
         Args:
-            asked: they go to the controller.
+            to_device: they go to the controller.
             fresh: bytes before them are missing.
         """
 
@@ -66,8 +66,8 @@ def decoded(exchange: PairedExchange) -> tuple[ModbusPDU, ModbusPDU] | None:
     return None if request is None or answer is None or mismatch(request, answer) else (request, answer)
 
 
-def _unanswered(asked_ns: int, unit: int, request: bytes) -> PairedExchange:
-    return PairedExchange(asked_ns, asked_ns, unit, request, None)
+def _unanswered(requested_ns: int, unit: int, request: bytes) -> PairedExchange:
+    return PairedExchange(requested_ns, requested_ns, unit, request, None)
 
 
 class ModbusTcpPairing(Pairing):
@@ -78,21 +78,21 @@ class ModbusTcpPairing(Pairing):
         self._open: OrderedDict[int, tuple[int, int, bytes]] = OrderedDict()
 
     @override
-    def feed(self, at_ns: int, data: bytes, *, asked: bool, fresh: bool) -> Iterator[PairedExchange]:
-        before = b"" if fresh else self._rest[asked]
+    def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
+        before = b"" if fresh else self._rest[to_device]
         try:
-            frames, self._rest[asked] = split_frames(before + data)
+            frames, self._rest[to_device] = split_frames(before + data)
         except NotModbusError:  # until a segment begins with a frame
-            self._rest[asked] = b""
+            self._rest[to_device] = b""
             return
         for frame in frames:
             transaction, _, _, unit = HEADER.unpack_from(frame)
             pdu = frame[HEADER.size :]
-            if asked:
+            if to_device:
                 yield from self._ask(transaction, (at_ns, unit, pdu))
             elif transaction in self._open and self._open[transaction][0] <= at_ns:
-                asked_ns, unit, request = self._open.pop(transaction)
-                yield PairedExchange(asked_ns, at_ns, unit, request, pdu)
+                requested_ns, unit, request = self._open.pop(transaction)
+                yield PairedExchange(requested_ns, at_ns, unit, request, pdu)
 
     @override
     def finish(self) -> Iterator[PairedExchange]:
@@ -113,41 +113,41 @@ class RtuPairing(Pairing):
 
     def __init__(self) -> None:
         self._framer = Framer(Timing(GAP_NS, by_length=True))
-        self._asked: tuple[int, bytes] | None = None
+        self._request: tuple[int, bytes] | None = None
         self._heard = bytearray()
 
     @override
-    def feed(self, at_ns: int, data: bytes, *, asked: bool, fresh: bool) -> Iterator[PairedExchange]:
-        if not asked:
+    def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
+        if not to_device:
             yield from self._answer(at_ns, data)
             return
         if fresh or (self._framer.deadline_ns is not None and at_ns > self._framer.deadline_ns):
             self._framer.clear()
         for frame in self._framer.receive(at_ns, at_ns, data):
             yield from self.finish()
-            self._asked = at_ns, frame
+            self._request = at_ns, frame
 
     @override
     def finish(self) -> Iterator[PairedExchange]:
-        if self._asked is not None:
-            asked_ns, frame = self._asked
-            yield _unanswered(asked_ns, frame[0], frame[1:-2])
-        self._asked = None
+        if self._request is not None:
+            requested_ns, frame = self._request
+            yield _unanswered(requested_ns, frame[0], frame[1:-2])
+        self._request = None
         self._heard.clear()
 
     def _answer(self, at_ns: int, data: bytes) -> Iterator[PairedExchange]:
-        if self._asked is None or at_ns < self._asked[0]:
+        if self._request is None or at_ns < self._request[0]:
             return
-        asked_ns, request = self._asked
+        requested_ns, request = self._request
         self._heard += data[:LONGEST]
         size = _reply_bytes(request, bytes(self._heard))
         if size is None or len(self._heard) < size:
             return
         reply = bytes(self._heard[:size])
         sound = is_frame(reply) and reply[0] == request[0] and reply[1] & 0x7F == request[1]
-        self._asked = None
+        self._request = None
         self._heard.clear()
-        yield PairedExchange(asked_ns, at_ns, request[0], request[1:-2], reply[1:-2] if sound else None)
+        yield PairedExchange(requested_ns, at_ns, request[0], request[1:-2], reply[1:-2] if sound else None)
 
 
 def _reply_bytes(request: bytes, heard: bytes) -> int | None:
@@ -166,30 +166,30 @@ class PmcPairing(Pairing):
         self._open: deque[tuple[int, pmc.Frame]] = deque()
 
     @override
-    def feed(self, at_ns: int, data: bytes, *, asked: bool, fresh: bool) -> Iterator[PairedExchange]:
+    def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
         if fresh:
-            self._framers[asked].drop()
-        for frame in self._framers[asked].feed(data):
-            if asked and frame.second != pmc.REPLY:
+            self._framers[to_device].drop()
+        for frame in self._framers[to_device].feed(data):
+            if to_device and frame.second != pmc.REPLY:
                 yield from self.finish()  # one at a time: without a reply before the next it has none
                 self._open.append((at_ns, frame))
             elif self._answers(at_ns, frame):
-                asked_ns, request = self._open.popleft()
+                requested_ns, request = self._open.popleft()
                 reply = _signed(frame.data)
-                yield PairedExchange(asked_ns, at_ns, request.second, _instruction(request), reply)
+                yield PairedExchange(requested_ns, at_ns, request.second, _instruction(request), reply)
 
     def _answers(self, at_ns: int, frame: pmc.Frame) -> bool:
         """Whether a frame is the reply to the open request."""
         if not self._open or frame.second != pmc.REPLY:
             return False
-        asked_ns, request = self._open[0]
-        return frame.third == request.second and asked_ns <= at_ns
+        requested_ns, request = self._open[0]
+        return frame.third == request.second and requested_ns <= at_ns
 
     @override
     def finish(self) -> Iterator[PairedExchange]:
         while self._open:
-            asked_ns, request = self._open.popleft()
-            yield _unanswered(asked_ns, request.second, _instruction(request))
+            requested_ns, request = self._open.popleft()
+            yield _unanswered(requested_ns, request.second, _instruction(request))
 
 
 def _instruction(frame: pmc.Frame) -> bytes:

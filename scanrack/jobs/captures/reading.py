@@ -10,7 +10,7 @@ from typing import BinaryIO
 
 from scanrack.io_images.captures.packets import PCAP_MAGICS, SECTION, Capture, CutFrames
 from scanrack.io_images.captures.segments import Segment, segment_in
-from scanrack.io_images.captures.streams import CONNECTIONS_MAX, Streams
+from scanrack.io_images.captures.streams import CONNECTIONS_MAX, Chunk, Streams
 from scanrack.io_images.input_files import open_input
 
 from .cip_pairing import CipPairing
@@ -81,34 +81,50 @@ def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port:
     if pairing is CipPairing:
         raise ValueError("it is not a capture")
     if pairing is ModbusTcpPairing:
-        said = "a log of frames is one of a serial line: give --rtu-over-tcp, if this is one"
-        raise ValueError(f"it is not a capture; {said}")
+        hint = "a log of frames is one of a serial line: give --rtu-over-tcp, if this is one"
+        raise ValueError(f"it is not a capture; {hint}")
     return _of_text(file, pairing())
 
 
+class _Connections:
+    """The latest connections of a capture with one controller, and their exchanges in `found`."""
+
+    def __init__(self, pairing: Callable[[], Pairing]) -> None:
+        self._pairing = pairing
+        self._pairings: OrderedDict[object, Pairing] = OrderedDict()
+        self.found = DeviceCapture([])
+
+    def feed(self, chunk: Chunk, *, to_device: bool) -> None:
+        """Take bytes of a connection."""
+        connection = (chunk.source, chunk.target) if to_device else (chunk.target, chunk.source)
+        if connection not in self._pairings:
+            self._pairings[connection] = self._pairing()
+        one = self._pairings[connection]
+        self._pairings.move_to_end(connection)
+        if len(self._pairings) > CONNECTIONS_MAX:
+            _add(self.found, self._pairings.popitem(last=False)[1].finish())
+        _add(self.found, one.feed(chunk.at_ns, chunk.data, to_device=to_device, fresh=chunk.after_gap))
+
+    def finish(self) -> list[Pairing]:
+        """End all connections; return them."""
+        for each in self._pairings.values():
+            _add(self.found, each.finish())
+        return list(self._pairings.values())
+
+
 def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
-    streams, pairings, ports = Streams(), OrderedDict[object, Pairing](), set[int]()
-    found = DeviceCapture([])
+    streams, connections, ports = Streams(), _Connections(pairing), set[int]()
+    found = connections.found
     cut = CutFrames()
     for chunk in streams.chunks(_segments(capture, port, cut)):
-        asked = chunk.target[1] == port
-        if not asked and chunk.source[1] != port:
+        to_device = chunk.target[1] == port
+        if not to_device and chunk.source[1] != port:
             ports.update([min(chunk.source[1], chunk.target[1])] if len(ports) < PORTS_SHOWN else ())
             continue
-        connection = (chunk.source, chunk.target) if asked else (chunk.target, chunk.source)
-        if connection not in pairings:
-            pairings[connection] = pairing()
-        pairings.move_to_end(connection)
-        one = pairings[connection]
-        if len(pairings) > CONNECTIONS_MAX:
-            _add(found, pairings.popitem(last=False)[1].finish())
-        _add(found, one.feed(chunk.at_ns, chunk.data, asked=asked, fresh=chunk.after_gap))
-    for one in pairings.values():
-        _add(found, one.finish())
+        connections.feed(chunk, to_device=to_device)
+    pairings = connections.finish()
     if not found.exchanges:
-        raise ValueError(
-            _nothing_found(port, ports, pairings.values(), cut if cut.count else capture.cut_frames)
-        )
+        raise ValueError(_nothing_found(port, ports, pairings, cut if cut.count else capture.cut_frames))
     if capture.cut_off is not None:
         found.notes.append(f"the file ends within a packet, at byte {capture.cut_off:,}")
     if cut.count:
@@ -149,7 +165,7 @@ def _cut(frames: CutFrames) -> str:
 def _of_text(file: BinaryIO, pairing: Pairing) -> DeviceCapture:
     log, found = TextLog(), DeviceCapture([])
     for entry in log.entries(_lines(file)):
-        _add(found, pairing.feed(entry.at_ns, entry.data, asked=entry.asked, fresh=False))
+        _add(found, pairing.feed(entry.at_ns, entry.data, to_device=entry.to_device, fresh=False))
     _add(found, pairing.finish())
     if not found.exchanges:
         raise ValueError(
@@ -178,11 +194,9 @@ def _of_unit(path: Path, captured: DeviceCapture, unit: int | None) -> DeviceCap
         raise ValueError(f"{path}: it has the units {', '.join(map(str, units))}: give --address")
     if unit is not None and unit not in units:
         raise ValueError(f"{path}: no unit {unit}; it has {', '.join(map(str, units))}")
-    of_unit = (
-        captured.exchanges if unit is None else [each for each in captured.exchanges if each.unit == unit]
-    )
+    of_unit = (each for each in captured.exchanges if unit in (None, each.unit))
     captured.exchanges = sorted(of_unit, key=lambda each: each.answered_ns)
-    lost = sum(each.reply is None for each in of_unit)
+    lost = sum(each.reply is None for each in captured.exchanges)
     if lost:
         captured.notes.append(f"requests without a sound reply: {lost:,}")
     return captured

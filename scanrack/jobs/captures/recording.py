@@ -44,8 +44,8 @@ class Statement:
     values: Values
 
 
-def said_by(controller: str, exchanges: Sequence[PairedExchange]) -> list[Statement]:
-    """Return what exchanges say of a controller: `pcl601` or `pmc006`."""
+def statements_of(controller: str, exchanges: Sequence[PairedExchange]) -> list[Statement]:
+    """Return what exchanges say about a controller: `pcl601` or `pmc006`."""
     words: dict[int, int] = {}
     return [Statement(each, SAYS[controller](each, words)) for each in exchanges]
 
@@ -55,7 +55,7 @@ def value_names(*traces: Sequence[Statement]) -> list[str]:
     return list(dict.fromkeys(name for trace in traces for each in trace for name in each.values))
 
 
-def record(target: Path, controller: str, said: Sequence[Statement], names: Sequence[str]) -> None:
+def record(target: Path, controller: str, statements: Sequence[Statement], names: Sequence[str]) -> None:
     """Write a trace of exchanges: scan 0 is the first one, and time begins with its request.
 
     Args:
@@ -67,13 +67,13 @@ def record(target: Path, controller: str, said: Sequence[Statement], names: Sequ
     slot = SlotInfo(1, controller)
     images = bytes(block_layout([slot]).size)
     tags = ExchangeTags(plan_of([*map(tag_of, names), *ALWAYS]), images)
-    begin_ns = said[0].exchange.asked_ns
+    begin_ns = statements[0].exchange.requested_ns
     facts = {"name": target.stem, "controller": controller, "source": "capture"}
     recorder = ScanRecorder(
         target, bytearray(images), [slot], scan_period_ns=SCAN_PERIOD_NS, metadata=facts, tags=tags
     )
     with closing(recorder):
-        for number, each in enumerate(said):
+        for number, each in enumerate(statements):
             tags.values.update(each.values)
             tags.values.update(_facts(controller, each.exchange))
             recorder.scan(number, each.exchange.answered_ns - begin_ns, RUN_MODE)
@@ -86,5 +86,5 @@ def _facts(controller: str, exchange: PairedExchange) -> dict[str, float]:
         "function": exchange.request[0],
         "exception": reply[1] if refused and reply is not None else 0,
         "answered": reply is not None,
-        "reply_ms": (exchange.answered_ns - exchange.asked_ns) / 1e6,
+        "reply_ms": (exchange.answered_ns - exchange.requested_ns) / 1e6,
     }

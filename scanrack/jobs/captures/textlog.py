@@ -19,8 +19,8 @@ _LINE = re.compile(
     r"\s*\[?(?:(?P<hours>\d{1,4}):(?P<minutes>\d\d):)?(?P<seconds>\d{1,12}(?:[.,]\d{1,9})?)\]?[\s,;]+"
     r"(?P<way><-|->|[<>]|[A-Za-z]{2,8})[\s:,;]+(?P<hex>[0-9A-Fa-f]{2}(?:[\s:,-]?[0-9A-Fa-f]{2}){0,511})\s*"
 )
-_ASKED = {">", "->", "tx", "sent", "request"}
-_ANSWERED = {"<", "<-", "rx", "received", "reply"}
+_TO_DEVICE = {">", "->", "tx", "sent", "request"}
+_FROM_DEVICE = {"<", "<-", "rx", "received", "reply"}
 _NOT_HEX = re.compile(r"[^0-9A-Fa-f]")
 
 
@@ -29,7 +29,7 @@ class LoggedBytes:
     """Bytes of a line of a log."""
 
     at_ns: int
-    asked: bool
+    to_device: bool
     data: bytes
 
 
@@ -49,11 +49,11 @@ class TextLog:
         for line in lines:
             match = _LINE.fullmatch(line) if len(line) <= LINE_MAX else None
             way = "" if match is None else match["way"].lower()
-            if match is None or way not in _ASKED | _ANSWERED:
+            if match is None or way not in _TO_DEVICE | _FROM_DEVICE:
                 self.passed_over += bool(line.strip())
                 continue
             latest_ns = max(latest_ns, _at_ns(match))
-            yield LoggedBytes(latest_ns, way in _ASKED, bytes.fromhex(_NOT_HEX.sub("", match["hex"])))
+            yield LoggedBytes(latest_ns, way in _TO_DEVICE, bytes.fromhex(_NOT_HEX.sub("", match["hex"])))
 
 
 def _at_ns(match: re.Match[str]) -> int:

@@ -41,7 +41,7 @@ class WordScan:
     """The words of a scan, 0 to 65,535.
 
     Attributes:
-        apart: output words were told by another packet than the input words.
+        apart: the output words come from another packet than the input words.
     """
 
     at_ns: int

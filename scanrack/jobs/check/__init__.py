@@ -4,6 +4,7 @@ facts.py           the table of facts; a collector of each language fills it
 rungs, python      the collectors
 logic.py           conditions: whether one can hold
 ranges.py          ranges of numbers
+choices.py         what a value may be, one option after the other
 groups.py          items by a key, and what can be reached from a start
 subject.py         what rules read: facts, rack, places in the rack file
 rules              the rules, one row each

@@ -9,7 +9,7 @@
 | `SentCommand` | eight constant words | the same | `Configuration(...)` |
 | `WordWrite` | `MOV(4,axis.O.Data[2])` | the same | `outputs[2] = 4` |
 
-A mistake that shows in one place is a `LocalFinding` at once: `facts.remark("recursion", place, text)`.
+A mistake that shows in one place is a `Violation` at once: `facts.remark("recursion", place, text)`.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from .written import Step as Step
 from .written import WordWrite
 
 
-class LocalFinding(NamedTuple):
-    """A part of the program that breaks a rule by itself."""
+class Violation(NamedTuple):
+    """A finding without its rule."""
 
     place: FileLine
     text: str
@@ -274,7 +274,7 @@ class Facts:
         sites: routines and rungs, by their line in the file.
     """
 
-    remarks: defaultdict[str, list[LocalFinding]] = field(default_factory=lambda: defaultdict(list))
+    remarks: defaultdict[str, list[Violation]] = field(default_factory=lambda: defaultdict(list))
     variables: dict[str, Variable] = field(default_factory=dict)
     accesses: list[Access] = field(default_factory=list)
     commands: list[Command] = field(default_factory=list)
@@ -287,7 +287,7 @@ class Facts:
     step_use: Callable[[str, Step], StepUse | None] | None = None
     writes: list[WordWrite] = field(default_factory=list)
     outputs: list[OutputWrite] = field(default_factory=list)
-    at_once: list[LocalFinding] = field(default_factory=list)
+    at_once: list[Violation] = field(default_factory=list)
     uses_bit: UsesBit | None = None
     reads_all: bool = False
     not_seen: list[str] = field(default_factory=list)
@@ -295,7 +295,7 @@ class Facts:
 
     def remark(self, rule: str, place: FileLine, text: str) -> None:
         """Add a mistake that shows in one place."""
-        self.remarks[rule].append(LocalFinding(place, text))
+        self.remarks[rule].append(Violation(place, text))
 
     def by_variable(self) -> Iterator[tuple[Variable, list[Access]]]:
         """Yield each variable with its accesses."""

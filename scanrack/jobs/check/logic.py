@@ -284,11 +284,11 @@ def _is_empty(compared: list[Compare]) -> bool:
     """Whether no number meets all comparisons."""
     whole = compared[0].whole
     limits = [BOUNDS[each.relation](each.number, whole) for each in compared]
-    least = max(compared[0].least, *(each for each, _ in limits))
-    most = min(compared[0].most, *(each for _, each in limits))
+    lows, highs = zip(*limits, strict=True)
+    least, most = max(compared[0].least, *lows), min(compared[0].most, *highs)
     excluded = {each.number for each in compared if each.relation == "<>"}
-    if whole and math.isfinite(least) and math.isfinite(most) and most - least < len(excluded):
-        return all(value in excluded for value in range(math.ceil(least), math.floor(most) + 1))
+    if whole and math.isfinite(most - least) and most - least < len(excluded):
+        return excluded.issuperset(range(math.ceil(least), math.floor(most) + 1))
     return least > most or (least == most and least in excluded)
 
 

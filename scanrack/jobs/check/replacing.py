@@ -17,11 +17,11 @@ from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
 from scanrack.ladder import LadderLogic
 
-from .facts import Access, Facts, FileLine, Touch
+from .facts import Access, Facts, FileLine, Touch, Violation
 from .module_kinds import MODE_CONFIG
 from .python.images import Images
 from .python.reader import Reader
-from .subject import Subject, Violation
+from .subject import Subject
 
 RULE = "drive-differs"
 """The rule of these findings."""
@@ -109,10 +109,8 @@ def _of_words(facts: Facts, slots: set[int]) -> Iterator[Use]:
     for each in facts.writes:
         if each.slot not in slots or each.word >= COMMAND_WORDS or each.place in configures:
             continue
-        for option in (each.sets,) if each.value is None else each.value.options:
-            if option & 0xFFFF:
-                text = each.text or f"output word {each.word}"
-                yield each.place, "O", each.word, option & 0xFFFF, text
+        for option in each.options:
+            yield each.place, "O", each.word, option & 0xFFFF, each.text or f"output word {each.word}"
 
 
 COMMAND_WORDS = 2

@@ -12,9 +12,10 @@ from scanrack.io_images.amci3601 import CommandLsw
 from scanrack.io_images.image import WORDS, WORDS_MAX, Image
 from scanrack.ladder.files.steps import Step, Steps
 
+from .choices import Choices
 from .facts import Command, Facts, FileLine, SentCommand, StepAction
-from .module_kinds import KINDS, MODE_CONFIG, MOVING, OFF_AT_END, SEARCHES, kinds_of
-from .written import WordValue, WordWrite
+from .module_kinds import MODE_CONFIG, MOVING, OFF_AT_END, SEARCHES, first_kind, kinds_of
+from .written import WordWrite
 
 MACHINE = "step"
 """The one number that says the step."""
@@ -58,14 +59,14 @@ def _written(facts: Facts, slot: int, place: FileLine, words: Sequence[int]) -> 
     where = {MACHINE: (frozenset((float(place.line),)), True)}
     for word in range(WORDS):
         bits = first if word == 0 else 0
-        value = WordValue((words[word],))
+        value = Choices((words[word],))
         facts.writes.append(WordWrite(place, slot, word, value, bits, ~bits & _WORD, steps=where))
 
 
 def _actions(slot: int, place: FileLine, step: Step, goes: int, words: Sequence[int]) -> Iterator[StepAction]:
     first = words[0] & _WORD
     bits = 0 if first & MODE_CONFIG else first
-    kind = next((kind for bit, kind in KINDS.items() if bits & bit), "")
+    kind = first_kind(bits)
     here = frozenset((float(step.line),))
     yield StepAction(
         *(MACHINE, here, place),

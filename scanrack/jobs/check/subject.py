@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 from scanrack.io_images.amci3601 import Configuration, Limits
 from scanrack.io_images.amci3601.words import Profile, is_stepper
@@ -14,17 +13,10 @@ from scanrack.runtime.config.rackspec import SlotSpec, profile_in
 from scanrack.runtime.config.tomllines import KeyLines, KeyPath
 
 from ..load.loading import LoadedRack
-from .facts import Access, Command, Facts, FileLine, SentCommand, Variable
+from .facts import Access, Command, Facts, FileLine, Role, SentCommand, Variable
 from .groups import grouped
 from .module_kinds import NEWEST
 from .words import SentImage, sent_images
-
-
-class Violation(NamedTuple):
-    """A finding without its rule."""
-
-    place: FileLine
-    text: str
 
 
 @dataclass(frozen=True)
@@ -85,6 +77,12 @@ class Subject:
     def by_variable(self) -> list[tuple[Variable, list[Access]]]:
         """Each variable with its accesses."""
         return list(self.facts.by_variable())
+
+    @cached_property
+    def own_variables(self) -> list[tuple[Variable, list[Access]]]:
+        """The variables that are no inputs, with their accesses; none if parts are not read."""
+        pairs = () if self.facts.reads_all else self.by_variable
+        return [(variable, accesses) for variable, accesses in pairs if variable.role is not Role.INPUT]
 
     @cached_property
     def by_key(self) -> dict[str, list[Access]]:

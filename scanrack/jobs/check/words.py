@@ -12,16 +12,18 @@ two ways to a step. A bit of the command word is on after a write that sets it, 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from scanrack.io_images.image import WORDS
+from scanrack.io_images.image import WORDS, signed_word
 
+from .choices import UNKNOWN_CHOICES, Choices
 from .facts import StepAction
 from .groups import grouped
 from .logic import TRUE, AllOf, Condition, never
-from .written import UNKNOWN_WORD, FileLine, Step, WordValue, WordWrite
+from .written import FileLine, Step, WordWrite
 
 _WORD = 0xFFFF
 PASSES = 4
@@ -31,7 +33,7 @@ PASSES = 4
 class Cell(NamedTuple):
     """A word, and where it was written."""
 
-    value: WordValue = UNKNOWN_WORD
+    value: Choices = UNKNOWN_CHOICES
     place: FileLine | None = None
 
 
@@ -62,15 +64,15 @@ class SentImage:
                 yield self._words(source, at), name
 
     def _words(self, source: str, at: int) -> tuple[int | None, ...]:
-        command = self.command - 0x10000 if self.command & 0x8000 else self.command
         rest = (_option(each.value, source, at) for each in self.cells[1:])
-        return (command, *rest)
+        return (signed_word(self.command), *rest)
 
 
-def _option(value: WordValue, source: str, at: int) -> int | None:
-    if len(value.options) == 1:
-        return value.options[0]
-    return value.options[at] if value.options and value.source == source else None
+def _option(value: Choices, source: str, at: int) -> int | None:
+    options: tuple[int, ...] = value.options
+    if len(options) == 1:
+        return options[0]
+    return options[at] if options and value.source == source else None
 
 
 class _Words(NamedTuple):
@@ -102,25 +104,25 @@ class _Flow:
         # what goes to a step from anywhere, such as the first scan, leaves no word known
         entered_from_anywhere = {each.goes for each in leading if each.steps is None}
         firsts = entered_from_anywhere | (set(self._steps) - entered_by_others)
-        self._before: dict[Step, _Words] = {step: _Words() for step in self._steps if step in firsts}
+        self._before: dict[Step, _Words] = dict.fromkeys(filter(firsts.__contains__, self._steps), _Words())
 
     def _all_steps(self, actions: Iterable[StepAction]) -> set[Step]:
-        found: set[Step] = set().union(*(each.steps for each in actions if each.steps is not None))
+        found: set[Step] = set().union(*(each.steps or () for each in actions))
         found.update(each.goes for each in actions if each.goes is not None)
         acting = (each.steps.get(self._machine, (None, False))[0] for each in self._writes)
-        return found.union(*(each for each in acting if each is not None))
+        return found.union(*(each or () for each in acting))
 
     def images(self) -> Iterator[SentImage]:
         """Yield the images of all commands."""
         todo = [*self._before]
-        visits: dict[Step, int] = {}
+        visits: Counter[Step] = Counter()
         while todo:
             step = todo.pop(0)
-            visits[step] = visits.get(step, 0) + 1
+            visits[step] += 1
             for goes, words in self._onward(step):
                 before = self._before.get(goes)
                 joined = words if before is None else _joined(before, words)
-                if joined != before and visits.get(goes, 0) < PASSES * len(self._steps):
+                if joined != before and visits[goes] < PASSES * len(self._steps):
                     self._before[goes] = joined
                     todo.append(goes)
         for step in self._steps:
@@ -133,8 +135,10 @@ class _Flow:
 
     def _after(self, step: Step, when: Condition) -> _Words:
         """Return the words after a scan of a step in which a condition holds."""
-        before = self._before.get(step, _Words())
-        return self._written(before, step, when, self._in(step))
+        return self._written(self._at(step), step, when, self._in(step))
+
+    def _at(self, step: Step) -> _Words:
+        return self._before.get(step, _Words())
 
     def _in(self, step: Step) -> list[WordWrite]:
         """Return the writes that may act in a step."""
@@ -150,7 +154,7 @@ class _Flow:
                 on &= ~each.clears
                 on |= each.sets if acts else 0
             if each.value is not None:
-                kept[each.word] = Cell(each.value if acts else UNKNOWN_WORD, each.place)
+                kept[each.word] = Cell(each.value if acts else UNKNOWN_CHOICES, each.place)
             elif each.word:
                 kept[each.word] = _with_bits(kept[each.word], each, acts=acts)
         return _Words(on & _WORD, tuple(kept))
@@ -160,7 +164,7 @@ class _Flow:
         here = self._in(step)
         images = {each.place for each in here if each.word == 0}
         others = [each for each in here if _is_another(each, command, images)]
-        on, cells = self._before.get(step, _Words())
+        on, cells = self._at(step)
         for each in others:  # they may have acted in an earlier scan
             on &= ~each.clears if each.word == 0 else _WORD
         return self._written(_Words(on, cells), step, command.when, [e for e in here if e not in others])
@@ -201,9 +205,9 @@ def _parts(condition: Condition) -> set[Condition]:
 def _with_bits(cell: Cell, write: WordWrite, *, acts: bool) -> Cell:
     """Return a word of which bits are written."""
     if not acts or len(cell.value.options) != 1:
-        return Cell(UNKNOWN_WORD, write.place)
+        return Cell(UNKNOWN_CHOICES, write.place)
     word = (cell.value.options[0] & ~write.clears | write.sets) & _WORD
-    return Cell(WordValue((word - 0x10000 if word & 0x8000 else word,)), write.place)
+    return Cell(Choices((signed_word(word),)), write.place)
 
 
 def _joined(one: _Words, other: _Words) -> _Words:

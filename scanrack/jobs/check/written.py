@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
+from .choices import Choices
 from .logic import TRUE, Condition
 
 Step = float | str
@@ -34,30 +35,12 @@ def place_at(site: _Site, file: str | Path) -> FileLine:
 
 
 @dataclass(frozen=True, slots=True)
-class WordValue:
-    """What a word gets: one of its options.
-
-    Attributes:
-        options: signed words; none if they are unknown.
-        source: where they come from, such as a table; words of one source get those of one place together.
-        names: what the source is for each option, for messages.
-    """
-
-    options: tuple[int, ...] = ()
-    source: str = ""
-    names: tuple[str, ...] = ()
-
-
-UNKNOWN_WORD = WordValue()
-
-
-@dataclass(frozen=True, slots=True)
 class WordWrite:
     """A write to an output word of a 3601.
 
     Attributes:
         word: 0 to 7.
-        value: of a whole word; None for bits.
+        value: of a whole word, signed; None for bits.
         sets: bits that it sets if its condition holds.
         clears: bits that it may clear.
         when: the condition under which it acts.
@@ -68,12 +51,17 @@ class WordWrite:
     place: FileLine
     slot: int
     word: int
-    value: WordValue | None = None
+    value: Choices | None = None
     sets: int = 0
     clears: int = 0
     when: Condition = TRUE
     steps: Mapping[str, tuple[frozenset[Step] | None, bool]] = field(default_factory=dict)
     text: str = ""
+
+    @property
+    def options(self) -> tuple[int, ...]:
+        """What the word may get; of bits, those that are set."""
+        return (self.sets,) if self.value is None else self.value.options
 
     def acts_in(self, machine: str, step: Step) -> tuple[bool, bool]:
         """Return whether it may act in a step, and whether it does in each scan of it."""

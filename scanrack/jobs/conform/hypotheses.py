@@ -8,7 +8,7 @@ Words that act while the axis moves leave its position uncertain by the steps be
 tried, until it is read at rest.
 
 A hypothesis that does not explain a read is contradicted and goes. Those in one state continue as one. A
-read that none of them explains is a difference. More than `most` of them at a time, and nothing is said.
+read that none of them explains is a difference. More than `most` of them at a time, and the search gives up.
 """
 
 from __future__ import annotations
@@ -203,7 +203,7 @@ def _instants(sent: Transmission, timing: Timing, *, single: bool) -> Sequence[i
 
 
 def _earliest(waiting: Sequence[SeenImage], sent: Transmission, timing: Timing) -> int:
-    """Return the instant from which on images may still be asked for."""
+    """Return the instant from which on images may still be needed."""
     return min([sent.window.low_ns, *(each.window.low_ns for each in waiting)]) - timing.lag_ns - 4 * GRID_NS
 
 
@@ -272,7 +272,7 @@ def _merged(live: list[Branch], since_ns: int, limit: int | None) -> list[Branch
     """Return one branch for each state, with the rules that fired in all.
 
     Args:
-        since_ns: images from here on may still be asked for.
+        since_ns: images from here on may still be needed.
         limit: what is sent next may act from here on, so that none may have gone further.
     """
     states: dict[Any, Branch] = {}

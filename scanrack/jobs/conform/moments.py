@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeAlias
 
@@ -142,24 +142,28 @@ def from_rows(rows: Sequence[Any]) -> list[Moment]:
 
 
 def _moment(number: int, row: Any) -> Moment:
-    sizes = {"read": 3 + WORDS, "write": 3 + WORDS, "inputs": 4, "state": 4 + 3 * WORDS}
-    kind = row[0] if isinstance(row, list) and row and isinstance(row[0], str) else ""
-    if kind not in sizes or sizes[kind] != len(row) or not all(type(each) is int for each in row[1:]):
+    count, make = _KINDS.get(str(row[0]) if isinstance(row, list) and row else "", (0, None))
+    if make is None or len(row) != 3 + count or not all(type(each) is int for each in row[1:]):
         raise ValueError(
             f"moment {number}: {str(row)[:60]} is none: read or write with two times and 8 words"
         )
-    window = Window(row[1], row[2])
-    if window.low_ns > window.high_ns or not all(WORD_MIN <= each <= WORD_MAX for each in row[3:]):
+    window, numbers = Window(row[1], row[2]), tuple(row[3:])
+    if window.low_ns > window.high_ns or not all(WORD_MIN <= each <= WORD_MAX for each in numbers):
         raise ValueError(
             f"moment {number}: a window goes from early to late, words from {WORD_MIN} to {WORD_MAX}"
         )
-    if kind == "read":
-        return SeenImage(window, tuple(row[3:]))
-    if kind == "state":
-        shown, sent, configuration = (tuple(row[at : at + WORDS]) for at in range(3, len(row) - 1, WORDS))
-        return KnownState(window, shown, sent, configuration, row[-1] & ALL_INPUTS)
-    return (
-        Transmission(window, None, row[3] & ALL_INPUTS)
-        if kind == "inputs"
-        else Transmission(window, tuple(row[3:]))
-    )
+    return make(window, numbers)
+
+
+def _known_state(window: Window, numbers: tuple[int, ...]) -> KnownState:
+    shown, sent, configuration = (numbers[at : at + WORDS] for at in range(0, 3 * WORDS, WORDS))
+    return KnownState(window, shown, sent, configuration, numbers[-1] & ALL_INPUTS)
+
+
+_KINDS: Mapping[str, tuple[int, Callable[[Window, tuple[int, ...]], Moment] | None]] = {
+    "read": (WORDS, SeenImage),
+    "write": (WORDS, Transmission),
+    "inputs": (1, lambda window, numbers: Transmission(window, None, numbers[0] & ALL_INPUTS)),
+    "state": (3 * WORDS + 1, _known_state),
+}
+"""Numbers after the two times of a moment, and what makes the moment of them, by its kind."""

@@ -206,14 +206,13 @@ def _step(words: list[str]) -> SceneStep:
         if step.for_ns is None and not step.rise and not step.fall:
             raise ValueError(f"{' '.join(words)!r} has no end; for N ms, or until bits")
         return SceneStep(step)
-    step = parse_steps(
-        " ".join(["same", *words[words.index("for") :]] if "for" in words else ["same"])
-    ).steps[0]
-    names = words[1 : words.index("for")] if "for" in words else words[1:]
+    end = words.index("for") if "for" in words else len(words)
+    step = parse_steps(" ".join(["same", *words[end:]])).steps[0]
+    names = words[1:end]
     unknown = [each for each in names if each not in _INPUTS]
     if unknown or step.for_ns is None:
         raise ValueError(f"{' '.join(words)!r} is not allowed; inputs {' '.join(_INPUTS)} for N ms")
-    return SceneStep(None, sum(_INPUTS[each] for each in set(names)), step.for_ns)
+    return SceneStep(None, sum(map(_INPUTS.__getitem__, set(names))), step.for_ns)
 
 
 def _is_configured(steps: tuple[SceneStep, ...]) -> bool:

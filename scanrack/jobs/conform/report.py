@@ -219,9 +219,9 @@ def fitted_scales(result: ConformResult) -> list[FittedScale]:
 def factor_sentences(result: ConformResult) -> list[str]:
     """Return what the factors say, once each; those that a scene leaves beside each other are joined."""
     found = fitted_scales(result)
-    said = (
+    steps = (
         either([next(each for each in found if each.within(scale)) for scale in scene.scales])
         for scene in result.scenes
         if scene.scales
     )
-    return list(dict.fromkeys(said))
+    return list(dict.fromkeys(steps))

@@ -22,6 +22,7 @@ from scanrack.runtime.loop.faults import CpuFault
 
 from ..bench.bench import Bench
 from ..bench.opening import bench_of
+from ..check.rungs.operands import path_of
 from ..imports.export_slots import ExportSlot
 from ..imports.export_start import DOWNLOADED, ExportStart
 from ..imports.l5x_rack import all_modules
@@ -98,8 +99,8 @@ def first_run(
         imported: the export, imported for a trial.
         begins: how it begins.
     """
-    wanted = (each for each in _modules(imported) if each.module is None)
-    found = FirstRun(modules=[_wanted(each) for each in wanted])
+    missing = (each for each in _modules(imported) if each.module is None)
+    found = FirstRun(modules=[_module_row(each) for each in missing])
     try:
         job = load_job(str(rack_of_export(export, imported, begins)))
         opened = bench_of(job, watched=True)
@@ -167,15 +168,14 @@ def _read_only(debugger: Debugger) -> Iterator[tuple[str, Place]]:
     read: dict[str, Place] = {}
     for each in debugger.cross_reference.mentions:
         where = each.where
-        path = (where.leaf.path if isinstance(where, Place) else where.path).upper()
         if each.writes:
-            written.add(path)
+            written.add(path_of(where))
         elif isinstance(where, Place) and not where.leaf.frame and _is_fixed(where):
             read.setdefault(each.text, where)
     for text, where in read.items():
         parts = where.leaf.path.upper().split(".")
         above = {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
-        if not above & written and not parts[0].startswith("S:"):
+        if above.isdisjoint(written) and not parts[0].startswith("S:"):
             yield text, where
 
 
@@ -187,7 +187,7 @@ def _first(names: list[str]) -> list[str]:
     return [*names[:SHOWN], *([f"and {len(names) - SHOWN:,} more"] * (len(names) > SHOWN))]
 
 
-def _wanted(slot: ExportSlot) -> dict[str, object]:
+def _module_row(slot: ExportSlot) -> dict[str, object]:
     return {"name": slot.name, "catalog": slot.catalog, "slot": slot.number or None, "tags": slot.tags}
 
 

@@ -168,12 +168,11 @@ def _note_use(mention: Mention, together: list[Mention], uses: dict[str, _Uses])
 
 def _note_count(place: Place, step: LoweredStep, together: list[Mention], use: _Uses) -> None:
     """Note a mention of a timer's count."""
-    others = [each for each in step.operands if isinstance(each, Constant)]
-    if place.bit is not None or not all(map(_is_plain, step.operands)):
-        use.even = False
-    elif step.spec.run in COMPARISONS and len(others) == 1 and isinstance(others[0].value, int):
-        use.constants.add(others[0].value)
-    elif step.spec.run is move.MOV.run and len(together) == 2 and _is_copy(together[1]):
+    constants = [each.value for each in step.operands if isinstance(each, Constant)]
+    is_simple = place.bit is None and all(map(_is_plain, step.operands))
+    if is_simple and step.spec.run in COMPARISONS and list(map(type, constants)) == [int]:
+        use.constants.add(int(constants[0]))
+    elif is_simple and step.spec.run is move.MOV.run and len(together) == 2 and _is_copy(together[1]):
         use.copies.append(together[1].where.leaf)  # type: ignore[union-attr]  # a place, see `_is_copy`
     else:
         use.even = False

@@ -3,7 +3,7 @@
     line1.toml   |  scan  |  scan  |  scan  |      a consumed tag gets what the producer's tag was
     line2.toml   |scan|scan|scan|scan|scan|        at the last multiple of the RPI, after the scans before it
 
-Another rack is loaded once, and runs only as far as it is asked. What its tags were is kept, so that any scan
+Another rack is loaded once, and runs only as far as needed. The values of its tags are kept, so that any scan
 of the first rack can be run again. Racks may name each other: all of them are one world, in one virtual time.
 """
 

@@ -266,15 +266,15 @@ def _rack_path(rack: str) -> Path:
     return path
 
 
-def forces_to_hold(job: LoadedRack, wanted: bool) -> tuple[Force, ...]:
-    """Return the orders that hold the forces of an export; none if they are not wanted.
+def forces_to_hold(job: LoadedRack, hold: bool) -> tuple[Force, ...]:
+    """Return the orders that hold the forces of an export; none unless `hold`.
 
     Raises:
         ValueError: the program's file has no forces.
     """
-    if wanted and not job.forces:
+    if hold and not job.forces:
         raise ValueError(f"--forces: {job.program} has no forces")
-    if not wanted:
+    if not hold:
         return ()
     from scanrack.runtime.live.actions import Force
 

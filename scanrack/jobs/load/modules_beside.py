@@ -12,12 +12,18 @@ The folder is in the spec of the importing module; `sys.path` stays unchanged.
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextvars import ContextVar
 from importlib.abc import MetaPathFinder
-from importlib.machinery import ModuleSpec, PathFinder
+from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from pathlib import Path
-from types import FrameType, ModuleType
+from types import CodeType, FrameType, ModuleType
 from typing import Any
+
+Compiler = Callable[[bytes, str], CodeType]
+
+BESIDE: ContextVar[Compiler | None] = ContextVar("BESIDE", default=None)
+"""Compiles the modules that are found beside programs; None = as Python does."""
 
 
 class _Folder(str):
@@ -36,18 +42,55 @@ class _Finder(MetaPathFinder):
         if folder is None:
             return None
         spec = PathFinder.find_spec(fullname, [folder])
-        if spec is not None:
-            spec.loader_state = folder
-        return spec
+        if spec is None:
+            return None
+        spec.loader_state = folder
+        return _compiled_beside(spec)
+
+
+class _First(MetaPathFinder):
+    """Finds modules that `BESIDE` compiles that Python finds itself: on `sys.path`, in packages."""
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        folder = None if BESIDE.get() is None else _folder_of(_importer(sys._getframe(1)))
+        spec = None if folder is None else PathFinder.find_spec(fullname, path)
+        if spec is None or folder is None or not Path(spec.origin or "").resolve().is_relative_to(folder):
+            return None
+        spec.loader_state = folder
+        return _compiled_beside(spec)
+
+
+class _Loader(SourceFileLoader):
+    """Loads a module that `BESIDE` compiles; no file keeps its code."""
+
+    compiler: Compiler
+
+    def get_code(self, fullname: str) -> CodeType:
+        """See `SourceFileLoader`."""
+        path = self.get_filename(fullname)
+        return self.compiler(self.get_data(path), path)
+
+
+def _compiled_beside(spec: ModuleSpec) -> ModuleSpec:
+    compiler = BESIDE.get()
+    if compiler is not None and isinstance(spec.loader, SourceFileLoader):
+        spec.loader = _Loader(spec.name, spec.loader.path)
+        spec.loader.compiler = compiler
+    return spec
 
 
 _FINDER = _Finder()
+_FIRST = _First()
 
 
 def find_beside(path: Path, spec: ModuleSpec) -> ModuleSpec:
     """Return the spec for `module.__spec__` of an executed file, so that it finds the modules beside it."""
     if _FINDER not in sys.meta_path:
         sys.meta_path.append(_FINDER)
+    if BESIDE.get() is not None and _FIRST not in sys.meta_path:
+        sys.meta_path.insert(0, _FIRST)
     spec.loader_state = _Folder(path.parent.resolve())
     return spec
 

@@ -13,6 +13,7 @@ import inspect
 import sys
 import traceback
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import field, replace
 from enum import StrEnum
@@ -33,13 +34,14 @@ from scanrack.ladder.python.sequences.logic import Logic
 from scanrack.runtime.modules import record as module_records
 
 from ..imports.export_start import DOWNLOADED, ExportStart
-from .modules_beside import find_beside, shadowed
+from .modules_beside import BESIDE, Compiler, find_beside, shadowed
 from .rungs import is_rungs
 
 if TYPE_CHECKING:  # a program in Python needs no rungs
     from scanrack.ladder.instructions.motion.axes import AxisSettings
     from scanrack.ladder.lowering.bound_axes import Axes
     from scanrack.ladder.lowering.runnable import LadderLogic
+    from scanrack.ladder.python.line_marks import LineWatch
     from scanrack.rockwell.l5x.report import Report
     from scanrack.rockwell.l5x.xml.records import ModuleRecord
     from scanrack.rockwell.slc.records import SlotRecord
@@ -443,8 +445,26 @@ def _compiled(data: bytes, file: str) -> CodeType:
     return compile(data, file, "exec")
 
 
-COMPILER: ContextVar[Callable[[bytes, str], CodeType]] = ContextVar("COMPILER", default=_compiled)
+COMPILER: ContextVar[Compiler] = ContextVar("COMPILER", default=_compiled)
 """Compiles the Python programs that are loaded; a search has them note their branches."""
+
+
+@contextmanager
+def lines_marked(watch: LineWatch | None = None) -> Iterator[None]:
+    """Let the lines of the Python that is loaded meanwhile be observed, of programs and modules beside them.
+
+    Args:
+        watch: observes them; None = the present one.
+    """
+    from scanrack.ladder.python.line_marks import WATCH, marked_code  # most commands observe no lines
+
+    before = COMPILER.set(marked_code), BESIDE.set(marked_code), WATCH.set(watch or WATCH.get())
+    try:
+        yield
+    finally:
+        COMPILER.reset(before[0])
+        BESIDE.reset(before[1])
+        WATCH.reset(before[2])
 
 
 def _execute(path: Path, data: bytes) -> ModuleType:
@@ -501,10 +521,10 @@ def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
 def _check_signature(
     path: Path, name: str, function: Callable[..., Any], arguments: tuple[str, ...], *, loosely: bool = False
 ) -> None:
-    wanted = f"{name}({', '.join(arguments)}{', *operands' if loosely else ''})"
+    form = f"{name}({', '.join(arguments)}{', *operands' if loosely else ''})"
     where = f"{path}:{_line_of(function)}"
     if inspect.iscoroutinefunction(function) or inspect.isgeneratorfunction(function):
-        raise ProgramError(f"{where}: {name} must be a plain function {wanted}, without async and yield")
+        raise ProgramError(f"{where}: {name} must be a plain function {form}, without async and yield")
     try:
         signature = signature_of(function)
     except ValueError:  # a callable of C code has no signature
@@ -512,7 +532,7 @@ def _check_signature(
     try:
         (signature.bind_partial if loosely else signature.bind)(*arguments)
     except TypeError:
-        raise ProgramError(f"{where}: {name}{signature} can't be called as {wanted}") from None
+        raise ProgramError(f"{where}: {name}{signature} can't be called as {form}") from None
 
 
 def _line_of(function: Callable[..., Any]) -> int:

@@ -27,9 +27,9 @@ def retaining(job: LoadedRack, data: bytes, name: str) -> tuple[LoadedRack, list
     from scanrack.ladder.run.edit import retain
 
     try:
-        said = retain(job.logic.engine, data.decode("utf-8"))
+        notes = retain(job.logic.engine, data.decode("utf-8"))
     except UnicodeDecodeError as error:
         raise ValueError(f"{name}: the retained tags can't be read: {error}") from None
     except LadderError as error:
         raise ValueError(f"{name}: {error}") from None
-    return replace(job, retained=data), said
+    return replace(job, retained=data), notes

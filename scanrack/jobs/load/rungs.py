@@ -1,4 +1,4 @@
-"""Whether logic is rungs, asked without an import of rungs: a program in Python needs none."""
+"""Whether logic is rungs, without an import of rungs: a program in Python needs none."""
 
 from __future__ import annotations
 

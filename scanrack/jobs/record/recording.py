@@ -17,7 +17,7 @@ from ..load.loading import LoadedRack
 from ..load.rungs import is_rungs
 from ..trust.attachments import attachment, files_beside, made_by, program_name, retained_tags
 from ..trust.owned import check_recording, keeping_of
-from .sequence_watch import sequences_in
+from .sequence_watch import waiting_in
 
 NOTHING: Mapping[str, str] = MappingProxyType({})
 
@@ -82,7 +82,7 @@ def recorder_for(
         tags=tags,
         orders=orders,
         keeping=keeping_of(job, trace, keep),
-        sequences=sequences or bool(sequences_in(running)),
+        sequences=sequences or bool(waiting_in(running)),
         snapshots=_snapshots_of(job, running),
     )
 

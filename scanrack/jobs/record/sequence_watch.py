@@ -1,4 +1,4 @@
-"""The waits of sequences for a recorder, a journal or a message: line, condition, begin.
+"""The waits of sequences and of a list of steps, for a recorder, a journal or a message.
 
     scan     602                       603 to 1,402   1,403
     cycle    waits at line 14          waits          waits at line 15
@@ -11,7 +11,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Protocol
 
+from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.python.sequences import Logic, Sequence, parts_of, sequences_of
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.loop.listeners import ScanListener, by_rows
@@ -28,6 +30,29 @@ def sequences_in(logic: ScanLogic) -> tuple[Sequence, ...]:
     return sequences_of(inside) if isinstance(inside, Logic) else ()
 
 
+class Waiting(Protocol):
+    """What waits at a line of the program: a sequence, or a list of steps."""
+
+    @property
+    def name(self) -> str: ...  # noqa: D102
+    @property
+    def file(self) -> str | None: ...  # noqa: D102
+    @property
+    def line(self) -> int | None: ...  # noqa: D102
+    @property
+    def waits_for(self) -> str: ...  # noqa: D102
+    @property
+    def since_ns(self) -> int: ...  # noqa: D102
+    @property
+    def resumed(self) -> int: ...  # noqa: D102
+
+
+def waiting_in(logic: ScanLogic) -> tuple[Waiting, ...]:
+    """Return what waits in a program: its sequences, or its list of steps."""
+    inside: object = unwrapped(logic)
+    return (inside,) if isinstance(inside, Steps) else sequences_in(logic)
+
+
 def declared_axes(logic: ScanLogic) -> dict[int, str]:
     """Return the slots of the axes that a program declares, each with the line of the declaration."""
     if not isinstance(logic, Logic):
@@ -38,16 +63,16 @@ def declared_axes(logic: ScanLogic) -> dict[int, str]:
     return {each.slot: each.declared.spot for each in parts if isinstance(each, Axis3601)}
 
 
-def standing(sequence: Sequence, scan: int) -> Step:
-    """Return the present wait of a sequence."""
+def standing(sequence: Waiting, scan: int) -> Step:
+    """Return the present wait of a sequence or a list of steps."""
     file = Path(sequence.file or "").name
     line = sequence.line or 0
     return Step(scan, sequence.since_ns, sequence.name, file, line, sequence.waits_for)
 
 
 def watching(listener: ScanListener, logic: ScanLogic) -> ScanListener:
-    """Return a listener that also gets the sequences of a program; the same one if it has none."""
-    sequences = sequences_in(logic)
+    """Return a listener that also gets the waits of a program; the same one if it has none."""
+    sequences = waiting_in(logic)
     return WatchesSequences(listener, sequences) if sequences else listener
 
 
@@ -57,12 +82,12 @@ class WatchesSequences:
     A sequence that steps in every scan and waits for the same condition at the same line is reported once.
     """
 
-    def __init__(self, listener: ScanListener, sequences: tuple[Sequence, ...]) -> None:
+    def __init__(self, listener: ScanListener, sequences: tuple[Waiting, ...]) -> None:
         self._listener = listener
         self._rows = by_rows(listener)
         self.watch(sequences)
 
-    def watch(self, sequences: tuple[Sequence, ...]) -> None:
+    def watch(self, sequences: tuple[Waiting, ...]) -> None:
         """Watch the sequences of an edited program from now on."""
         self._watched = [_SequenceState(each) for each in sequences]
 
@@ -109,7 +134,7 @@ class WatchesSequences:
 
 
 class _SequenceState:
-    def __init__(self, sequence: Sequence) -> None:
+    def __init__(self, sequence: Waiting) -> None:
         self.sequence = sequence
         self.resumed = 0
         self._scan = -1

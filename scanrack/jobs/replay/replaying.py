@@ -72,7 +72,7 @@ class Replay:
         self._orders: TagOrders | None = None
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
         self.notes = list(
-            _assumptions(into, self._score, told=self._resumed is not None)
+            _assumptions(into, self._score, resumed=self._resumed is not None)
         )  # restrictions of the replay, in words
         if into is not ReplayTarget.MODULE:
             self.notes += edit_notes(recording.events)
@@ -181,9 +181,9 @@ _FRESH = {
 }
 
 
-def _assumptions(into: ReplayTarget, score: ReplayPlan, *, told: bool) -> Iterator[str]:
+def _assumptions(into: ReplayTarget, score: ReplayPlan, *, resumed: bool) -> Iterator[str]:
     first = score.numbers[0]
-    if first and not told:
+    if first and not resumed:
         yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
     if all(score.mode(row) is CpuMode.PROGRAM for row in range(len(score.flags))):
         yield "the flags of all scans say program mode, in which logic rests and outputs are not sent"

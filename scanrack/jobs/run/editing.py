@@ -21,7 +21,7 @@ from scanrack.traces.write.recorder import ScanRecorder
 
 from ..load.loading import LoadedRack
 from ..load.rungs import is_rungs
-from ..record.sequence_watch import WatchesSequences, sequences_in
+from ..record.sequence_watch import WatchesSequences, waiting_in
 
 if TYPE_CHECKING:  # most runs are neither operated nor edited
     from scanrack.ladder.debug import Debugger
@@ -99,7 +99,7 @@ class RunProgram:
 
     def following(self, listener: ScanListener) -> ScanListener:
         """Return a listener that also receives the sequences of the program, even after an edit."""
-        sequences = sequences_in(self.logic)
+        sequences = waiting_in(self.logic)
         if not self.may_bring_sequences and not sequences:
             return listener
         self._followers.append(WatchesSequences(listener, sequences))
@@ -187,7 +187,7 @@ class RunProgram:
             if self._fields.forces != forces:
                 self._fields.on_outside()
             for each in self._followers:
-                each.watch(sequences_in(self.logic))
+                each.watch(waiting_in(self.logic))
             return job.program.name, str(done), tags_in(done)
         text = f"{job.program.name} is loaded again: the objects of its module are new"
         return job.program.name, text + self._replace(cpu, logic), NO_TAGS
@@ -202,7 +202,7 @@ class RunProgram:
             cpu.tags_from_outside({})
         self._edits += 1
         for each in self._followers:
-            each.watch(sequences_in(logic))
+            each.watch(waiting_in(logic))
         try:
             if isinstance(before, AttachedLogic):
                 before.__close_logic__()

@@ -136,8 +136,8 @@ class Hints(QuietListener):
 
     def sentences(self) -> list[str]:
         """Return the hints of a finished run."""
-        told = [(slot.number, slot.unheard) for slot in self.slots if slot.unheard is not None]
-        return [f"slot {number}: {unheard}" for number, unheard in told]
+        unheard_slots = [(slot.number, slot.unheard) for slot in self.slots if slot.unheard is not None]
+        return [f"slot {number}: {unheard}" for number, unheard in unheard_slots]
 
 
 def _at(place: str | None, tell: Callable[[str], object]) -> Callable[[str], object]:

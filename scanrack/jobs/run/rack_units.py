@@ -37,9 +37,9 @@ class UnitsBeside(QuietListener):
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Advance the line to this scan, and record its traffic."""
-        said = self._line.advance(now_ns)
-        if said and self._recorder is not None:
-            self._recorder.said(now_ns, said)
+        sent = self._line.advance(now_ns)
+        if sent and self._recorder is not None:
+            self._recorder.said(now_ns, sent)
         self._record(now_ns)
 
     def draft(self) -> None:

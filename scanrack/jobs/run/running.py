@@ -24,7 +24,7 @@ from scanrack.traces.write.recorder import ScanRecorder
 from ..load.building import build_cpu, build_rack
 from ..load.loading import LoadedRack
 from ..record.recording import recorder_for
-from ..record.sequence_watch import declared_axes, sequences_in, standing
+from ..record.sequence_watch import declared_axes, standing, waiting_in
 from .editing import RunProgram
 from .external_tags import tell_cpu
 from .hints import Hints
@@ -97,12 +97,11 @@ class JobRun:
         self.steps: list[str] = []
         recorder = None if options.trace is None else self._recorder(job, options.trace, options, handled)
         beside = _beside(units, options.trace)
-        listeners = [
-            *options.listeners,
-            self.hints,
-            *([] if beside is None else [beside]),
-            *([] if recorder is None else [self.program.recorded(recorder)]),  # closed last: reads all files
-        ]
+        recorded = (
+            None if recorder is None else self.program.recorded(recorder)
+        )  # closed last: reads all files
+        optional = (each for each in (beside, recorded) if each is not None)
+        listeners = [*options.listeners, self.hints, *optional]
         self._pacer = options.pacer or FreeRun()
         self._pacer.beat = lambda: _draft(recorder, beside)
         self.cpu = build_cpu(job.spec, self.program.logic, self.rack, listeners=listeners, pacer=self._pacer)
@@ -165,7 +164,7 @@ class JobRun:
             observed(cpu, scans),
         ):
             cpu.run(scans)
-            self.steps = [str(standing(each, cpu.scan)) for each in sequences_in(self.program.logic)]
+            self.steps = [str(standing(each, cpu.scan)) for each in waiting_in(self.program.logic)]
 
 
 def _frozen_collector() -> AbstractContextManager[None]:

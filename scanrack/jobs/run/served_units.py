@@ -146,8 +146,8 @@ def _axis(file: Path, program: Program, addresses: list[int]) -> int:
     if program.axis is None and len(addresses) == 1:
         return addresses[0]
     if program.axis not in addresses:
-        said = "has no .axis" if program.axis is None else f"is for axis {program.axis}"
-        raise ValueError(f"{file} {said}; the units have the addresses {', '.join(map(str, addresses))}")
+        problem = "has no .axis" if program.axis is None else f"is for axis {program.axis}"
+        raise ValueError(f"{file} {problem}; the units have the addresses {', '.join(map(str, addresses))}")
     return program.axis
 
 

@@ -5,7 +5,7 @@
     {"pin": "in1=ground"}      an input, as `--pin` has it
     {"state": 1}               the registers, inputs and outputs of the unit at address 1
 
-An answer is {"ok": true}, with "state" and "at_ns" if it was asked for, or {"error": "..."}.
+An answer is {"ok": true}, with "state" and "at_ns" if the request needs them, or {"error": "..."}.
 A connection that does not begin with the key, or sends a line that is not JSON, is answered and ended: a page
 in a browser on this machine can send a request to any port, and its lines are not taken for orders.
 """
@@ -61,28 +61,28 @@ class ControlChannel:
             EndOfTalkError: the line is not JSON, or not the key that has to come first.
         """
         try:
-            said = json_value(text)
+            request = json_value(text)
         except ValueError:
             problem = f"{shortened(text.strip(), 80)}: it is not JSON; it has to be {ALLOWED}"
             raise EndOfTalkError(json.dumps({"error": problem})) from None
         if not known:
-            self._admit(said)
+            self._admit(request)
             return json.dumps({"ok": True})
         try:
-            return json.dumps({"ok": True} | self._carry_out(said, text))
+            return json.dumps({"ok": True} | self._carry_out(request, text))
         except ValueError as error:
             return json.dumps({"error": str(error)})
 
-    def _admit(self, said: object) -> None:
+    def _admit(self, request: object) -> None:
         """Compare the key, in constant time."""
-        key = said.get("key") if isinstance(said, dict) else None
+        key = request.get("key") if isinstance(request, dict) else None
         given = key.encode("utf-8", "replace") if isinstance(key, str) else b""
         if not hmac.compare_digest(given, self.key.encode()):
             problem = 'the first line has to be {"key": TEXT} with the key that was printed'
             raise EndOfTalkError(json.dumps({"error": problem}))
 
-    def _carry_out(self, said: object, text: str) -> dict[str, object]:
-        match said:
+    def _carry_out(self, request: object, text: str) -> dict[str, object]:
+        match request:
             case {"fault": str(fault), **rest} if not rest:
                 self._line.set_fault(fault)
             case {"pin": str(pin), **rest} if not rest:

@@ -102,9 +102,10 @@ class EnipPort:
         Args:
             advance: advances the drive to the present instant.
         """
-        if ready is self._io or ready is self._list:
-            self._take_datagrams(self._io if ready is self._io else self._list, advance)
-            return
+        for each in (self._io, self._list):
+            if ready is each:
+                self._take_datagrams(each, advance)
+                return
         for connection, data in self._listener.take(ready):
             if not data:
                 self._end(connection)

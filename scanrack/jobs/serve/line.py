@@ -227,10 +227,10 @@ def begin(units: list[Unit], *, ascii_mode: bool, start: bool) -> None:
     Raises:
         ValueError: these units do not support an option.
     """
-    if (ascii_mode or start) and any(unit.do is None for unit in units):
-        raise ValueError("--ascii and --start: only a PCL601 has them")
-    for unit in units:
-        if unit.do is not None and ascii_mode:
+    for unit in units if ascii_mode or start else ():
+        if unit.do is None:
+            raise ValueError("--ascii and --start: only a PCL601 has them")
+        if ascii_mode:
             unit.do(Code.SWITCH_TO_ASCII)
-        if unit.do is not None and start and unit.status()["program"] != NO_PROGRAM:
+        if start and unit.status()["program"] != NO_PROGRAM:
             unit.do(Code.RUN_PROGRAM)

@@ -72,16 +72,16 @@ class DeviceOnMachine(ControllerDevice):
     @override
     def advance(self, now_ns: int) -> bytes:
         """Advance through all events of controller and machine; return the bytes for the line."""
-        said = b""
+        sent = b""
         while (due_ns := self.next_wake_ns) is not None and self._now_ns < due_ns < now_ns:
-            said += self._step(due_ns)
-        return said + self._step(now_ns)
+            sent += self._step(due_ns)
+        return sent + self._step(now_ns)
 
     def _step(self, now_ns: int) -> bytes:
-        said = self._device.advance(now_ns)
+        sent = self._device.advance(now_ns)
         self._plant.sense(now_ns)
         self._now_ns = now_ns
-        return said
+        return sent
 
     @override
     def power_cycle(self, now_ns: int) -> None:

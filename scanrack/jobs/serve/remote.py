@@ -58,7 +58,7 @@ class ExternalPlc(QuietListener):
     def __init__(self, slot: int, words: ModuleWords, silence_ns: int, *, whole: bool = False) -> None:
         self.slot, self._silence_ns = slot, silence_ns
         self._now_ns = 0
-        self._torn_told = 0
+        self._torn_reported = 0
         self._inputs: tuple[int, ...] = (0,) * len(words.inputs)
         self.words = RemoteWords(lambda: self._inputs, len(words.outputs), whole=whole)
         self.silences = 0
@@ -95,11 +95,11 @@ class ExternalPlc(QuietListener):
             self.silences += 1
             after_ms = (now_ns - heard_ns) // 1_000_000
             self._tell("silence", f"the PLC has written nothing for {after_ms:,} ms: run mode ends")
-        if self.words.torn != self._torn_told:
-            self._torn_told = self.words.torn
+        if self.words.torn != self._torn_reported:
+            self._torn_reported = self.words.torn
             self._tell(
                 "torn write",
-                f"writes of fewer than {len(self.words.outputs)} words so far: {self._torn_told:,}",
+                f"writes of fewer than {len(self.words.outputs)} words so far: {self._torn_reported:,}",
             )
 
     def _tell(self, name: str, text: str) -> None:
@@ -157,6 +157,6 @@ def _slot_of(modules: dict[int, str], slot: int | None) -> int:
     if slot is None and len(there) == 1:
         return there[0]
     if slot is None or slot not in there:
-        said = "has to be given" if slot is None else f"{slot}: no {CATALOG}"
-        raise ValueError(f"--slot {said}; the rack has one in slot {', '.join(map(str, there)) or 'none'}")
+        problem = "has to be given" if slot is None else f"{slot}: no {CATALOG}"
+        raise ValueError(f"--slot {problem}; the rack has one in slot {', '.join(map(str, there)) or 'none'}")
     return slot

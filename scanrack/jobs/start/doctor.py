@@ -101,14 +101,14 @@ def _extras() -> Iterator[Diagnosis]:
 
 def _required(extra: str) -> list[str]:
     """Return the distributions that scanrack, or an extra of it, needs."""
-    wanted = f'extra == "{extra}"' if extra else ""
+    expected = f'extra == "{extra}"' if extra else ""
     project, found = own_project(), []
     if project is not None:
         rows = project["optional-dependencies"][extra] if extra else project["dependencies"]
         return [re.split(r"[<>=!~\[ ]", row, maxsplit=1)[0] for row in rows]
     for row in requires(PACKAGE) or ():
         name, _, marker = row.replace("'", '"').partition(";")
-        if marker.strip() == wanted:
+        if marker.strip() == expected:
             found.append(re.split(r"[<>=!~\[ ]", name, maxsplit=1)[0])
     return found
 

@@ -166,13 +166,12 @@ def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
     modules = list(sys.modules.items())
     near = {name for name, module in modules if "." not in name and _may_lie(name, module, inside)}
     for name, module in modules if near else ():  # a search asks before each run
-        if name.partition(".")[0] not in near:
-            continue
-        file = getattr(module, "__file__", None) or ""
+        top = name.partition(".")[0]
+        file = (getattr(module, "__file__", None) or "") if top in near else ""
         if file.startswith(inside) and file.endswith(PYTHON):
             path = Path(file)
             place = path.relative_to(folder)
-            if place.with_suffix("").parts[0] == name.partition(".")[0]:
+            if place.with_suffix("").parts[0] == top:
                 yield name, place, path
 
 
@@ -276,9 +275,9 @@ def _take_out(
         if name not in _NOT_OF_THE_RUN and not edit_number(name)
     }
     given = RunFiles(address_name(rack), None if program is None else address_name(program), retained)
-    wanted = admitted(files, given, trust=trust)
-    _check_alone(folder, wanted)
-    extract(wanted, folder)
+    trusted = admitted(files, given, trust=trust)
+    _check_alone(folder, trusted)
+    extract(trusted, folder)
 
 
 def _check_alone(folder: Path, files: Iterable[str]) -> None:

@@ -68,8 +68,8 @@ def launch(
         own_session: whether Ctrl-C of the terminal does not reach it; Ctrl-Break of Windows never ends it.
     """
     path = [each for each in sys.path if each]  # the empty one is the current folder
-    asked = limits()
-    words = [*path, asked.chunk_bytes, asked.records, len(handed), main, *arguments]
+    allowed = limits()
+    words = [*path, allowed.chunk_bytes, allowed.records, len(handed), main, *arguments]
     python, environment = _python(environment)
     process = subprocess.Popen(
         [python, *_flags(), "-c", BOOT, str(len(path)), *map(str, words)],

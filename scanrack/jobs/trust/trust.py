@@ -64,10 +64,10 @@ def admitted(files: Mapping[str, bytes], given: RunFiles, *, trust: bool) -> dic
     for name in uses:
         if name not in files:
             raise ValueError(f"the trace does not bring {name}, which its run needs")
-    wanted = {name: files[name] for name in uses}
+    used = {name: files[name] for name in uses}
     if not trust:
-        _check_trust({name: data for name, data in wanted.items() if uses[name] is not Use.READ})
-    return wanted
+        _check_trust({name: data for name, data in used.items() if uses[name] is not Use.READ})
+    return used
 
 
 def uses_of(files: Mapping[str, bytes], given: RunFiles) -> dict[str, Use]:

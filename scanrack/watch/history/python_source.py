@@ -1,4 +1,4 @@
-"""The text of a program in Python for pages, with the kinds of its words, which a page colors."""
+"""The text of a program in Python, or of a list of steps, for pages, with the kinds of its words."""
 
 from __future__ import annotations
 
@@ -68,7 +68,16 @@ class PythonSource:
 
     def routines(self) -> list[Json]:
         """Return the file as the one routine that `hello` lists."""
-        return [{"name": self._name, "kind": "python", "comment": "", "lines": len(self._lines)}]
+        kind = "steps" if self._name.endswith(".steps") else "python"
+        return [{"name": self._name, "kind": kind, "comment": "", "lines": len(self._lines)}]
+
+    def find(self, text: str) -> list[Json]:
+        """Return the lines that contain a text, ignoring case."""
+        return [
+            {"text": line.strip(), "rung": f"{self._name}.{number}", "tag": None}
+            for number, line in enumerate(self._lines, 1)
+            if text.casefold() in line.casefold()
+        ]
 
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the line of a fault, such as line.py.62; None if it is in another file."""

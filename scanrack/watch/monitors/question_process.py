@@ -37,10 +37,11 @@ class _Open:
     patience_s: int
     until_ns: int
     command: str
+    own: bool  # whether the page has it for itself, without a person
 
 
 class QuestionProcesses:
-    """The questions in work by processes; one per page, the latest."""
+    """The questions in work by processes; one per page, the latest, and one that the page has for itself."""
 
     def __init__(self) -> None:
         self._open: list[_Open] = []
@@ -88,11 +89,36 @@ class QuestionProcesses:
         """Ask what an edit would have done in the last scans; the answer goes to the page."""
         self._begin(page, number, f"{__package__}.effects_process", (given,), PATIENCE_S, "the scans again")
 
+    def lines(
+        self,
+        page: Page,
+        number: object,
+        trace: str,
+        scans: tuple[int, int],
+        more: Columns,
+        latest: Sequence[tuple[int, str]],
+    ) -> None:
+        """Ask for the lines of a Python program that ran in scans; the answer goes to the page.
+
+        Args:
+            more, latest: see `lines_process`.
+        """
+        given, command = (trace, *scans, more, latest), f"the program again up to scan {scans[1]:,}"
+        self._begin(page, number, f"{__package__}.lines_process", given, PATIENCE_S, command, own=True)
+
     def _begin(
-        self, page: Page, number: object, module: str, given: tuple[Any, ...], patience_s: int, command: str
+        self,
+        page: Page,
+        number: object,
+        module: str,
+        given: tuple[Any, ...],
+        patience_s: int,
+        command: str,
+        *,
+        own: bool = False,
     ) -> None:
         """Let a process call `answer` of a module with these arguments."""
-        for each in [each for each in self._open if each.page is page]:
+        for each in [each for each in self._open if each.page is page and each.own is own]:
             self._end(each, "another question was asked meanwhile")
         with ExitStack() as files:
             out, err = (files.enter_context(tempfile.TemporaryFile()) for _ in range(2))
@@ -102,7 +128,7 @@ class QuestionProcesses:
                 process = launch(HELPER, module, stdin=queried, stdout=out, stderr=err)
             until = wall_ns() + patience_s * 1_000_000_000
             self._open.append(
-                _Open(page, number, process, files.pop_all(), out, err, patience_s, until, command)
+                _Open(page, number, process, files.pop_all(), out, err, patience_s, until, command, own)
             )
 
     def tick(self) -> None:

@@ -15,7 +15,7 @@ from .monitor import Json, Monitor
 from .page import Page
 from .panel_questions import PANEL_QUESTIONS
 from .since import last_change
-from .why_questions import want, why
+from .why_questions import ran, want, why
 
 MOST_WATCHED = 500
 """Most tags that a page may watch."""
@@ -207,9 +207,9 @@ def xref(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def find(monitor: Monitor, page: Page, said: Said) -> Json:
-    """List the tags, the words and bits of images, and the rungs that contain a text."""
+    """List the tags, the words and bits of images, and the rungs or lines that contain a text."""
     text, program = text_in(said, "text"), program_of(monitor, page)
-    hits = tag_hits(program.alias_tags(), text) if program.catalog is None else program.catalog.find(text)
+    hits = program.find(text, monitor.subject.values)
     hits += tag_hits(addresses_of(monitor.subject.spec), text)
     ranked = sorted(hits, key=lambda hit: _is_called(hit, text), reverse=True)
     return {"hits": ranked[:MOST_HITS]}
@@ -232,6 +232,7 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "marks": marks,
     "mark": mark,
     "why": why,
+    "ran": ran,
     "since": since,
     "want": want,
     "xref": xref,

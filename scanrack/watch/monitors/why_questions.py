@@ -11,6 +11,9 @@ from .asked import Said, own_name, text_in
 from .monitor import BACK, Json, Monitor
 from .page import Page
 
+LINES_AROUND = 500
+"""Scans before and after one whose lines are answered with it."""
+
 
 def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) -> Json | None:
     """Explain a tag's value in a scan, that of the page if none is given; with `fault` the CPU's fault.
@@ -81,6 +84,24 @@ def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -
         raise ValueError(f"{tag}: the program was edited before scan {program.first}: why answers before it")
     rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
     monitor.elsewhere.why(page, said.get("id"), str(trace), tag, columns_of(rows))
+
+
+def ran(monitor: Monitor, page: Page, said: Said) -> None:
+    """Say which lines of a Python program ran in the scan of the page, and in those around it."""
+    trace, row = monitor.subject.timeline.path, monitor.row_of(page)
+    program, extent = monitor.subject.programs.at(page.past), monitor.subject.timeline.extent
+    if trace is None or row is None or extent is None:
+        raise ValueError("no scan has run yet")
+    if program.logic is None or program.source is None:
+        raise ValueError("the program may not run here: see --trust")
+    if program.number:
+        raise ValueError(f"the program was edited before scan {program.first:,}")
+    scan = int(row["scan"])
+    first = max(extent[0], scan - LINES_AROUND)
+    last = min(scan + LINES_AROUND, extent[1], monitor.subject.programs.end_of(program))
+    rows = monitor.subject.timeline.between(max(0, scan - BACK), last)
+    orders = monitor.latest_orders(last)
+    monitor.elsewhere.lines(page, said.get("id"), str(trace), (first, last), columns_of(rows), orders)
 
 
 def want(monitor: Monitor, page: Page, said: Said) -> None:

@@ -7,7 +7,7 @@ import { addressOf, valueOf } from "./values.js";
 const IMAGE = /^(Local:\d+:|[IO]:)/i, INPUT = /^(Local:\d+:I|I:)/i, BIT = /^Local:.*\.\d+$|^[IO]:.*\/\d+$/i;
 
 export const declared = tag => run.hello?.tags?.find(each => each.name.toUpperCase() === tag.toUpperCase());
-export const isPython = () => run.hello.routines.some(each => each.kind === "python");
+export const isPython = () => run.hello.routines.some(({ kind }) => kind === "python" || kind === "steps");
 
 const isImage = tag => IMAGE.test(addressOf(tag));
 const isInput = tag => INPUT.test(addressOf(tag));

@@ -5,6 +5,7 @@ import { at as partOf, el, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, shown } from "./format.js";
 import * as orders from "./orders.js";
 import { select } from "./selection.js";
+import { askRanLines, ranLines } from "./ranlines.js";
 import { run } from "./state.js";
 import { place } from "./values.js";
 
@@ -13,6 +14,7 @@ let routine = ""; // its name
 let variables = null, chips = new Set(); // place of the values of a program in Python, and their names
 let followed = null; // the row of the line that was brought into view
 let waits = null; // where it is said at which line each sequence waits
+let ranSays = null; // where it is said that the lines that ran are not known
 let users = []; // lines in Python: { beside, uses }, the names in each
 
 export function buildText({ name, kind }, { text = [], names = [] }) {
@@ -20,12 +22,13 @@ export function buildText({ name, kind }, { text = [], names = [] }) {
   users = [];
   routine = name;
   followed = null;
-  waits = kind === "python" ? el("ul", { class: "waits", "aria-label": "Sequences" }) : null;
+  waits = kind === "st" ? null : el("ul", { class: "waits", "aria-label": "Sequences" });
+  ranSays = kind === "python" ? el("p", { class: "soft", role: "status" }) : null;
   const code = el("ol", { class: "code" }, ...text.map(rowOf));
   variables = waits && el("div", { class: "variables", role: "group", "aria-label": "Variables" });
   chips = new Set();
   addChips(names);
-  return el("div", {}, variables ?? "", waits ?? "", code);
+  return el("div", {}, variables ?? "", waits ?? "", ranSays ?? "", code);
 }
 
 // A program in Python may make variables while it runs. Each stands above, and beside the lines that name it.
@@ -116,7 +119,7 @@ function chip(name, text = name) {
   );
 }
 
-export function paintText({ power, tags, lines: running, breakpoints, met, ran }) {
+export function paintText({ power, tags, lines: running, breakpoints, met, ran, scan, state }) {
   if (tags) addChips(Object.keys(tags));
   if (breakpoints)
     for (const [ident, rows] of lines)
@@ -125,7 +128,17 @@ export function paintText({ power, tags, lines: running, breakpoints, met, ran }
     for (const row of lines.get(ident) ?? []) setAttribute(row, "data-power", now[0] ?? "0");
   }
   if ((running || met) && waits) paintRunning();
-  if (ran && waits) for (const [ident, [row]] of lines) setFlag(row, "data-ran", ran.includes(lineOf(ident)));
+  if (ranSays && (ran || scan !== undefined || state)) {
+    askRanLines(paintRan);
+    paintRan();
+  }
+}
+
+function paintRan() {
+  if (!ranSays) return;
+  const { lines: ran, says } = ranLines();
+  for (const [ident, [row]] of lines) setFlag(row, "data-ran", ran.includes(lineOf(ident)));
+  setText(ranSays, says);
 }
 
 function paintStop(row, isSet) {

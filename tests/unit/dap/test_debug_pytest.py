@@ -29,6 +29,7 @@ END
 """
 PYTHON = '''"""Counts."""
 
+from adding import one_more
 from scanrack import Logic
 
 
@@ -39,8 +40,9 @@ class Counting(Logic):
 
     def every_scan(self) -> None:
         """Count."""
-        self.number += 1
+        self.number = one_more(self.number)
 '''
+ADDING = "def one_more(number):\n    return number + 1\n"
 TEST = """
 def test_counting(rack):
     bench = rack("rack.toml")
@@ -80,25 +82,38 @@ def test_the_adapter_runs_a_test_and_stops_in_it(tmp_path: Path, language: str) 
     (tmp_path / name).write_text(text, encoding="utf-8")
     (tmp_path / "rack.toml").write_text(RACK.format(name), encoding="utf-8")
     (tmp_path / "test_counting.py").write_text(TEST.format(tag, 1015), encoding="utf-8")
-    place = "ADD(Number" if language == "rungs" else "self.number += 1"
-    line = text[: text.index(place)].count("\n") + 1
+    (tmp_path / "adding.py").write_text(ADDING, encoding="utf-8")
+    line = 2  # of the module beside the program
+    if language == "rungs":
+        line = text[: text.index("ADD(Number")].count("\n") + 1
     with adapter(cwd=tmp_path) as client:
         client.ask("initialize", adapterID="scanrack")
         client.ask("launch", pytest="-q test_counting.py")
         client.event("initialized")
-        client.break_at(tmp_path / name, line, hitCondition="% 5")
+        file = tmp_path / (name if language == "rungs" else "adding.py")
+        when = {"hitCondition": "% 5"} if language == "rungs" else {"condition": "number % 5 == 4"}
+        client.break_at(file, line, **when)
         client.ask("configurationDone")
         assert client.stopped() == ("step", 0)
         assert client.go() == ("breakpoint", 4)
         assert client.value(tag) == "4"
         client.go("stepBack")
+        if language == "python":
+            client.go("stepBack")  # out of the module beside the program
         assert client.value(tag) == "3"
         with pytest.raises(RefusedError, match="this is scan 3"):
             client.go()
         client.ask("continue", threadId=1)
         assert client.stopped() == ("breakpoint", 9)
         client.value(f"set {tag} = 1005")
-        client.break_at(tmp_path / name)
+        if language == "python":  # scans after a value was set are run again with it
+            assert client.go() == ("breakpoint", 14)
+            client.go("stepBack")
+            client.go("stepBack")
+            assert (client.scan(), client.value(tag)) == (13, "1008")
+            with pytest.raises(RefusedError, match="this is scan 13"):
+                client.go()
+        client.break_at(file)
         client.ask("continue", threadId=1)
         assert "1 passed" in outputs(client)
 

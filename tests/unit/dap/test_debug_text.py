@@ -5,12 +5,14 @@ Broken on purpose: the twin without the orders of the session, the values of a l
 
 from __future__ import annotations
 
+import sys
 from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 from debug_client import DebugClient, RefusedError
 from scanrack.jobs import load_job
+from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.run.running import JobRun, RunOptions
 
 pytestmark = pytest.mark.slow
@@ -77,6 +79,18 @@ def logic(scan):
     double = twice(state.number)
     state.big = double > 20
 '''
+HELPED = """from doubling import twice
+from parts.thirds import third
+
+number = 0
+
+
+def logic(scan):
+    global number
+    number += 1
+    twice(number)
+    third(number)
+"""
 STEPS = """# Two words in turn.
 SLOT 1
 words 1 2        for 10 ms
@@ -239,6 +253,7 @@ def test_values_are_set_and_forced_and_the_way_back_knows_it(client: DebugClient
     begin(client, sequences)
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 7"}])
     client.go()
+    client.value("set counting.number = 50")
     client.value("set counting.number = 100")
     assert client.value("counting.number") == "100"
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 12"}])
@@ -288,6 +303,64 @@ def test_a_list_of_steps_stops_where_a_step_begins(client: DebugClient, steps: P
     while client.scan():
         client.go("stepBack")
     assert client.at() == f"step, line {lines[0]}"
+
+
+def test_fields_that_a_test_has_set_are_known_in_its_recording(
+    client: DebugClient, sequences: Path, tmp_path: Path
+) -> None:
+    trace = tmp_path / "test.mcap"
+    with open_bench(sequences, record=trace) as bench:
+        bench.scan(5)
+        bench["counting.number"] = 70
+        bench["counting.number"] = 100
+        bench.scan(20)
+        assert bench["counting.number"] == 108  # 2 in scan 5, 3 in scan 10, 1 in scan 15, 2 in scan 20
+    client.begin(trace, trust=True, scan=24)
+    client.ask("configurationDone")
+    client.stopped()
+    assert client.value("counting.number") == "108"
+    client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 5"}])
+    assert client.go("reverseContinue") == ("function breakpoint", 5)
+    assert client.value("counting.number") == "102"
+    while client.scan() == 5:
+        client.go("stepBack")
+    assert client.value("counting.number") == "1"
+    assert client.value("branch") == "a new session continues from scan 5"
+
+
+def forget_helpers() -> None:
+    """Let modules beside a program be imported again, as in another process."""
+    for name in ("doubling", "parts", "parts.thirds"):
+        sys.modules.pop(name, None)
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+def test_breakpoints_are_set_in_modules_beside_the_program(
+    client: DebugClient, tmp_path: Path, recorded: bool
+) -> None:
+    forget_helpers()
+    rack = made(tmp_path, "plain.py", HELPED)
+    (tmp_path / "doubling.py").write_text("def twice(value):\n    return 2 * value\n")
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts/__init__.py").write_text("")
+    (tmp_path / "parts/thirds.py").write_text("def third(value):\n    return value / 3\n")
+    if recorded:
+        with ExitStack() as ports:
+            JobRun(load_job(str(rack)), ports, RunOptions(trace=tmp_path / "run.mcap")).run(100)
+        forget_helpers()
+        client.begin(tmp_path / "run.mcap", trust=True)
+    else:
+        client.begin(rack, speed="max")
+    client.ask("configurationDone")
+    client.stopped()
+    for name, condition, scan in (("doubling.py", "value == 8", 7), ("parts/thirds.py", "value == 12", 11)):
+        (answer,) = client.break_at(tmp_path / name, 2, condition=condition)
+        assert answer["verified"], answer
+        assert client.go() == ("breakpoint", scan)
+        assert client.frames()[0]["source"]["path"] == str(tmp_path / name)
+        client.break_at(tmp_path / name)
+    client.break_at(tmp_path / "doubling.py", 2, condition="value == 2")
+    assert client.go("reverseContinue") == ("breakpoint", 1)
 
 
 @pytest.mark.parametrize("name", ["sequences", "plain", "steps"])

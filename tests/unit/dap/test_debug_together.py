@@ -103,6 +103,55 @@ def test_an_edit_is_replaced_while_it_runs(client: DebugClient, rack: Path) -> N
     assert int(client.value("Number")) in (before + 1, before + 2)
 
 
+def edited(client: DebugClient, command: str, part: str) -> str:
+    """Evaluate a command that edits; return the line of the console with a part."""
+    assert client.value(command, context="repl") == "the program is checked"
+    while part not in (text := client.event("output")["output"]):
+        pass
+    return text
+
+
+def numbers(client: DebugClient) -> list[str]:
+    """Continue twice; return the numbers at the stops."""
+    return [client.value("Number") for _ in range(2) if client.go()]
+
+
+def test_saved_rungs_are_tested_and_accepted(client: DebugClient, rack: Path) -> None:
+    file = rack.with_suffix(".rung")
+    client.begin(rack, speed="max")
+    client.ask("configurationDone")
+    client.stopped()
+    client.ask("setFunctionBreakpoints", breakpoints=[{"name": "Main.0"}])
+    client.break_at(file, 7, condition="changes")
+    client.go()
+    file.write_text(PROGRAM.replace("Number,1,Number", "Number,100,Number"), encoding="utf-8")
+    while "counting.rung was saved" not in client.event("output")["output"]:
+        pass
+    assert numbers(client) == ["2", "3"]  # before rung 0 of each scan: the saved program waits
+    edited(client, "test", "the saved rungs run")
+    assert numbers(client) == ["4", "104"]
+    edited(client, "cancel", "the program before the edit runs")
+    lost = client.event("breakpoint")["breakpoint"]
+    assert (lost["verified"], lost["message"]) == (False, "counting.rung differs from the program that runs")
+    assert numbers(client) == ["204", "205"]
+    edited(client, "accept", "is accepted")
+    assert client.event("breakpoint")["breakpoint"]["verified"]
+    assert numbers(client) == ["206", "306"]
+    assert file.read_text(encoding="utf-8") == PROGRAM.replace("Number,1,Number", "Number,100,Number")
+
+
+def test_an_edit_with_a_mistake_is_not_tested(client: DebugClient, rack: Path) -> None:
+    file = rack.with_suffix(".rung")
+    client.begin(rack, speed="max")
+    client.ask("configurationDone")
+    client.stopped()
+    assert "has the rungs that run" in edited(client, "test", "rungs")
+    assert "no edit has been accepted" in edited(client, "cancel", "edit")
+    file.write_text(PROGRAM.replace("OTE(Big)", "OTX(Big)"), encoding="utf-8")
+    assert "counting.rung:7" in edited(client, "test", "OTX")
+    assert client.go("next")[0] == "step"
+
+
 def test_a_real_port_is_not_paused(client: DebugClient, rack: Path) -> None:
     client.begin(rack, live=True)
     client.ask("configurationDone")

@@ -157,8 +157,8 @@ def test_a_batch_whose_places_go_back_has_no_messages() -> None:
     batched = places.ljust(40, b"x")
     assert not _parts(batched)
     pairing = CipPairing()
-    assert not list(pairing.feed(0, unconnected(head + batched), asked=True, fresh=True))
-    assert not list(pairing.feed(1, unconnected(done(0x0A, batched)), asked=False, fresh=True))
+    assert not list(pairing.feed(0, unconnected(head + batched), to_device=True, fresh=True))
+    assert not list(pairing.feed(1, unconnected(done(0x0A, batched)), to_device=False, fresh=True))
 
 
 def test_one_slot_of_several(tmp_path: Path) -> None:

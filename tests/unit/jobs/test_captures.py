@@ -14,7 +14,7 @@ from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.jobs.captures.modeling import simulated
 from scanrack.jobs.captures.pairing import ModbusTcpPairing, PairedExchange, Pairing, PmcPairing, RtuPairing
 from scanrack.jobs.captures.reading import read_capture
-from scanrack.jobs.captures.recording import said_by
+from scanrack.jobs.captures.recording import statements_of
 from scanrack.runtime.line.rtu import frame
 from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
@@ -28,7 +28,11 @@ WRITE_BASE = bytes.fromhex("06 0005 0064")
 
 
 def fed(pairing: Pairing, *parts: tuple[int, bool, bytes]) -> list[tuple[bytes, bytes | None]]:
-    found = [each for at, asked, data in parts for each in pairing.feed(at, data, asked=asked, fresh=False)]
+    found = [
+        each
+        for at, to_device, data in parts
+        for each in pairing.feed(at, data, to_device=to_device, fresh=False)
+    ]
     return [(each.request, each.reply) for each in [*found, *pairing.finish()]]
 
 
@@ -54,7 +58,11 @@ def test_modbus_tcp_without_a_reply_and_with_nonsense_between() -> None:
 def test_open_requests_are_bounded() -> None:
     pairing = ModbusTcpPairing()
     parts = [(at, True, modbus_tcp(at, "03 0005 0001")) for at in range(300)]
-    found = [each for at, asked, data in parts for each in pairing.feed(at, data, asked=asked, fresh=False)]
+    found = [
+        each
+        for at, to_device, data in parts
+        for each in pairing.feed(at, data, to_device=to_device, fresh=False)
+    ]
     assert len(found) == 300 - 256
 
 
@@ -206,10 +214,12 @@ def test_a_lost_reply_has_no_part_in_the_times_of_the_others(
     ]
     (tmp_path / "a.pcap").write_bytes(pcap([*handshake, *there]))
     captured = read_capture(tmp_path / "a.pcap", pairing)
-    assert [(each.answered_ns - each.asked_ns) // MS for each in captured.exchanges if each.reply] == [4] * (
-        12 - len(lost)
+    assert [(each.answered_ns - each.requested_ns) // MS for each in captured.exchanges if each.reply] == [
+        4
+    ] * (12 - len(lost))
+    assert [each.requested_ns // MS // 50 + 1 for each in captured.exchanges if each.reply is None] == list(
+        lost
     )
-    assert [each.asked_ns // MS // 50 + 1 for each in captured.exchanges if each.reply is None] == list(lost)
     places = 0 if lost[-1] == 12 else 1  # no later request says that the last one is lacking
     assert captured.notes == [
         *([f"places at which the capture lacks bytes: {places}"] if places else []),
@@ -301,7 +311,7 @@ def exchange(asked_ms: int, answered_ms: int, request: str, answer: str | None) 
 
 
 def modeled(*exchanges: PairedExchange) -> list[dict[str, int]]:
-    return [each.values for each in simulated("pcl601", said_by("pcl601", exchanges))]
+    return [each.values for each in simulated("pcl601", statements_of("pcl601", exchanges))]
 
 
 START = [
@@ -333,7 +343,7 @@ def test_a_write_without_a_reply_has_acted() -> None:
 
 def test_a_pmc006_is_modeled_too() -> None:
     read = PairedExchange(0, MS, 1, bytes((BY_NAME["read_position"].code, 0, 0, 0, 0)), b"\7\0\0\0")
-    [said] = simulated("pmc006", said_by("pmc006", [read]))
+    [said] = simulated("pmc006", statements_of("pmc006", [read]))
     assert said.values == {"read_position": 0}
 
 

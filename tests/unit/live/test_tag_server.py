@@ -174,7 +174,7 @@ def test_a_host_that_others_reach_is_told(tmp_path: Path) -> None:
     job = load_job(str(write_rack(tmp_path, writable=("aDint",))))
     for host, lines in (("127.0.0.1", 1), ("0.0.0.0", 2)):
         service = TagService(job, ServerAddress("ethernet-ip", host, 0), print, writes=True)
-        assert len(service.said()) == lines
+        assert len(service.describe()) == lines
         service.end()
 
 
@@ -183,5 +183,5 @@ def test_a_server_of_live_ports_takes_no_writes(tmp_path: Path) -> None:
     job = load_job(str(write_rack(tmp_path)))
     for writes, told in ((True, "clients write a*"), (False, "clients read; with --live only watch")):
         service = TagService(job, ServerAddress.parse("ethernet-ip:0"), print, writes=writes)
-        assert told in service.said()[0]
+        assert told in service.describe()[0]
         service.end()

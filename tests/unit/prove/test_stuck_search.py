@@ -84,7 +84,7 @@ def test_the_answer_opens_the_lock_and_what_is_dead_is_no_gap(setup):
     scenarios: list[Scenario] = []
     step = SolverStep(job, bench_of(setup))
     after = state
-    while step.asked < 20 and (answers := step(after)):
+    while step.questions < 20 and (answers := step(after)):
         scenarios += answers
         after = after_runs(setup, *scenarios)
     assert not [each for each in gaps(job, after) if "Open" in each]
@@ -99,13 +99,13 @@ def test_nothing_is_asked_before_its_time_nor_twice(setup):
     state = after_runs(setup)
     state.stale = PATIENCE - 1
     step = SolverStep(job, bench_of(setup))
-    assert (step(state), step.asked) == ((), 0)
+    assert (step(state), step.questions) == ((), 0)
     state.stale = PATIENCE
     for _ in range(30):
         step(state)
-    most = step.asked
+    most = step.questions
     step(state)
-    assert step.asked == most <= WAYS * 16
+    assert step.questions == most <= WAYS * 16
 
 
 @pytest.mark.extra("prove")
@@ -122,7 +122,7 @@ def test_an_entry_of_the_corpus_is_where_a_question_begins(setup):
         for each in reached(job, state.kept.seen).gaps
         if each.number is not None and each.text.startswith("OTE(Open")
     )
-    found = SolverStep(job, bench_of(setup))._asked(point, NEAR + 1, state.kept.entries[-1:])
+    found = SolverStep(job, bench_of(setup))._solve(point, NEAR + 1, state.kept.entries[-1:])
     assert found is not None
     known = state.kept.entries[-1].points[-1] + 1
     assert {each.at_ns + each.for_ns for each in found.pushes[:2]} == {known * 10_000_000}

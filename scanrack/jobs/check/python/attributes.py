@@ -130,7 +130,7 @@ def _keys(name: str, table: Mapping[object, object], tree: ast.Module) -> set[ob
     """Return the keys that a table may have; None if something else may add others."""
     used = [each for each in nodes_in(tree, ast.Subscript) if ast.unparse(each.value) == name]
     changed = {id(each.target) for each in nodes_in(tree, ast.AugAssign)}
-    stored = [each.slice for each in used if is_stored(each) and id(each) not in changed]
+    stored = [each.slice for each in filter(is_stored, used) if id(each) not in changed]
     constants = [each.value for each in stored if isinstance(each, ast.Constant)]
     is_handed_on = list(names_in(tree)).count(name) - 1 > len(used)
     return None if is_handed_on or len(constants) < len(stored) else {*table, *constants}

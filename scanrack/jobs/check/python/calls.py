@@ -21,7 +21,7 @@ from scanrack.ladder.python.axis3601 import Axis3601, Command, ErrorId
 from scanrack.ladder.python.sequences import dwell, steady, until, within
 from scanrack.ladder.python.sequences.signals import Signal
 
-from ..facts import FileLine, LocalFinding
+from ..facts import FileLine, Violation
 from .nodes import field_of, nodes_in, unpacks
 from .reader import Reader, UnknownError, variants
 
@@ -69,39 +69,39 @@ class Calls:
             if _method(call) == SEARCH:
                 yield self._reader.place(call), axis
 
-    def refused(self) -> Iterator[LocalFinding]:
+    def refused(self) -> Iterator[Violation]:
         """Yield the commands whose constants are refused."""
         for axis, call in self._commands:
             text = self._refusal(axis, call)
             if text:
-                yield LocalFinding(self._reader.place(call), f"{_method(call)}: {text}")
+                yield Violation(self._reader.place(call), f"{_method(call)}: {text}")
 
-    def failing(self) -> Iterator[LocalFinding]:
+    def failing(self) -> Iterator[Violation]:
         """Yield the calls that raise when they are reached."""
         for axis, call in self._commands:
             text = _misfit(axis, call) or _fraction(call)
             if text:
-                yield LocalFinding(self._reader.place(call), text)
+                yield Violation(self._reader.place(call), text)
         for call in self._calls:
             kind = self._reader.names.get(getattr(call.func, "id", ""))
             text = self._no_time(kind, call) if kind in (dwell, steady) else ""
             if kind in (until, steady) and not text:
                 text = self._no_condition(call)
             if text:
-                yield LocalFinding(self._reader.place(call), text)
+                yield Violation(self._reader.place(call), text)
 
-    def without_time(self) -> Iterator[LocalFinding]:
+    def without_time(self) -> Iterator[Violation]:
         """Yield the waits whose time is 0."""
         for call, time_ns in self._times():
             if time_ns == 0:
-                yield LocalFinding(self._reader.place(call), f"{ast.unparse(call)} waits for no time")
+                yield Violation(self._reader.place(call), f"{ast.unparse(call)} waits for no time")
 
-    def waits_below_one_scan(self, scan_ns: int) -> Iterator[LocalFinding]:
+    def waits_below_one_scan(self, scan_ns: int) -> Iterator[Violation]:
         """Yield the waits that are over in the next scan."""
         for call, time_ns in self._times():
             if 0 < time_ns < scan_ns:
                 text = f"{ast.unparse(call)} is shorter than a scan, {scan_ns / 1e6:g} ms"
-                yield LocalFinding(self._reader.place(call), text)
+                yield Violation(self._reader.place(call), text)
 
     def _times(self) -> Iterator[tuple[ast.Call, int]]:
         """Yield the waits for a known time, ns."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 import ast
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, is_dataclass
+from dataclasses import is_dataclass
 from enum import Enum
 from typing import Any, cast
 
@@ -20,6 +20,7 @@ from scanrack.io_images import amci3601
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import split_thousands
 
+from ..choices import Choices, combined
 from .nodes import Function, parameters_of, unpacks
 from .reader import Reader, UnknownError
 
@@ -65,15 +66,6 @@ CHANGING = ("append", "pop", "extend", "insert", "update", "clear", "remove", "s
 PLAIN = (int, float, str, bool, Enum)
 
 
-@dataclass(frozen=True, slots=True)
-class Choices:
-    """The options of an expression, and where they come from."""
-
-    options: tuple[Any, ...]
-    source: str = ""
-    names: tuple[str, ...] = ()
-
-
 Names = Mapping[str, "ast.expr | Choices | None"]
 """What local names are: an expression of outer names, values, or unknown."""
 
@@ -98,6 +90,12 @@ class Options:
     ) -> None:
         self._reader, self._functions, self._stored = reader, functions, stored
         self._changed = set(_changed(reader.tree))
+        self._ways: dict[type[ast.expr], Callable[[Any, Names, int], Choices]] = {
+            ast.IfExp: self._chosen,
+            ast.Subscript: self._element,
+            ast.Attribute: self._attribute,
+            ast.Call: self._called,
+        }
 
     def of(self, node: ast.expr, names: Names, depth: int = DEPTH) -> Choices:
         """Return the options of an expression; an `UnknownError` if the text does not determine them."""
@@ -114,15 +112,9 @@ class Options:
                 return _each([self.of(operand, names, depth)], OPERATORS[type(op)])
             case ast.BinOp(left, op, right) | ast.Compare(left, [op], [right]) if type(op) in OPERATORS:
                 return _each([self.of(each, names, depth) for each in (left, right)], OPERATORS[type(op)])
-            case ast.IfExp():
-                return self._chosen(node, names, depth)
-            case ast.Subscript():
-                return self._element(node, names, depth)
-            case ast.Attribute():
-                return self._attribute(node, names, depth)
-            case ast.Call():
-                return self._called(node, names, depth)
-        raise UnknownError
+        if type(node) not in self._ways:
+            raise UnknownError
+        return self._ways[type(node)](node, names, depth)
 
     # --- names and tables
 
@@ -276,18 +268,11 @@ _BUILT_IN: Mapping[str, object] = {str(getattr(each, "__name__", "")): each for 
 
 
 def _each(parts: Sequence[Choices], of: Callable[..., Any]) -> Choices:
-    """Return a function of options: of those of one source together, of others alone."""
-    several = [each for each in parts if len(each.options) > 1]
-    if len({each.source for each in several}) > 1:
+    """Return a function of options; an `UnknownError` if they have several sources, or it fails."""
+    found = combined(parts, of)
+    if not found.options:
         raise UnknownError
-    rows = range(min((len(each.options) for each in several), default=1))
-    columns = [each.options if len(each.options) > 1 else each.options * len(rows) for each in parts]
-    try:
-        results = tuple(of(*(column[at] for column in columns)) for at in rows)
-    except (TypeError, ValueError, ArithmeticError, LookupError, AttributeError) as error:
-        raise UnknownError from error
-    first = several[0] if several else Choices(())
-    return Choices(results, first.source, first.names)
+    return found
 
 
 def _plain(value: Any) -> Any:

@@ -9,8 +9,8 @@ from ..facts import Facts
 from ..logic import TRUE, UNKNOWN, AllOf, Condition, FixedTruth, all_of, constant_condition, negated, never
 from .chance import is_chance
 from .conditions import ConditionNames, condition
-from .nodes import nodes_in
-from .reader import Reader, UnknownError, functions_in
+from .nodes import bodies_of, nodes_in
+from .reader import Reader, functions_in
 from .scopes import Scopes
 
 _LEAVES = (ast.Return, ast.Raise, ast.Break, ast.Continue)
@@ -70,14 +70,8 @@ class Flow:
                     self._test(test, TRUE)
                 self._body(body, TRUE)
                 self._branches(orelse)
-            case ast.For(body=body, orelse=orelse) | ast.AsyncFor(body=body, orelse=orelse):
-                self._branches(body, orelse)
-            case ast.With(body=body) | ast.AsyncWith(body=body):
-                self._branches(body)
-            case ast.Try(body, handlers, orelse, finalbody):
-                self._branches(body, *(each.body for each in handlers), orelse, finalbody)
-            case ast.Match(cases=cases):
-                self._branches(*(each.body for each in cases))
+            case ast.For() | ast.AsyncFor() | ast.With() | ast.AsyncWith() | ast.Try() | ast.Match():
+                self._branches(*bodies_of(node))
             case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef():
                 return
             case _:
@@ -122,27 +116,18 @@ class Flow:
     def _number(self, node: ast.BinOp) -> None:
         """Note a division by 0, and one that always gives 0."""
         is_division = isinstance(node.op, ast.Div | ast.FloorDiv | ast.Mod)
-        try:
-            divisor = self._reader.value(node.right) if is_division else None
-        except UnknownError:
-            return
-        if (
-            isinstance(node.op, ast.FloorDiv)
-            and isinstance(divisor, int)
-            and self._is_cut(node.left, divisor)
-        ):
+        divisor = self._reader.number(node.right) if is_division else None
+        is_whole = isinstance(node.op, ast.FloorDiv) and isinstance(divisor, int)
+        if is_whole and self._is_cut(node.left, int(divisor or 0)):
             self._remark("integer-zero", node, f"`{ast.unparse(node)}` is always 0")
-        if isinstance(divisor, int | float) and divisor == 0:
+        if divisor == 0:
             self._remark("division-by-zero", node, f"`{ast.unparse(node)}` divides by 0")
 
     def _is_cut(self, dividend: ast.expr, divisor: int) -> bool:
         """Whether a constant, or the rest of a division, is smaller than a divisor."""
         is_rest = isinstance(dividend, ast.BinOp) and isinstance(dividend.op, ast.Mod)
         most = dividend.right if is_rest and isinstance(dividend, ast.BinOp) else dividend
-        try:
-            found = self._reader.value(most)
-        except UnknownError:
-            return False
+        found = self._reader.number(most)
         is_literal = not isinstance(dividend, ast.Name | ast.Attribute)  # the thousands of a name may be 0
         return is_literal and isinstance(found, int) and 0 < found <= divisor - (not is_rest)
 

@@ -13,7 +13,7 @@ from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
 from scanrack.runtime.config.rackspec import RackSpec
 
-from ..facts import Facts, FileLine, LocalFinding, SentCommand
+from ..facts import Facts, FileLine, SentCommand, Violation
 from .attributes import note_names
 from .counting import note_counting
 from .flow import Flow
@@ -86,9 +86,9 @@ def _note_commands(reader: Reader, facts: Facts) -> None:
 
 def _too_slow(
     moves: Sequence[tuple[FileLine, str, int]], starting_speeds: Sequence[int]
-) -> Iterator[LocalFinding]:
+) -> Iterator[Violation]:
     """Yield the moves and home searches that are slower than the starting speed of every configuration."""
     least = min(starting_speeds, default=0)
     for place, kind, speed in moves:
         if speed < least:
-            yield LocalFinding(place, f"{kind}: speed {speed} is below the starting speed, {least}")
+            yield Violation(place, f"{kind}: speed {speed} is below the starting speed, {least}")

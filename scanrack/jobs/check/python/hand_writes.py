@@ -14,11 +14,12 @@ from dataclasses import dataclass
 from scanrack.io_images.amci3601 import CommandMsw
 from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS, signed_word
 
-from ..facts import LocalFinding, OutputWrite, StepAction
+from ..choices import UNKNOWN_CHOICES, Choices
+from ..facts import OutputWrite, StepAction, Violation
 from ..logic import FALSE, TRUE, UNKNOWN, AllOf, Bit, Condition, leaves, negated
-from ..written import UNKNOWN_WORD, WordValue, WordWrite
+from ..written import WordWrite
 from .conditions import ConditionNames, condition
-from .expression_options import Choices, Options
+from .expression_options import Options
 from .local_names import LocalNames
 from .nodes import Function, nodes_in
 from .reader import Reader, UnknownError, functions_in
@@ -56,7 +57,7 @@ class HandWrites:
         self._names = LocalNames(self._options)
         self.actions: list[StepAction] = []  # those on command words
         self.outputs: list[OutputWrite] = []
-        self.remarks: list[LocalFinding] = []  # words that are given another number than they can hold
+        self.remarks: list[Violation] = []  # words that are given another number than they can hold
 
     def writes(self) -> Iterator[WordWrite]:
         """Yield the writes of all functions that no other one calls."""
@@ -97,10 +98,8 @@ class HandWrites:
             case ast.Assign(targets=targets, value=value):
                 for target in targets:
                     yield from self._assigned(target, value, place)
-            case ast.AugAssign(target=ast.Subscript() as target, op=op, value=value):
-                yield from self._changed(target, op, value, place)
-            case ast.AugAssign(target=ast.Name(name)):
-                self._names.forget(name)
+            case ast.AugAssign():
+                yield from self._changed(node, place)
             case ast.Expr(value=ast.Call() as call):
                 yield from self._called(call, place)
 
@@ -127,38 +126,42 @@ class HandWrites:
             for each, part in zip(target.elts, self._names.parts(value, len(target.elts)), strict=True):
                 yield from self._assigned(each, part, place)
         elif isinstance(target, ast.Subscript):
-            slot, word = self._outputs(target.value), self._number(target.slice)
-            if slot is not None and word is not None and 0 <= word < WORDS:
+            slot, word = self._output_word(target)
+            if slot is not None and word is not None:
                 yield self._word(target, slot, word, self._value(value, target), place)
         else:
             self._names.bind(target, value)
 
-    def _changed(
-        self, target: ast.Subscript, op: ast.operator, value: ast.expr, place: _WalkPlace
-    ) -> Iterator[WordWrite]:
+    def _changed(self, node: ast.AugAssign, place: _WalkPlace) -> Iterator[WordWrite]:
         """Yield a write of bits: `outputs[0] |= 1`, `outputs[0] &= ~1`."""
-        slot, word, mask = self._outputs(target.value), self._number(target.slice), self._number(value)
-        if slot is None or word is None or not 0 <= word < WORDS:
+        target = node.target
+        if isinstance(target, ast.Name):
+            self._names.forget(target.id)
+        slot, word = self._output_word(target)
+        if slot is None or word is None:
             return
-        sets = mask & _WORD if mask is not None and isinstance(op, ast.BitOr) else 0
-        clears = ~mask & _WORD if mask is not None and isinstance(op, ast.BitAnd) else 0
+        mask = self._number(node.value)
+        sets = mask & _WORD if mask is not None and isinstance(node.op, ast.BitOr) else 0
+        clears = ~mask & _WORD if mask is not None and isinstance(node.op, ast.BitAnd) else 0
         if sets or clears:
             yield self._bits(target, slot, word, sets, clears, place)
         else:
-            yield self._word(target, slot, word, UNKNOWN_WORD, place)
+            yield self._word(target, slot, word, UNKNOWN_CHOICES, place)
 
     def _called(self, call: ast.Call, place: _WalkPlace) -> Iterator[WordWrite]:
         inner = self._functions.get(callee_of(call))
         if inner is not None and place.depth:
             yield from self._within(inner, call, place)
             return
-        method = call.func if isinstance(call.func, ast.Attribute) else None
-        slot = self._outputs(method.value) if method is not None else None
-        if method is None or slot is None:
-            return
-        match method.attr, call.args:
+        slot = self._outputs(call.func.value) if isinstance(call.func, ast.Attribute) else None
+        if slot is not None:
+            yield from self._method(call, slot, place)
+
+    def _method(self, call: ast.Call, slot: int, place: _WalkPlace) -> Iterator[WordWrite]:
+        """Yield the writes of a method of an output image."""
+        match callee_of(call), call.args:
             case "clear", _:
-                yield from (self._word(call, slot, word, WordValue((0,)), place) for word in range(WORDS))
+                yield from (self._word(call, slot, word, Choices((0,)), place) for word in range(WORDS))
             case "load", [image, *_]:
                 yield from self._loaded(call, image, slot, place)
             case "set_bit", [at, bit, on]:
@@ -180,11 +183,11 @@ class HandWrites:
             found = self._options.of(self._names.closed(image), {})
             images = [tuple(each) for each in found.options if len(tuple(each)) == WORDS]
         except (UnknownError, TypeError):
-            found, images = Choices(()), []
+            found, images = UNKNOWN_CHOICES, []
         for word in range(WORDS):
-            value = WordValue(tuple(each[word] for each in images), found.source, found.names)
+            value = Choices(tuple(each[word] for each in images), found.source, found.names)
             if len(set(value.options)) == 1:
-                value = WordValue(value.options[:1])
+                value = Choices(value.options[:1])
             yield self._word(call, slot, word, value, place)
             if word == 0 and len(value.options) != 1:
                 bits = int(BITS.get(self._steps.kind(image), 0))
@@ -206,7 +209,7 @@ class HandWrites:
         own = free if is_known else Bit(f"{ast.unparse(call)} in line {call.lineno}")
         return self._bits(call, slot, word, mask, mask, place.where(own, free))
 
-    def _word(self, node: ast.expr, slot: int, word: int, value: WordValue, place: _WalkPlace) -> WordWrite:
+    def _word(self, node: ast.expr, slot: int, word: int, value: Choices, place: _WalkPlace) -> WordWrite:
         known = len(value.options) == 1 and word == 0
         if known:
             self._act(node, slot, value.options[0] & _WORD, ~value.options[0] & _WORD, place)
@@ -229,7 +232,7 @@ class HandWrites:
         node: ast.expr,
         slot: int,
         word: int,
-        value: WordValue | None,
+        value: Choices | None,
         sets: int,
         clears: int,
         place: _WalkPlace,
@@ -251,22 +254,29 @@ class HandWrites:
             slot = self._slots[0]
         return slot if slot in self._slots else None
 
-    def _value(self, node: ast.expr, target: ast.expr) -> WordValue:
+    def _output_word(self, node: ast.expr) -> tuple[int | None, int | None]:
+        """Return slot and word of an element of outputs; None for what is unknown, or no word."""
+        if not isinstance(node, ast.Subscript):
+            return None, None
+        word = self._number(node.slice)
+        return self._outputs(node.value), word if word is not None and 0 <= word < WORDS else None
+
+    def _value(self, node: ast.expr, target: ast.expr) -> Choices:
         try:
             found = self._options.of(self._names.closed(node), {})
         except UnknownError:
-            return UNKNOWN_WORD
+            return UNKNOWN_CHOICES
         options = [each for each in found.options if isinstance(each, int)]
         wrong = [at for at, each in enumerate(options) if not WORD_MIN <= each <= UNSIGNED_MAX]
         if len(options) < len(found.options):
-            return UNKNOWN_WORD
+            return UNKNOWN_CHOICES
         if not wrong:
-            return WordValue(tuple(map(signed_word, options)), found.source, found.names)
+            return Choices(tuple(map(signed_word, options)), found.source, found.names)
         if found.source:
             name = (*found.names, *[found.source] * len(options))[wrong[0]]
             text = f"with {name} it is {options[wrong[0]]}, and a word holds {WORD_MIN} to {UNSIGNED_MAX}"
-            self.remarks.append(LocalFinding(self._reader.place(target), text))
-        return UNKNOWN_WORD
+            self.remarks.append(Violation(self._reader.place(target), text))
+        return UNKNOWN_CHOICES
 
     def _number(self, node: ast.expr) -> int | None:
         try:

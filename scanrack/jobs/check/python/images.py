@@ -17,7 +17,7 @@ from scanrack.runtime.loop.scan import LogicScan
 from ..facts import Facts
 from ..groups import grouped
 from .nodes import Function, last_name, nodes_in, parameters_of
-from .reader import Reader, UnknownError, functions_in
+from .reader import Reader, functions_in
 from .scans import missing
 
 KINDS: Mapping[str, type] = {"scan": LogicScan, "slot": Slot, "inputs": Image, "outputs": Image}
@@ -96,10 +96,7 @@ class Images:
         return f"the card in slot {slot} has {there}" if is_lacking else ""
 
     def _number(self, node: ast.expr) -> int | None:
-        try:
-            found = self._reader.value(node)
-        except UnknownError:
-            return None
+        found = self._reader.number(node)
         return found if isinstance(found, int) else None
 
     # --- what names are

@@ -13,7 +13,7 @@ from scanrack.ladder.python.sequences.logic import fields_of
 from ..facts import Access, Facts, FileLine, OutputWrite, Role, Touch, Variable
 from ..logic import INPUT, TRUE, AllOf, Bit, Condition, all_of, base_of, needed, negated, with_leaves
 from .conditions import ConditionNames, condition
-from .nodes import Function, field_of, is_loaded, nodes_in, targets_of
+from .nodes import Function, bodies_of, field_of, is_loaded, nodes_in, targets_of
 
 DEPTH = 4
 """Helpers in helpers that are followed."""
@@ -71,20 +71,19 @@ class Accesses:
                 self._inner(all_of(reached, negated(own)), node.orelse, once=once)
             case ast.While(test=test):
                 self._reads(test)
-                self._inner(TRUE, node.body, node.orelse, once=False)
+                self._inner(TRUE, *bodies_of(node), once=False)
             case ast.For(iter=iterable) | ast.AsyncFor(iter=iterable):
                 self._reads(iterable)
-                self._inner(reached, node.body, node.orelse, once=False)
+                self._inner(reached, *bodies_of(node), once=False)
             case ast.With(items=items) | ast.AsyncWith(items=items):
                 for item in items:
                     self._reads(item.context_expr)
                 self._inner(reached, node.body, once=once)
-            case ast.Try(body, handlers, orelse, finalbody):
-                blocks = (each.body for each in handlers)
-                self._inner(reached, body, *blocks, orelse, finalbody, once=once)
-            case ast.Match(subject=subject, cases=cases):
+            case ast.Try():
+                self._inner(reached, *bodies_of(node), once=once)
+            case ast.Match(subject=subject):
                 self._reads(subject)
-                self._inner(reached, *(each.body for each in cases), once=once)
+                self._inner(reached, *bodies_of(node), once=once)
             case _:
                 self._simple(node, reached, once=once, top=top)
 

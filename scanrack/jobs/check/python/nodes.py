@@ -87,6 +87,15 @@ def outer_names(tree: ast.AST) -> set[str]:
     return {name for node in nodes_in(tree, ast.Global, ast.Nonlocal) for name in node.names}
 
 
+def bodies_of(statement: ast.stmt) -> Iterator[list[ast.stmt]]:
+    """Yield the bodies of a compound statement in their order, those of its handlers and cases included."""
+    for name in statement._fields:
+        if name in ("body", "orelse", "finalbody"):
+            yield getattr(statement, name)
+        elif name in ("handlers", "cases"):
+            yield from (each.body for each in getattr(statement, name))
+
+
 def parents_in(tree: ast.AST) -> dict[int, ast.AST]:
     """Return the parent of each node, by the node's `id`."""
     return {id(child): node for node in ast.walk(tree) for child in ast.iter_child_nodes(node)}

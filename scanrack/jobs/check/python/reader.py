@@ -21,7 +21,7 @@ from typing import Any
 from scanrack.io_images import amci3601
 from scanrack.io_images.amci3601 import Acceleration, Direction, MoveKind
 
-from ..facts import FileLine, LocalFinding, UsesBit
+from ..facts import FileLine, UsesBit, Violation
 from .nodes import FUNCTIONS, Function, given_to, is_stored, names_in, nodes_in, unpacks
 
 NEUTRAL: Mapping[str, object] = {
@@ -158,13 +158,21 @@ class Reader:
         except (NameError, AttributeError, TypeError, ArithmeticError) as error:
             raise UnknownError from error
 
-    def held(self) -> Iterator[LocalFinding]:
+    def number(self, node: ast.expr) -> int | float | None:
+        """Return the number that an expression is; None for another value, or an unknown one."""
+        try:
+            found = self.value(node)
+        except UnknownError:
+            return None
+        return found if isinstance(found, int | float) else None
+
+    def held(self) -> Iterator[Violation]:
         """Yield the last command of a program that never zeroes word 0."""
         given = [(call.lineno, kind) for kind, call in self.calls() if kind in GIVEN]
         if given and not self._may_zero():
             line, kind = max(given)
             text = f"{kind} sets its command bit, and nothing takes it back: no Idle, word 0 is never zeroed"
-            yield LocalFinding(FileLine(self.file, line), text)
+            yield Violation(FileLine(self.file, line), text)
 
     def _may_zero(self) -> bool:
         """Return whether word 0 may be written by something other than a command."""
@@ -208,7 +216,7 @@ def variants(arguments: Mapping[str, Sequence[object]]) -> Iterator[dict[str, An
 
 def _loops(functions: Sequence[ast.AST]) -> Iterator[tuple[str, tuple[ast.expr, int | None]]]:
     """Yield the variables of a single loop: its sequence, and their place in its rows, if any."""
-    stored = Counter(node.id for node in nodes_in(functions, ast.Name) if is_stored(node))
+    stored = Counter(node.id for node in filter(is_stored, nodes_in(functions, ast.Name)))
     arguments = {node.arg for node in nodes_in(functions, ast.arg)}
     for loop in nodes_in(functions, ast.For):
         is_row = isinstance(loop.target, ast.Tuple)

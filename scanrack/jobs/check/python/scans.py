@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.runtime.config.rackspec import RackSpec
 
-from ..facts import Command, Facts, LocalFinding
+from ..facts import Command, Facts, Violation
 from ..ranges import ANY, Range, exactly
 from .nodes import is_loaded, is_stored, last_name, names_in, nodes_in, stored_attributes
 from .reader import Reader
@@ -132,7 +132,7 @@ class Scans:
             self._facts.commands += self._given(self._slot)
         load = next(filter(self._loads_motion, nodes_in(tree, ast.Call)), None)
         if load is not None:
-            self._facts.at_once.append(LocalFinding(self._reader.place(load), "load writes all eight words"))
+            self._facts.at_once.append(Violation(self._reader.place(load), "load writes all eight words"))
 
     def _given(self, slot: int) -> Iterator[Command]:
         """Yield the commands that the text makes."""
@@ -162,10 +162,10 @@ class Scans:
     def _is_used(self, made: ast.Call) -> bool:
         """Whether a configuration is used: in place, or by the name that it has in the module."""
         assignments = (node for node in self._reader.tree.body if isinstance(node, ast.Assign))
-        own = (node for node in assignments if any(each is made for each in ast.walk(node.value)))
-        names = next(({ast.unparse(each) for each in node.targets} for node in own), None)
-        loads = (node for node in nodes_in(self._reader.tree, ast.Name) if is_loaded(node))
-        return names is None or any(each.id in names for each in loads)
+        own = [node for node in assignments if made in ast.walk(node.value)]
+        names = {ast.unparse(each) for node in own for each in node.targets}
+        loads = filter(is_loaded, nodes_in(self._reader.tree, ast.Name))
+        return not own or any(each.id in names for each in loads)
 
 
 def _zeroed(node: ast.Assign) -> list[ast.expr]:

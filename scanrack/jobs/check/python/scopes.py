@@ -74,8 +74,7 @@ class Scopes:
         """Note local variables that nothing reads."""
         names = nodes_in(function, ast.Name)
         used = {node.id for node in names if not is_stored(node)} | outer_names(function)
-        changed = (node.target for node in nodes_in(function, ast.AugAssign))
-        used.update(each.id for each in changed if isinstance(each, ast.Name))
+        used.update(name for node in nodes_in(function, ast.AugAssign) for name in names_in(node.target))
         for node in nodes_in(function, ast.Assign):
             target = node.targets[0] if len(node.targets) == 1 else None
             name = target.id if isinstance(target, ast.Name) else "_"

@@ -17,7 +17,7 @@ from scanrack.ladder.python.axis3601 import Axis3601
 from ..facts import Command, Facts, FileLine
 from ..ranges import ANY, Range, exactly, joined
 from .locks import Locks
-from .nodes import Function, field_of, given_to, last_name, nodes_in, parents_in
+from .nodes import Function, bodies_of, field_of, given_to, last_name, nodes_in, parents_in
 from .numbers import Numbers
 
 ENDING = ("move_to", "move_by", "home", "run_blend", "configure", "program_blend", "set_position")
@@ -114,11 +114,7 @@ class SequenceSummaries:
         match node:
             case ast.If():
                 self._expression(node.test, place)
-                before = dict(self._pending)
-                self._body(node.body, unsure)
-                after, self._pending = self._pending, before
-                self._body(node.orelse, unsure)
-                self._pending = {name: each for name, each in self._pending.items() if name in after}
+                self._either(node, unsure)
             case ast.While():
                 self._expression(node.test, place)
                 self._body(node.body, place if isinstance(node.test, ast.Constant) else unsure)
@@ -127,19 +123,25 @@ class SequenceSummaries:
                 for inner in self._passes(node, place):
                     self._body(node.body, inner)
             case ast.Try():
-                self._body(node.body, place)
-                self._branches((*(each.body for each in node.handlers), node.orelse, node.finalbody), unsure)
+                first, *others = bodies_of(node)
+                self._body(first, place)
+                self._branches(others, unsure)
             case ast.With() | ast.AsyncWith():
-                for item in node.items:
-                    self._expression(item.context_expr, place)
-                    place = self._with(item.context_expr, node, place)
-                self._body(node.body, place)
+                self._body(node.body, self._with(node, place))
             case ast.Match():
                 self._expression(node.subject, place)
-                self._branches([case.body for case in node.cases], unsure)
+                self._branches(bodies_of(node), unsure)
             case _:
                 self._expression(node, place)
                 self._named(node, place)
+
+    def _either(self, node: ast.If, place: _Place) -> None:
+        """Note the arms of a statement: what is pending after both stays pending."""
+        before = dict(self._pending)
+        self._body(node.body, place)
+        after, self._pending = self._pending, before
+        self._body(node.orelse, place)
+        self._pending = {name: each for name, each in self._pending.items() if name in after}
 
     def _branches(self, bodies: Iterable[Sequence[ast.stmt]], place: _Place) -> None:
         """Note the bodies of a statement of which some may run: no command is pending before them."""
@@ -178,13 +180,15 @@ class SequenceSummaries:
                     found.add(node.attr)
         return found
 
-    def _with(self, node: ast.expr, statement: ast.stmt, place: _Place) -> _Place:
-        """Note that a lock is taken."""
-        name = field_of(node)
-        if name not in self._locks.names:
-            return place
-        self._locks.take(self._owner, name, place.locks, FileLine(place.file, statement.lineno))
-        return replace(place, locks=(*place.locks, name))
+    def _with(self, statement: ast.With | ast.AsyncWith, place: _Place) -> _Place:
+        """Note the locks that a statement takes; return the place in its body."""
+        for item in statement.items:
+            self._expression(item.context_expr, place)
+            name = field_of(item.context_expr)
+            if name in self._locks.names:
+                self._locks.take(self._owner, name, place.locks, FileLine(place.file, statement.lineno))
+                place = replace(place, locks=(*place.locks, name))
+        return place
 
     # --- expressions
 

@@ -42,7 +42,7 @@ from scanrack.ladder.python.sequences.signals import Signal
 from scanrack.runtime.config.rackspec import RackSpec
 
 from ...load.bare_slots import bare_slots
-from ..facts import Facts, FileLine, LocalFinding, Role, SentCommand, UsesBit, Variable
+from ..facts import Facts, FileLine, Role, SentCommand, UsesBit, Variable, Violation
 from ..rungs.accesses import declaration_lines
 from ..written import place_at
 from .attributes import note_names
@@ -95,7 +95,7 @@ def _note_axis(axis: Axis3601, path: Path, facts: Facts) -> None:
         facts.configurations.append(SentCommand(place, axis.slot, words))
     if not axis.parameters_first:
         text = f"{axis.name} sends each command together with its parameters"
-        facts.at_once.append(LocalFinding(place, text))
+        facts.at_once.append(Violation(place, text))
 
 
 def _note_calls(calls: Calls, reader: Reader, spec: RackSpec, facts: Facts) -> None:
@@ -291,7 +291,7 @@ def _single_assignments(tree: ast.Module) -> Iterator[tuple[ast.expr, ast.expr]]
                 yield each, value if each is target else element
 
 
-def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[LocalFinding]:
+def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Violation]:
     """Yield declarations that the rack lacks, or that two owners claim."""
     slots = bare_slots({slot.number: slot.words for slot in spec.slot})
     try:
@@ -299,7 +299,7 @@ def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[LocalFindin
     except DeclarationError as error:
         for each in error.errors:
             place = place_at(next(sites_of(each), NOWHERE), path)
-            yield LocalFinding(place, each.reason if isinstance(each, SiteError) else str(each))
+            yield Violation(place, each.reason if isinstance(each, SiteError) else str(each))
 
 
 def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mapping[str, Any]]]:

@@ -182,7 +182,7 @@ class PythonSteps:
         name = machine.rpartition(".")[2]
         bodies = [self._reader.tree.body]
         bodies += [node.body for node in self._reader.tree.body if isinstance(node, ast.ClassDef)]
-        bodies += [each.body for each in self._functions.values() if each.name == START]
+        bodies += [self._functions[START].body] if START in self._functions else []
         declared = (pair for body in bodies for pair in assignments_in(body))
         found = (_step(value) for target, value in declared if last_name(target) == name)
         return frozenset(each for each in found if each is not None)

@@ -10,7 +10,7 @@ import ast
 from collections.abc import Iterator, Mapping
 
 from .nodes import Function, nodes_in
-from .reader import Reader, UnknownError, functions_in
+from .reader import Reader, functions_in
 
 CLOCK = "now_ns"
 """The attribute of the scan that counts nanoseconds."""
@@ -59,8 +59,5 @@ def _is_clock(node: ast.expr, names: Mapping[str, ast.expr]) -> bool:
 
 
 def _number(node: ast.expr, reader: Reader) -> float | None:
-    try:
-        found = reader.value(node)
-    except UnknownError:
-        return None
-    return found if isinstance(found, int | float) and not isinstance(found, bool) else None
+    found = reader.number(node)
+    return None if isinstance(found, bool) else found

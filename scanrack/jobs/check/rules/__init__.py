@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from ..subject import Subject, Violation
+from ..facts import Violation
+from ..subject import Subject
 from . import blends, data, interlocks, motion, rack, steps, words
 
 Check = Callable[[Subject], Iterator[Violation]]

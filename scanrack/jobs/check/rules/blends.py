@@ -12,11 +12,11 @@ from scanrack.io_images.thousands import PARAMETER_MAX
 from scanrack.runtime.kinematics import MILLI, PICO
 from scanrack.runtime.kinematics.shape import Shape, ramp_distance
 
-from ..facts import Command, Facts, FileLine, Step, StepAction
+from ..facts import Command, Facts, FileLine, Step, StepAction, Violation
 from ..groups import grouped, reached
 from ..logic import AllOf, Bit, Condition, all_of, needed, negated, never
 from ..ranges import Range
-from ..subject import Subject, Violation
+from ..subject import Subject
 from ..written import WordWrite
 from .motion import is_open
 
@@ -188,5 +188,4 @@ def _steps_before(
 
 def _programs(write: WordWrite) -> bool:
     """Whether a write of output word 1 may program a blend."""
-    options = write.value.options if write.value is not None else (write.sets,)
-    return not options or any(each & CommandLsw.BLEND_PROGRAM.value for each in options)
+    return not write.options or any(each & CommandLsw.BLEND_PROGRAM.value for each in write.options)

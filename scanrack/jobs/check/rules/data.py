@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
+from operator import attrgetter
 
-from ..facts import Access, Role, Touch, Variable, overlap
+from ..facts import Access, Role, Touch, Variable, Violation, overlap
 from ..logic import base_of
-from ..subject import Subject, Violation
+from ..subject import Subject
 
 
 def coil_and_latch(subject: Subject) -> Iterator[Violation]:
@@ -68,7 +69,7 @@ def move_over_coil(subject: Subject) -> Iterator[Violation]:
     """Find words that are written as a whole, and bit by bit."""
     for variable, accesses in subject.by_variable:
         bits = [each for each in accesses if each.use is Touch.COIL and each.part]
-        for each in accesses if bits and variable.role is not Role.BLOCK else ():
+        for each in accesses if variable.role is not Role.BLOCK else ():
             is_move = each.use is Touch.WRITE and not each.once
             bit = _bit_under(each, bits) if is_move else None
             if bit is not None:
@@ -111,7 +112,7 @@ def never_set(subject: Subject) -> Iterator[Violation]:
 
 def _own_without_value(subject: Subject) -> Iterator[tuple[Variable, list[Access]]]:
     """Yield the variables that begin with 0 and that only the program writes."""
-    for variable, accesses in () if subject.facts.reads_all else subject.by_variable:
+    for variable, accesses in subject.own_variables:
         if variable.role is Role.PLAIN and not variable.set and not variable.shown:
             yield variable, accesses
 
@@ -130,12 +131,12 @@ INTERNAL = ("TIMER", "FBD_TIMER")
 
 def never_read(subject: Subject) -> Iterator[Violation]:
     """Find variables that the program writes, and that nothing reads."""
-    for variable, accesses in () if subject.facts.reads_all else subject.by_variable:
+    for variable, accesses in subject.own_variables:
         is_timer = variable.type in INTERNAL
         reading = (Touch.READ,) if is_timer else (Touch.READ, Touch.BOTH)
         is_own = variable.role is Role.PLAIN or is_timer
         if is_own and not variable.shown and not any(each.use in reading for each in accesses):
-            first = next((each for each in accesses if each.writes), None)
+            first = next(filter(attrgetter("writes"), accesses), None)
             if first is not None and not first.parameter:
                 yield Violation(first.place, f"{variable.name} is written, and nothing reads it")
 
@@ -155,8 +156,8 @@ CLEARING = (Touch.UNLATCH, Touch.WRITE, Touch.BOTH, Touch.COIL)
 
 def latch_never_cleared(subject: Subject) -> Iterator[Violation]:
     """Find bits that are set, and that nothing clears."""
-    for variable, accesses in () if subject.facts.reads_all else subject.by_variable:
-        for each in _latches(accesses) if variable.role is not Role.INPUT else ():
+    for variable, accesses in subject.own_variables:
+        for each in _latches(accesses):
             clearing = (other.part for other in accesses if other.use in CLEARING)
             clears = any(overlap(part, each.part) for part in clearing)
             is_guarded = any(not bit.on and _is_of(bit.name, variable, each) for bit in each.needs)

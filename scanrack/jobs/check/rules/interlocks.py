@@ -8,9 +8,9 @@ from itertools import combinations
 
 from scanrack.io_images.amci3601.rules import RULES
 
-from ..facts import OutputWrite
+from ..facts import OutputWrite, Violation
 from ..logic import INPUT, Bit, Condition, Term, alternatives, is_impossible
-from ..subject import Subject, Violation
+from ..subject import Subject
 
 OPPOSITES = (
     ("forward", "reverse"),

@@ -6,6 +6,7 @@ The limits are those of `io_images.amci3601`, the sentences those of its rule ta
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
+from operator import attrgetter
 
 from scanrack.io_images.amci3601 import Configuration, InputBit, Limits
 from scanrack.io_images.amci3601.rules import RULES
@@ -17,10 +18,10 @@ from scanrack.runtime.kinematics.shape import Shape, stopping_distance
 from scanrack.runtime.machine import MachineSpec
 from scanrack.runtime.machine.spec import input_name
 
-from ..facts import Access, Command, Role, Touch
+from ..facts import Access, Command, Role, Touch, Violation
 from ..logic import base_of
 from ..ranges import Range
-from ..subject import Subject, Violation
+from ..subject import Subject
 
 FROM_STARTING_SPEED = ("home", "move_to", "move_by")
 """Commands whose speed must reach the starting speed [3601 manual, chapter 6, Invalid Profile 1]."""
@@ -130,14 +131,15 @@ def without_configuration(subject: Subject) -> Iterator[Violation]:
     for commands in subject.by_axis():
         first = _first_closed(subject, commands, MOTIONS)
         configuring = [each for each in commands if each.kind == "configure"]
-        if first is not None and not configuring and not _is_sent(subject, first):
+        if first is None:
+            continue
+        if not configuring and not _is_sent(subject, first):
             text = f"{first.text}: nothing configures {first.axis}, and {RULES['CER-01'].text}"
             yield Violation(first.place, text)
-        elif first is not None:
-            ordered = [each for each in configuring if each.order]
-            for motion, other in _first_before(ordered, commands, MOTIONS):
-                text = f"{motion.text} comes before the configuration in line {other.place.line}"
-                yield Violation(motion.place, text)
+        ordered = [each for each in configuring if each.order]
+        for motion, other in _first_before(ordered, commands, MOTIONS):
+            text = f"{motion.text} comes before the configuration in line {other.place.line}"
+            yield Violation(motion.place, text)
 
 
 def _first_closed(subject: Subject, commands: Sequence[Command], kinds: Collection[str]) -> Command | None:
@@ -195,10 +197,11 @@ def interrupted(subject: Subject) -> Iterator[Violation]:
     """Find motions that begin before the one before them is complete."""
     for commands in subject.by_axis():
         motions = [each for each in commands if each.kind in MOTIONS and each.execute]
-        for each, other in ((each, other) for at, each in enumerate(motions) for other in motions[:at]):
-            if _start_together(other, each):
-                text = f"{each.text} aborts {other.text} of line {other.place.line}: both start in one scan"
-                yield Violation(each.place, text)
+        for at, each in enumerate(motions):
+            for other in motions[:at]:
+                if _start_together(other, each):
+                    where = f"{other.text} of line {other.place.line}"
+                    yield Violation(each.place, f"{each.text} aborts {where}: both start in one scan")
         for each in motions:
             busy = _while_busy(subject, each, motions)
             if busy is not None:
@@ -317,12 +320,17 @@ def _never_falls(subject: Subject, execute: str, depth: int = 8) -> bool:
     if not name:
         return False
     if execute == f"{name}.DONE":
-        before = (each.execute for each in subject.facts.commands if each.text.upper().endswith(f" {name}"))
-        return depth > 0 and _never_falls(subject, next(before, ""), depth - 1)
+        return depth > 0 and _never_falls(subject, _execute_of(subject, name), depth - 1)
     variable = subject.facts.variables[name]
-    written = [each for each in subject.by_key.get(name, ()) if each.writes]
+    written = list(filter(attrgetter("writes"), subject.by_key.get(name, ())))
     is_own = variable.role is Role.PLAIN and not variable.shown
     return is_own and (all(map(_stays_on, written)) if written else variable.set)
+
+
+def _execute_of(subject: Subject, block: str) -> str:
+    """Return the bit that starts a block; "" if no command is its."""
+    own = (each.execute for each in subject.facts.commands if each.text.upper().endswith(f" {block}"))
+    return next(own, "")
 
 
 def _is_part_of(bit: str, tag: str) -> bool:

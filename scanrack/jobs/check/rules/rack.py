@@ -12,8 +12,8 @@ from scanrack.runtime.machine.spec import Switch, input_name
 
 from ...record.tag_source import tags_of
 from ...run.hints import not_configured, wired_inputs
-from ..facts import FileLine
-from ..subject import Subject, Violation
+from ..facts import FileLine, Violation
+from ..subject import Subject
 
 SIGN_BIT = 15
 
@@ -44,6 +44,10 @@ LEVELS = (InputBit.HOME, InputBit.ESTOP, InputBit.CW_LIMIT, InputBit.CCW_LIMIT)
 """Inputs that are active at a place or in an emergency: at rest they must not be."""
 
 
+_AT_REST = {True: ("normally closed", "high"), False: ("normally open", "low")}
+"""Kind of a contact, and the level that it has at rest, by whether that is high."""
+
+
 def active_at_rest(subject: Subject) -> Iterator[Violation]:
     """Find inputs that are active at rest: the contact and the configured level contradict each other."""
     for index, slot in subject.steppers:
@@ -53,12 +57,11 @@ def active_at_rest(subject: Subject) -> Iterator[Violation]:
             is_wired = wired_inputs(slot.machine) & bit.value
             is_missing = not is_wired and bit is InputBit.HOME  # see search_without_switch
             if not is_missing and all(_is_active(each, bit, is_high=is_high) for each in configurations):
-                contact = ("normally closed" if is_high else "normally open") if is_wired else "not wired"
-                text = (
-                    f"slot {slot.number}: {input_name(bit)} is {contact}, and its configured level is active "
-                    f"{'high' if is_high else 'low'}: it is active wherever its switch is not operated"
-                )
-                yield Violation(_wiring(subject, index, slot, bit), text)
+                contact, level = _AT_REST[is_high]
+                found = f"{input_name(bit)} is {contact if is_wired else 'not wired'}"
+                text = f"{found}, and its configured level is active {level}"
+                where = f"slot {slot.number}: {text}: it is active wherever its switch is not operated"
+                yield Violation(_wiring(subject, index, slot, bit), where)
 
 
 def _is_active(configuration: Configuration, bit: InputBit, *, is_high: bool) -> bool:

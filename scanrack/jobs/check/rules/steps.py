@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
-from ..facts import Step, StepAction, StepUse
+from ..facts import Step, StepAction, StepUse, Violation
 from ..groups import grouped, reached
-from ..subject import Subject, Violation
+from ..subject import Subject
 from .motion import ENDING, MOTIONS
 
 

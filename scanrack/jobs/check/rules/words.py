@@ -6,10 +6,10 @@ from collections.abc import Iterator
 
 from scanrack.io_images.amci3601 import CommandMsw, Configuration, Firmware
 
-from ..facts import FileLine
+from ..facts import FileLine, Violation
 from ..module_kinds import MODE_CONFIG
 from ..module_refusals import RANGES, WAYS_ON, Breach, broken, wrong_configuration
-from ..subject import Subject, Violation
+from ..subject import Subject
 from ..words import SentImage
 
 

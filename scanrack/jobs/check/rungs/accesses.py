@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from scanrack.io_images.input_files import read_input
@@ -108,7 +108,7 @@ def accesses_of(
     step, unit = point.step, point.routine.name
     needs = needed(point.condition)
     owner = owners.get(program_of(unit).upper(), "")
-    once = any(each.name.startswith(FIRST_SCAN) and each.on for each in needs)
+    once = in_first_scan(needs)
     steady = all(map(_is_steady, (*leaves(point.condition), *leaves(point.value))))
     mentions = list(mentions_of(lowered.sites[step.site], step))
     if step.name == ADD_ON:
@@ -137,6 +137,11 @@ def _start(key: str, mention: Mention) -> str:
     return leaf.path if leaf.slot is not None or leaf.frame else key
 
 
+def in_first_scan(bits: Iterable[Bit]) -> bool:
+    """Whether the bit of the first scan is among bits that are on."""
+    return any(each.on and each.name.startswith(FIRST_SCAN) for each in bits)
+
+
 def _is_steady(part: Condition) -> bool:
     """Whether a part of a condition holds in every scan but the first one."""
     return part == TRUE or (isinstance(part, Bit) and not part.on and part.name.startswith(FIRST_SCAN))
@@ -150,10 +155,18 @@ def _handed(lowered: LoweredProgram, call: AddOnCall, site: Site) -> Iterator[Me
         yield Mention(site, operand, operand.text, True, writes, stretch=True)
 
 
+def touch_of(mention: Mention) -> Touch:
+    """Return whether an operand is read or written."""
+    if mention.reads and mention.writes:
+        return Touch.BOTH
+    return Touch.WRITE if mention.writes else Touch.READ
+
+
 def use_of(point: Point, mention: Mention) -> Touch:
     """Return what an instruction does with an operand."""
-    if not mention.writes or mention.reads:
-        return Touch.BOTH if mention.writes else Touch.READ
+    touch = touch_of(mention)
+    if touch is not Touch.WRITE:
+        return touch
     step = point.step
     if step.name in BIT_USES:
         return BIT_USES[step.name]

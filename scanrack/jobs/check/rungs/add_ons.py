@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 
-from scanrack.ladder.debug.crossref import Mention, mentions_of
+from scanrack.ladder.debug.crossref import mentions_of
 from scanrack.ladder.lowering.addon import AddOn, Parameter, ParameterMode
 from scanrack.ladder.model.operands import first_leaf
 from scanrack.ladder.model.tags import OWN
 from scanrack.ladder.model.types import Elementary
 from scanrack.ladder.state.lowered import LoweredProgram
 
-from ..facts import Access, Facts, FileLine, Role, Touch, Variable
+from ..facts import Access, Facts, FileLine, Role, Variable
 from ..groups import grouped
-from .accesses import gives_zero
+from .accesses import gives_zero, touch_of
 from .counting import RUN, is_run
 from .operands import part_of
 from .walk import Point
@@ -39,10 +39,9 @@ def note_add_ons(
     owned = {
         (add_on.name.upper(), each.name.upper()): each
         for add_on in add_ons
-        for each in _owned(add_on)
-        if each.name.upper() not in written_outside
+        for each in _owned(add_on, written_outside)
     }
-    accesses = grouped(_accesses(owned, points, lowered), lambda each: each[0]) if owned else {}
+    accesses = grouped(_accesses(owned, points, lowered), lambda each: each[0])
     for key, each in owned.items():
         own = [access for _, access in accesses.get(key, ())]
         if each.type.name in RUN:
@@ -54,12 +53,12 @@ def note_add_ons(
                 facts.remark("never-written", first.place, text)
 
 
-def _owned(add_on: AddOn) -> Iterator[Parameter]:
+def _owned(add_on: AddOn, written_outside: Collection[str]) -> Iterator[Parameter]:
     """Yield the numbers, timers and counters that only its routines write, and that begin with 0."""
-    hosts = hosts_in(add_on)
+    others = hosts_in(add_on).union(written_outside)
     for each in add_on.parameters:
         is_simple = isinstance(each.type, Elementary) and not _is_set(each.initial)
-        is_own = each.way in OWNED and not each.at and each.name.upper() not in hosts
+        is_own = each.way in OWNED and not each.at and each.name.upper() not in others
         if is_own and (is_simple or each.type.name in RUN):
             yield each
 
@@ -89,10 +88,7 @@ def _accesses(
             if leaf.root == OWN and (frame, name) in owned:
                 zero = each.writes and gives_zero(point.step)
                 part = part_of(each.where, name)
-                yield (frame, name), Access(name, part, _use(each), point.place, zero=zero, text=each.text)
-
-
-def _use(mention: Mention) -> Touch:
-    if mention.reads and mention.writes:
-        return Touch.BOTH
-    return Touch.WRITE if mention.writes else Touch.READ
+                yield (
+                    (frame, name),
+                    Access(name, part, touch_of(each), point.place, zero=zero, text=each.text),
+                )

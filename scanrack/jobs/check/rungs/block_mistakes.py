@@ -12,7 +12,7 @@ from scanrack.ladder.model.spec import Use
 from scanrack.ladder.model.tags import Tag, tag_in
 from scanrack.ladder.state.lowered import AddOnCall
 
-from ..facts import Facts, LocalFinding
+from ..facts import Facts, Violation
 from ..logic import AllOf, never
 from .blocks import BlockCall
 from .number_ranges import Values, target_of
@@ -68,7 +68,7 @@ def called_twice(points: Iterable[Point], facts: Facts) -> None:
 
 def parameters_out_of_range(
     points: Iterable[Point], values: Values, tags: Mapping[str, Tag], limits: Limits
-) -> Iterator[LocalFinding]:
+) -> Iterator[Violation]:
     """Yield the numbers that the program itself writes to parameters of motion blocks."""
     target_range = (PARAMETER_MIN, PARAMETER_MAX)
     ranges = {
@@ -87,7 +87,7 @@ def parameters_out_of_range(
         found = values.of(step.operands[step.name == ":="])
         if found.outside(least, most):
             text = f"{target.text} is {found}: must be {least} to {most}"
-            yield LocalFinding(point.place, text)
+            yield Violation(point.place, text)
 
 
 def _is_block(tag: Tag | None) -> bool:

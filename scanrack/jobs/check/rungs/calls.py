@@ -10,7 +10,7 @@ from scanrack.ladder.model.operands import Constant, Group, Place
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.state.lowered import Call, LoweredRoutine
 
-from ..facts import Facts, LocalFinding
+from ..facts import Facts, Violation
 from ..groups import grouped
 from ..logic import TRUE, AllOf, Condition, never, plain
 from .operands import first_of, is_fixed, key_of, uses_of
@@ -64,23 +64,28 @@ class RoutineCalls:
         ways = product(self.runs(one.routine), self.runs(other.routine))
         return all(never(AllOf((a.when, b.when))) for a, b in ways)
 
-    def mixed(self, *, latches: bool) -> Iterator[LocalFinding]:
+    def mixed(self, *, latches: bool) -> Iterator[Violation]:
         """Yield the assignments of structured text to bits that an OTE writes in every scan.
 
         Args:
             latches: whether those of constants under a condition count, see `data.coil_and_latch`.
         """
         coils: dict[str, Point] = {}
-        for point in self._points:
-            bit = first_of(point.step, ("OTE",)) if point.is_rung else None
-            if isinstance(bit, Place) and "?" not in key_of(bit):
-                coils.setdefault(key_of(bit), point)
-        for point in self._points:
-            bit = first_of(point.step, (":=", "[:=]")) if not point.is_rung else None
-            coil = coils.get(key_of(bit)) if isinstance(bit, Place) else None
+        for point, key in self._bits(("OTE",), in_rungs=True):
+            if "?" not in key:
+                coils.setdefault(key, point)
+        for point, key in self._bits((":=", "[:=]"), in_rungs=False):
+            coil = coils.get(key)
             if coil is not None and (latches or not _is_latch(point)) and not self.exclude(coil, point):
                 line = coil.place.line
-                yield LocalFinding(point.place, f"{point.text} and {coil.text} of line {line} write one bit")
+                yield Violation(point.place, f"{point.text} and {coil.text} of line {line} write one bit")
+
+    def _bits(self, names: Sequence[str], *, in_rungs: bool) -> Iterator[tuple[Point, str]]:
+        """Yield the instructions of these names, with the keys of the bits that they write."""
+        for point in self._points:
+            bit = first_of(point.step, names) if point.is_rung is in_rungs else None
+            if isinstance(bit, Place):
+                yield point, key_of(bit)
 
     def twice(self, facts: Facts) -> None:
         """Note what keeps its state from scan to scan, in routines that run twice in one."""
@@ -116,8 +121,8 @@ def _kept(point: Point) -> str:
 
 
 def exclusive_repeats(
-    remarks: Sequence[LocalFinding], points: Iterable[Point], calls: RoutineCalls
-) -> Iterator[LocalFinding]:
+    remarks: Sequence[Violation], points: Iterable[Point], calls: RoutineCalls
+) -> Iterator[Violation]:
     """Yield the remarks on repeated coils and timers, without those of routines that exclude each other."""
     writing = [point for point in points if _written(point)] if remarks else []
     at = grouped(writing, lambda point: point.place)

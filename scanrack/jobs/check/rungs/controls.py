@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.operands import Group, Place
@@ -28,13 +28,14 @@ LOADS = {"FFU": "FFL", "LFU": "LFL"}
 """By instruction that takes from a queue, the one that fills it."""
 
 
-def shared(points: Sequence[Point], mentions: Sequence[Mention], facts: Facts) -> None:
+def shared(points: Sequence[Point], mentions: Sequence[Mention], read: Collection[str], facts: Facts) -> None:
     """Note the mistakes of instructions that share something.
 
     Args:
         mentions: all operands of the program.
+        read: paths in capitals that the program reads, such as COUNT.DN.
     """
-    _never_reset(points, mentions, facts)
+    _never_reset(points, mentions, read, facts)
     own = [point for point in points if point.is_rung]
     _queues(own, facts)
     _controls(own, facts)
@@ -93,14 +94,15 @@ def _counters(points: Sequence[Point], facts: Facts) -> None:
 COUNTING = ("RTO", "CTU", "CTD")
 
 
-def _never_reset(points: Sequence[Point], mentions: Sequence[Mention], facts: Facts) -> None:
+def _never_reset(
+    points: Sequence[Point], mentions: Sequence[Mention], read: Collection[str], facts: Facts
+) -> None:
     """Note RTO and counters whose DN is read, and that nothing sets back: it stays on for good."""
     kinds: dict[str, set[str]] = {}
     counting = [(group, point) for point in points if (group := group_of(point.step, COUNTING)) is not None]
     for group, point in counting:
         kinds.setdefault(path_of(group), set()).add(point.step.name)
     written = set(_written_otherwise(mentions))
-    read = {path_of(each.where) for each in mentions if each.reads}
     for group, point in counting:
         path = path_of(group)
         is_set_back = len(kinds[path]) > 1 or not written.isdisjoint((path, f"{path}.ACC", *around(path)))

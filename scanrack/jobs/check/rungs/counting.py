@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import chain, repeat
 from typing import NamedTuple, TypeGuard
 
@@ -20,7 +21,7 @@ from scanrack.ladder.state.lowered import AddOnCall, Call
 
 from ..facts import Access, Facts, FileLine, Variable, overlap
 from ..logic import TRUE, Bit, Compare, Condition, base_of, compares, leaves
-from .accesses import FIRST_SCAN
+from .accesses import in_first_scan
 from .conditions import EDGE
 from .number_ranges import BY_PEOPLE, Values, written_value
 from .operands import is_zero, key_of, parts_of, uses_of
@@ -82,21 +83,31 @@ BUTTONS = re.compile(r"reset|clear|start|ack|new", re.IGNORECASE)
 def unbounded(points: Sequence[Point], values: Values, places: Mapping[str, Place], facts: Facts) -> None:
     """Note subscripts that count up or down, and that nothing limits."""
     used: dict[str, Subscript] = {}
+    for each in chain.from_iterable(map(_subscripts, points)):
+        used.setdefault(key_of(each.number), each)
+    counting = {key: each for key, each in used.items() if _only_counts(each.number, values)}
+    limits, resets = _bounds(points if counting else (), used, places)
+    for key, each in counting.items():
+        _note_reached(each, limits[key], resets[key], facts)
+
+
+Bounds = defaultdict[str, list[Point]]
+"""Instructions by the key of a subscript."""
+
+
+def _bounds(
+    points: Sequence[Point], used: Collection[str], places: Mapping[str, Place]
+) -> tuple[Bounds, Bounds]:
+    """Return what limits each subscript, and what takes it back."""
+    limits, resets = Bounds(list), Bounds(list)
     for point in points:
-        for each in _subscripts(point):
-            used.setdefault(key_of(each.number), each)
-    limits: dict[str, list[Point]] = {}
-    resets: dict[str, list[Point]] = {}
-    for point in points if used else ():
         own = key_of(point.target) if point.target is not None else ""
         is_counting = own in used and _counts(written_value(point.step), own)
         for key in _limited(point, own if is_counting else ""):
-            limits.setdefault(key, []).append(point)
+            limits[key].append(point)
         if own in used and not is_counting and not _at_will(point, places):
-            resets.setdefault(own, []).append(point)
-    for key, each in used.items():
-        if _only_counts(each.number, values):
-            _note_reached(each, limits.get(key, ()), resets.get(key, ()), facts)
+            resets[own].append(point)
+    return limits, resets
 
 
 class Subscript(NamedTuple):
@@ -199,12 +210,11 @@ def _read(operand: object) -> Iterator[str]:
 
 def _at_will(point: Point, places: Mapping[str, Place]) -> bool:
     """Whether an instruction only acts in the first scan, or when a person presses a button."""
-    parts = [each for each in leaves(point.condition) if each != TRUE]
+    parts = set(leaves(point.condition)) - {TRUE}
     bits = [each for each in parts if isinstance(each, Bit)]
     levels = [each for each in bits if not each.name.startswith(EDGE)]
-    is_first_scan = any(each.on and each.name.startswith(FIRST_SCAN) for each in levels)
     is_pressed = bool(levels) and all(_is_button(each, places) for each in levels)
-    return is_first_scan or (is_pressed and len(bits) == len(parts))
+    return in_first_scan(levels) or (is_pressed and len(bits) == len(parts))
 
 
 def _is_button(bit: Bit, places: Mapping[str, Place]) -> bool:

@@ -9,7 +9,7 @@ from scanrack.io_images.drives.bits import CommandBit, Modifier
 from scanrack.io_images.drives.configuration import broken_rules
 from scanrack.io_images.drives.models import WORDS, Model
 
-from ..facts import LocalFinding
+from ..facts import Violation
 from .blocks import BlockCall
 
 
@@ -26,7 +26,7 @@ WordsOf = Callable[[object, int], Sequence[int | None] | None]
 
 def note_drives(
     calls: Sequence[BlockCall], axes: Mapping[str, int], models: Mapping[int, Model], words_of: WordsOf
-) -> Iterator[LocalFinding]:
+) -> Iterator[Violation]:
     """Yield the calls that can't work on the drive of their axis.
 
     Args:
@@ -36,7 +36,7 @@ def note_drives(
     for each in calls:
         model = models.get(axes.get(each.axis, 0))
         if model is not None:
-            yield from (LocalFinding(each.place, text) for text in _wrong(each, model, words_of))
+            yield from (Violation(each.place, text) for text in _wrong(each, model, words_of))
 
 
 def _wrong(call: BlockCall, model: Model, words_of: WordsOf) -> Iterator[str]:

@@ -99,11 +99,13 @@ class Mistakes:
             self._dead = place
         elif own != TRUE:
             is_loop = isinstance(own, FixedTruth) and point.text.upper().startswith(LOOPS)
-            if own != UNKNOWN and self._dead != place and not is_loop:
+            if self._dead != place and not is_loop:
                 self._decided(point, own, point.text)
-        elif not point.is_rung and not never(point.condition):
+        elif point.is_rung:
+            return
+        elif not never(point.condition):
             self._dead = None
-        elif not point.is_rung and self._dead is None and not point.guards:
+        elif self._dead is None and not point.guards:
             self._facts.remark("unreachable", place, f"{point.text} is never reached")
             self._dead = place
 
@@ -176,8 +178,7 @@ class Mistakes:
         """Return what of a number its target can't hold."""
         found, limits = self._values.of(source), type_range(target.type)
         if isinstance(source, Constant):
-            is_pattern = "#" in point.text or target.leaf.slot is not None or self._is_made
-            return _constant_lost(source, limits, is_pattern=is_pattern)
+            return _constant_lost(source, limits, is_pattern=self._is_pattern(point, target))
         if isinstance(source, Calculation) and point.step.name == ":=" and not _is_rounded(source):
             return "the expression is a REAL: its fraction is lost"
         if found.is_known and found.outside(limits.least, limits.most):
@@ -185,6 +186,10 @@ class Mistakes:
         if isinstance(source, Place) and _is_copy(point.step):
             return _copy_lost(source, target, found, limits)
         return ""
+
+    def _is_pattern(self, point: Point, target: Place) -> bool:
+        """Whether a constant may be a bit pattern."""
+        return "#" in point.text or target.leaf.slot is not None or self._is_made
 
     # --- presets
 
@@ -217,13 +222,20 @@ def sealed(points: Iterable[Point], places: Mapping[str, Place], facts: Facts) -
         places: operands by their keys.
     """
     writes = [each for each in facts.accesses if each.writes]
+    first = {(each.place, each.text): each for each in reversed(writes)}
     for point in points:
-        target = first_of(point.step, ("OTE", ":="))
-        if isinstance(target, Place) and target.type.is_bool and _seals_input_in(point, target, places):
-            write = next((e for e in writes if (e.place, e.text) == (point.place, target.text)), None)
-            if write is not None and not _others(write, writes):
-                text = f"{point.text} holds itself: nothing switches {target.text} off"
-                facts.remark("latch-never-cleared", point.place, text)
+        name = _sealed_bit(point, places)
+        write = first.get((point.place, name)) if name else None
+        if write is not None and not _others(write, writes):
+            text = f"{point.text} holds itself: nothing switches {name} off"
+            facts.remark("latch-never-cleared", point.place, text)
+
+
+def _sealed_bit(point: Point, places: Mapping[str, Place]) -> str:
+    """Return the bit that an input switches on and that then holds itself; "" without one."""
+    target = first_of(point.step, ("OTE", ":="))
+    is_bit = isinstance(target, Place) and target.type.is_bool
+    return target.text if is_bit and _seals_input_in(point, target, places) else ""
 
 
 def _seals_input_in(point: Point, target: Place, places: Mapping[str, Place]) -> bool:

@@ -7,13 +7,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from itertools import islice, repeat
-from typing import NamedTuple
 
 from scanrack.io_images.image import WORD_MAX, WORD_MIN
 from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved
 
-from ..written import UNKNOWN_WORD, WordValue
+from ..choices import UNKNOWN_CHOICES, Choices, combined
 from .number_ranges import Values, is_whole
 from .operands import path_of
 
@@ -23,16 +21,6 @@ DEPTH = 8
 MOST = 64
 """Options that are looked at."""
 
-
-class NumberOptions(NamedTuple):
-    """The options of a number, and where they come from."""
-
-    options: tuple[float, ...] = ()
-    source: str = ""
-    names: tuple[str, ...] = ()
-
-
-NONE = NumberOptions()
 
 OPERATIONS: Mapping[str, Callable[..., float]] = {
     "+": lambda a, b: a + b,
@@ -55,77 +43,68 @@ class OperandOptions:
         self._values = values
         self._busy: set[str] = set()
 
-    def word(self, operand: Resolved | None) -> WordValue:
+    def word(self, operand: Resolved | None) -> Choices:
         """Return what a word gets."""
-        found = NONE if operand is None else self.of(operand)
+        found = UNKNOWN_CHOICES if operand is None else self.of(operand)
         options = tuple(map(round, found.options))
         if not options or not all(WORD_MIN <= each <= WORD_MAX for each in options):
-            return UNKNOWN_WORD
-        return WordValue(options, found.source, found.names)
+            return UNKNOWN_CHOICES
+        return Choices(options, found.source, found.names)
 
-    def of(self, operand: Resolved, depth: int = DEPTH) -> NumberOptions:
+    def of(self, operand: Resolved, depth: int = DEPTH) -> Choices:
         """Return the options of an operand; none if the text does not determine them."""
         if isinstance(operand, Constant):
-            return NumberOptions((operand.value,))
+            return Choices((operand.value,))
         if isinstance(operand, Place) and depth:
             return self._of_place(operand, depth)
         if isinstance(operand, Calculation) and operand.name in OPERATIONS:
             return _calculated(operand, [self.of(each, depth) for each in operand.operands])
-        return NONE
+        return UNKNOWN_CHOICES
 
-    def _of_place(self, place: Place, depth: int) -> NumberOptions:
+    def _of_place(self, place: Place, depth: int) -> Choices:
         path = path_of(place)
         if place.bit is not None or place.leaf.slot is not None or place.leaf.frame:
-            return NONE
+            return UNKNOWN_CHOICES
         found = self._values.constants(path)
         if found is not None:
             return _of_table(place, found)
         if place.indices or path in self._busy:
-            return NONE
+            return UNKNOWN_CHOICES
         self._busy.add(path)
         parts = [self.of(each, depth - 1) for each in self._values.sources(place) if each is not None]
         self._busy.discard(path)
         return _one_of(place, parts)
 
 
-def _one_of(place: Place, parts: Sequence[NumberOptions]) -> NumberOptions:
+def _one_of(place: Place, parts: Sequence[Choices]) -> Choices:
     """Return the options of a number to which one of the parts is written."""
     options = [value for each in parts for value in each.options][:MOST]
     names = [name for each in parts for name in each.names or _names(place.leaf.path, each.options)]
     if place.type.is_integer:
         options = list(map(round, options))
     source = path_of(place) if len(options) > 1 else ""
-    return NumberOptions(tuple(options), source, tuple(names[:MOST]))
+    return Choices(tuple(options), source, tuple(names[:MOST]))
 
 
 def _names(text: str, options: Iterable[float]) -> Iterator[str]:
     return (f"{text} = {value:.10g}" for value in options)
 
 
-def _of_table(place: Place, found: Sequence[float]) -> NumberOptions:
+def _of_table(place: Place, found: Sequence[float]) -> Choices:
     """Return the elements of a table that nothing writes."""
     values = tuple(found)
     if not place.indices:
-        return NumberOptions(values) if len(values) == 1 else NONE
+        return Choices(values) if len(values) == 1 else UNKNOWN_CHOICES
     at = place.fixed_index
     if at is not None:
-        return NumberOptions((values[at],)) if 0 <= at < len(values) else NONE
+        return Choices((values[at],)) if 0 <= at < len(values) else UNKNOWN_CHOICES
     names = tuple(f"{place.leaf.path}[{number}] = {value:.10g}" for number, value in enumerate(values))
-    return NumberOptions(values[:MOST], place.text.upper() if len(values) > 1 else "", names[:MOST])
+    return Choices(values[:MOST], place.text.upper() if len(values) > 1 else "", names[:MOST])
 
 
-def _calculated(operand: Calculation, parts: Sequence[NumberOptions]) -> NumberOptions:
+def _calculated(operand: Calculation, parts: Sequence[Choices]) -> Choices:
     """Return the results for each option of the one source in an expression."""
-    several = [each for each in parts if len(each.options) > 1]
-    if not all(each.options for each in parts) or len({each.source for each in several}) > 1:
-        return NONE
-    first = several[0] if several else NONE
-    columns = [each.options if len(each.options) > 1 else repeat(each.options[0]) for each in parts]
-    rows = islice(zip(*columns, strict=False), len(first.options) or 1)
-    try:
-        results = tuple(OPERATIONS[operand.name](*given) for given in rows)
-    except (ArithmeticError, ValueError):
-        return NONE
+    found = combined(parts, OPERATIONS[operand.name])
     if operand.name == "/" and all(map(is_whole, operand.operands)):
-        results = tuple(map(math.trunc, results))
-    return NumberOptions(results, first.source, first.names)
+        return found._replace(options=tuple(map(math.trunc, found.options)))
+    return found

@@ -18,6 +18,7 @@ from scanrack.ladder.model.tags import Tag, tag_in
 from scanrack.ladder.model.types import COUNTER, FBD_COUNTER, FBD_TIMER, TIMER, Elementary
 from scanrack.ladder.state.lowered import LoweredStep
 
+from ..groups import grouped
 from ..ranges import ANY, OPERATIONS, Range, exactly, joined
 from .operands import around, path_of, written_by
 
@@ -246,13 +247,12 @@ def _counted(
     steps: Iterable[LoweredStep], loops: Sequence[tuple[str, Range, frozenset[int]]]
 ) -> Iterator[tuple[str, Range]]:
     """Yield the ranges of numbers that only FOR writes."""
+    by_path = grouped(loops, lambda each: each[0])
     sites = frozenset().union(*(each for _, _, each in loops))
     others = (each for step in steps if step.site not in sites for each in written_by(step))
-    paths = {path for path, _, _ in loops}
-    if paths:
-        paths -= {path_of(each) for each in others if isinstance(each, Place | Group)}
-    for path in sorted(paths):
-        yield path, joined(*(found for each, found, _ in loops if each == path))
+    written = {path_of(each) for each in others if isinstance(each, Place | Group)} if by_path else set()
+    for path in sorted(by_path.keys() - written):
+        yield path, joined(*(found for _, found, _ in by_path[path]))
 
 
 def _element(where: Place | Group) -> str:

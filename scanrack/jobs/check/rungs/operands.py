@@ -37,6 +37,12 @@ def group_of(step: LoweredStep, names: Collection[str]) -> Group | None:
     return found if isinstance(found, Group) else None
 
 
+def own_group_of(step: LoweredStep, names: Collection[str]) -> Group | None:
+    """Return the same outside of add-on instructions."""
+    found = group_of(step, names)
+    return None if found is None or found.frame else found
+
+
 def parts_of(operand: object) -> Iterator[object]:
     """Yield an operand, and of an expression all its parts: the outer ones first."""
     yield operand

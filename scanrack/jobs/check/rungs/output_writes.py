@@ -31,9 +31,10 @@ from scanrack.ladder.model.operands import Constant, Group, Place, first_leaf
 from scanrack.ladder.model.types import count_of
 from scanrack.ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, Node
 
+from ..choices import UNKNOWN_CHOICES, Choices
 from ..facts import FileLine
+from ..module_kinds import MODE_CONFIG
 from ..ranges import Range
-from ..written import UNKNOWN_WORD, WordValue
 from .number_options import OperandOptions
 from .number_ranges import Values, target_of, written_value
 from .operands import first_of, path_of, steps_in, written_by
@@ -61,7 +62,12 @@ class Write:
     status: int = 0  # bits of input word 0 that its rung needs
     command: int = 0  # bits of output word 0 that its rung needs
     site: int = -1  # of the instruction, in `LoweredProgram.sites`
-    value: WordValue | None = None  # of a whole word; None for bits
+    value: Choices | None = None  # of a whole word; None for bits
+
+    @property
+    def commands(self) -> int:
+        """Bits of commands that it is known to set: none in a configuration."""
+        return self.sets if self.known and self.word == 0 and not self.sets & MODE_CONFIG else 0
 
     def takes_back(self, bit: int) -> bool:
         """Whether this clears a command bit after the command has been given."""
@@ -146,12 +152,15 @@ class WriteReader:
 
     def writes(self, is_rung: bool, line: LoweredLine) -> Iterator[Write]:
         """Yield the writes of a rung, or of a statement."""
-        needs = _needs(line) if is_rung else {}
         for step in line.all_steps:
             for operand in written_by(step):
                 target = self.target(operand)
                 if target is not None and target[0] in self._slots and not self._hands_on(step, operand):
-                    yield from self._written(step, operand, *target, self._place(line), needs.get(target[0]))
+                    slot, word = target
+                    plain = Write(self._place(line), slot, word, 0, 0, site=step.site)
+                    yield from self._written(
+                        step, operand, plain, _in_series(line, plain) if is_rung else plain
+                    )
             for operand in _handed(step):
                 target = self.target(operand)
                 if target is not None:
@@ -164,31 +173,30 @@ class WriteReader:
         return is_copy and path_of(source) in self._staged
 
     def _written(
-        self,
-        step: LoweredStep,
-        operand: Place | Group,
-        slot: int,
-        word: int,
-        place: FileLine,
-        needs: Write | None,
+        self, step: LoweredStep, operand: Place | Group, plain: Write, base: Write
     ) -> Iterator[Write]:
-        plain = Write(place, slot, 0, 0, 0, site=step.site)
-        base = replace(needs, place=place, site=step.site) if needs else plain
+        """Yield what an instruction writes.
+
+        Args:
+            plain: a write of its first word that changes nothing.
+            base: the same with what its rung needs.
+        """
         bit = operand.bit if isinstance(operand, Place) else None
         if isinstance(bit, Constant):
             mask = 1 << int(bit.value)
             sets, clears = (mask * each for each in _of_bit(step))
             rung = base if step.name in ("OTL", "OTU") else plain  # a false rung acts, too
-            yield replace(rung, word=word, sets=sets, clears=clears)
+            yield replace(rung, sets=sets, clears=clears)
             return
         words = self._words(step)
-        computed = [(at, value) for at in self._computed(step, operand) for value in words[:1]]
-        options = self._options.word(written_value(step)) if target_of(step) is not None else UNKNOWN_WORD
-        for at, value in computed or enumerate(words, word):
+        computed = self._computed(step, operand)
+        written = zip(computed, [*words[:1]] * len(computed), strict=False)
+        options = self._options.word(written_value(step)) if target_of(step) is not None else UNKNOWN_CHOICES
+        for at, value in written if computed else enumerate(words, plain.word):
             if value is None:
                 yield replace(base, word=at, sets=0, clears=_WORD, known=False, value=options)
             else:
-                given = WordValue((signed_word(value & _WORD),))
+                given = Choices((signed_word(value & _WORD),))
                 yield replace(base, word=at, sets=value & _WORD, clears=~value & _WORD, value=given)
 
     def _computed(self, step: LoweredStep, operand: Place | Group) -> Sequence[int]:
@@ -211,7 +219,7 @@ class WriteReader:
             return self.constants_at(source, length) or (None,) * length
         written = written_value(step)
         if target_of(step) is None or written is None:
-            return [None] * (WORDS if target_of(step) is None else 1)
+            return [None] * WORDS
         found = self._values.of(written)
         return [int(found.least) if found.is_constant and found.whole else None]
 
@@ -244,22 +252,15 @@ def _handed(step: LoweredStep) -> Iterator[Place | Group]:
         yield from each.handed.values() if isinstance(each, AddOnCall) else ()
 
 
-def _needs(line: LoweredLine) -> dict[int, Write]:
-    """Return, by slot, the contacts in series with the whole rung."""
-    status: dict[int, int] = {}
-    command: dict[int, int] = {}
+def _in_series(line: LoweredLine, write: Write) -> Write:
+    """Return a write with the contacts in series with its whole rung."""
+    needs = {False: 0, True: 0}  # bits of word 0, by whether it is the output image
     contacts = [each for node in line.nodes if (each := _contact(node)) is not None]
     for place in contacts:
-        slot = place.leaf.slot
-        if slot is not None and place.fixed_index == 0 and isinstance(place.bit, Constant):
-            bits = command if place.leaf.output else status
-            bits[slot] = bits.get(slot, 0) | 1 << int(place.bit.value)
+        if place.leaf.slot == write.slot and place.fixed_index == 0 and isinstance(place.bit, Constant):
+            needs[place.leaf.output] |= 1 << int(place.bit.value)
     first = any(place.leaf.path == "S:FS" for place in contacts)
-    slots = range(1, 256) if first else {*status, *command}
-    return {
-        slot: Write(FileLine("", 0), slot, 0, 0, 0, True, first, status.get(slot, 0), command.get(slot, 0))
-        for slot in slots
-    }
+    return replace(write, first_scan=first, status=needs[False], command=needs[True])
 
 
 def _contact(node: Node) -> Place | None:

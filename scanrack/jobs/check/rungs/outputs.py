@@ -11,7 +11,20 @@ from scanrack.io_images.amci3601 import CommandMsw
 from scanrack.ladder.model.operands import Constant, Place
 
 from ..facts import OutputWrite
-from ..logic import FALSE, INPUT, TRUE, AllOf, AnyOf, Bit, Condition, base_of, negated, plain, with_leaves
+from ..groups import grouped
+from ..logic import (
+    INPUT,
+    TRUE,
+    AllOf,
+    AnyOf,
+    Bit,
+    Condition,
+    FixedTruth,
+    base_of,
+    negated,
+    plain,
+    with_leaves,
+)
 from .operands import first_of, is_zero, key_of
 from .walk import Point
 
@@ -67,26 +80,25 @@ class OutputBits:
         place = self._places.get(base)
         writers = self._writers.get(base, [])
         if base in seen:
-            return FALSE if bit.on else TRUE  # not sealed in yet
+            return FixedTruth(not bit.on)  # not sealed in yet
         if place is not None and place.leaf.slot is not None:
             is_input = not place.leaf.output and place.leaf.slot not in self._steppers
             return Bit(f"{INPUT}{base}" if is_input else base, bit.on)
-        is_followed = depth > 0 and (bit.on or any(map(_is_coil, writers)))
+        is_followed = bit.on or any(map(_is_coil, writers))
         found = self._power(writers, depth - 1, (*seen, base)) if is_followed else None
-        if found is None:
-            return Bit(base, bit.on)
-        return found if bit.on else negated(found)
+        power = found or Bit(base)
+        return power if bit.on else negated(power)
 
     def _power(self, writers: Sequence[Point], depth: int, seen: tuple[str, ...]) -> Condition | None:
         """Return when a bit is on: the condition of its one coil, or of its latches; None if neither says."""
-        if not writers or (len(writers) > 1 and any(map(_is_coil, writers))):
+        if depth < 0 or not writers or (len(writers) > 1 and any(map(_is_coil, writers))):
             return None
         powers = [(point, self._freed(point.power, depth, seen)) for point in writers]
         if _is_coil(writers[0]):
             return powers[0][1]
-        sets = tuple(power for point, power in powers if _may_set(point))
-        clears = tuple(power for point, power in powers if not _may_set(point))
-        return AllOf((AnyOf(sets), negated(AnyOf(clears))))
+        by_way = grouped(powers, lambda each: _may_set(each[0]))
+        sets, clears = (AnyOf(tuple(power for _, power in by_way.get(way, ()))) for way in (True, False))
+        return AllOf((sets, negated(clears)))
 
 
 def _bit_of(point: Point) -> Place | None:

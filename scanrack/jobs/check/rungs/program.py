@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatch
+from functools import cached_property
+from itertools import chain
 from pathlib import Path
 
 from scanrack.io_images.amci3601.words import is_stepper
@@ -15,13 +17,12 @@ from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import cross_reference
 from scanrack.ladder.debug.crossref import mentions_of
 from scanrack.ladder.model.chart_checks import unreached
-from scanrack.ladder.model.operands import Place
 from scanrack.ladder.model.tags import tag_in
 from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram
 from scanrack.runtime.config.rackspec import RackSpec, profile_in
 
 from ...load.program import EXPORT_SUFFIXES, SLC_SUFFIXES
-from ..facts import Facts, FileLine, LocalFinding, SentCommand
+from ..facts import Facts, FileLine, SentCommand, Violation
 from ..written import place_at
 from .accesses import Variables, accesses_of, declaration_lines
 from .add_ons import note_add_ons
@@ -78,7 +79,7 @@ class _ProgramReader:
         self.conditions = Conditions(self.values, on_delays(every))
         walker = Walker(self.conditions, self.lowered, path)
         self.routines = own_routines(program, self.lowered)
-        self.points = [point for routine in self.routines for point in walker.points(routine)]
+        self.points = list(chain.from_iterable(map(walker.points, self.routines)))
         self.main = [point for point in self.points if not point.routine.frame]
         own = [routine for routine in routines if not routine.frame]
         self.lines = [(routine.body is None, line) for routine in own for line in routine.lines]
@@ -87,6 +88,11 @@ class _ProgramReader:
         self.owners = self._owners()
         self.stubbed = {str(getattr(each, "to", "")).upper() for each in spec.stubs.values()}
 
+    @cached_property
+    def read(self) -> frozenset[str]:
+        """Paths in capitals that the program reads, such as COUNT.DN."""
+        return frozenset(path_of(each.where) for each in self.mentions if each.reads)
+
     def facts(self) -> Facts:
         facts = Facts(reads_all=bool(self.lowered.functions))
         calls = RoutineCalls(self.main)
@@ -94,22 +100,22 @@ class _ProgramReader:
             facts.remark(rule, *remark)
         facts.remarks["unreached-step"] += self._unreached()
         self._sites(facts)
-        self._commands(facts)
+        self._commands(calls, facts)
         self._tags(facts)
         self._text(facts)
         slots_shared(self.calls, self.axes, facts)
         misordered(self.calls, facts, has_other_axes=bool(self.lowered.axes))
         called_twice(self.main, facts)
-        shared(self.main, self.mentions, facts)
+        shared(self.main, self.mentions, self.read, facts)
         calls.twice(facts)
         endless(self.routines, self._place, facts)
         return facts
 
-    def _warnings(self, calls: RoutineCalls) -> Iterator[tuple[str, LocalFinding]]:
+    def _warnings(self, calls: RoutineCalls) -> Iterator[tuple[str, Violation]]:
         """Yield the warnings of the build, without coils of routines that exclude each other."""
         repeated = []
         for each in self.program.warnings:
-            remark = LocalFinding(place_at(each.site, self.path), each.text)
+            remark = Violation(place_at(each.site, self.path), each.text)
             if each.rule == "repeated-coil":
                 repeated.append(remark)
             else:
@@ -118,7 +124,7 @@ class _ProgramReader:
         for remark in (*exclusive_repeats(repeated, self.main, calls), *mixed):
             yield "repeated-coil", remark
 
-    def _commands(self, facts: Facts) -> None:
+    def _commands(self, calls: RoutineCalls, facts: Facts) -> None:
         """Note what the program sends to the 3601s."""
         writes = [each for rungs, line in self.lines for each in self.writes.writes(rungs, line)]
         lines = [(line, self._place(line)) for _, line in self.lines]
@@ -132,7 +138,7 @@ class _ProgramReader:
         facts.computed = {each.slot for each in writes if not each.known and each.word < 2}
         facts.computed |= self.writes.staged
         facts.at_once = list(sent.at_once())
-        steps = Steps(self.main, self.values, self.conditions.places, self.slots)
+        steps = Steps(self.main, calls, self.values, self.conditions.places, self.slots)
         blocks = list(map(steps.with_start, commands_of(self.calls, self.axes, self.values, self.owners)))
         facts.commands = [*blocks, *sent.commands()]
         facts.actions = list(steps.actions(writes, blocks))
@@ -140,7 +146,7 @@ class _ProgramReader:
         facts.writes = list(word_writes(self.main, writes, steps))
         facts.outputs = list(OutputBits(self.main, self.conditions.places, self.slots).writes())
 
-    def _out_of_range(self, sent: SentWords, writes: Sequence[Write]) -> Iterator[LocalFinding]:
+    def _out_of_range(self, sent: SentWords, writes: Sequence[Write]) -> Iterator[Violation]:
         """Yield the values that modules and drives refuse; of words one by one only what no copy says."""
         limits = fastest(profile_in(self.slots.values(), None).limits, self.drives.values())
         wrong = [*sent.out_of_range(), *parameters_out_of_range(self.main, self.values, self.tags, limits)]
@@ -156,12 +162,12 @@ class _ProgramReader:
                 site = Site(self.lowered.name, routine.name, line.number, "", unit, place.file, place.line)
                 facts.sites.setdefault(place, site)
 
-    def _unreached(self) -> Iterator[LocalFinding]:
+    def _unreached(self) -> Iterator[Violation]:
         for routine in self.program.routines:
             origins = {each.number: each.origin for each in routine.chart.steps} if routine.chart else {}
             for each in unreached(routine.chart) if routine.chart else ():
                 text = f"{each.text}, in chart {routine.name}; only SFR can reach it"
-                yield LocalFinding(place_at(origins[each.number], self.path), text)
+                yield Violation(place_at(origins[each.number], self.path), text)
 
     # --- the text
 
@@ -200,10 +206,8 @@ class _ProgramReader:
 
     def _mistakes(self, facts: Facts) -> None:
         """Note the mistakes that show in one rung or statement."""
-        read = (each.where for each in self.mentions if each.reads)
         mistakes = Mistakes(
-            *(self.lowered, self.values, facts),
-            frozenset(path_of(each) for each in read if isinstance(each, Place)),
+            *(self.lowered, self.values, facts, self.read),
             made=self.path.suffix == ".py",
             scan_ms=float(self.spec.scan_ms),
         )

@@ -45,8 +45,7 @@ def note_reals(points: Sequence[Point], values: Values, analog: Collection[int],
         analog: slots of cards with analog inputs.
     """
     reals = _Reals(points, values)
-    groups = (group_of(point.step, TIMERS) for point in points)
-    timers = {path_of(each) for each in groups if each is not None}
+    timers = {path_of(each) for point in points if (each := group_of(point.step, TIMERS)) is not None}
     for point in points:
         for one, relation, other in _comparisons(point.step):
             what = _measured(one, other, timers, analog) if relation == "=" else ""

@@ -11,7 +11,8 @@ from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, join_thou
 from scanrack.ladder.state.lowered import AddOnCall, LoweredLine
 from scanrack.runtime.config.rackspec import SlotSpec, profile_in
 
-from ..facts import Command, FileLine, LocalFinding, SentCommand
+from ..facts import Command, FileLine, SentCommand, Violation
+from ..groups import grouped
 from ..module_kinds import MODE_CONFIG, MOVES, NEWEST, SEARCHES, kinds_of
 from ..ranges import Range, exactly
 from .output_writes import COPIES, Write, WriteReader, output_word
@@ -57,7 +58,7 @@ class SentWords:
     def searches(self) -> Iterator[SentCommand]:
         """Yield the starts of home searches."""
         for each in self._writes:
-            if each.word == 0 and each.sets & SEARCHES and not each.sets & MODE_CONFIG:
+            if each.commands & SEARCHES:
                 yield SentCommand(each.place, each.slot)
 
     def commands(self) -> Iterator[Command]:
@@ -66,15 +67,15 @@ class SentWords:
             yield from _commands_of(copy)
         copied = {(each.place, each.slot) for each in self._copies}
         for write in self._writes:
-            is_known = write.known and (write.place, write.slot) not in copied
-            for kind in kinds_of(write.sets) if write.word == 0 and is_known else ():
+            for kind in kinds_of(write.commands) if (write.place, write.slot) not in copied else ():
                 yield _command(kind, write, f"output word 0, {kind}")
             if write.word == 1 and (write.sets & BLEND or not write.known):
                 yield _command("program_blend", write, "output word 1")
+        by_slot = grouped(self._writes, lambda each: each.slot)
         for slot in self._slots:
-            yield from _slow_words([each for each in self._writes if each.slot == slot])
+            yield from _slow_words(by_slot.get(slot, ()))
 
-    def at_once(self) -> Iterator[LocalFinding]:
+    def at_once(self) -> Iterator[Violation]:
         """Yield the copies of a command with its parameters that an update may interrupt: CPS is not."""
         for line, place in self._lines:
             written = set()
@@ -85,14 +86,14 @@ class SentWords:
                     continue
                 if step.name == "COP":
                     text = f"COP writes command and parameters of slot {target[0]} at once"
-                    yield LocalFinding(place, text)
+                    yield Violation(place, text)
                 elif step.name in ("MOV", "OTE", "OTL", ":="):
                     written.add(target)
             for slot in _with_parameters(written):
                 text = f"the rung writes command and parameters of slot {slot} at once"
-                yield LocalFinding(place, text)
+                yield Violation(place, text)
 
-    def out_of_range(self) -> Iterator[LocalFinding]:
+    def out_of_range(self) -> Iterator[Violation]:
         """Yield the constants that are copied to a 3601, and that it refuses."""
         for each in self._copies:
             profile = profile_in(self._slots.values(), each.slot)
@@ -102,7 +103,7 @@ class SentWords:
                 wrong = (f"the configuration is invalid: {profile.rules[rule].clause}" for rule in broken)
             elif each.words[0] & MOVES:
                 wrong = _illegal(Parameters.read(each.words), profile.limits)
-            yield from (LocalFinding(each.place, text) for text in wrong)
+            yield from (Violation(each.place, text) for text in wrong)
 
     def _firmware(self, slot: int | None) -> str:
         own = None if slot is None else self._slots.get(slot)
@@ -139,13 +140,12 @@ def _commands_of(copy: SentCommand) -> Iterator[Command]:
 
 def _slow_words(writes: Sequence[Write]) -> Iterator[Command]:
     """Yield the speeds that the program writes to a slot word by word."""
-    is_moved = any(each.word == 0 and each.sets & (MOVES | SEARCHES) for each in writes)
-    speeds = [each for each in writes if each.word in SPEED_WORDS]
-    if not is_moved or not all(each.known for each in speeds):
-        return
-    high = max((each.sets for each in speeds if each.word == SPEED_WORDS[0]), default=0)
-    for each in speeds:
-        if each.word == SPEED_WORDS[1] and (each.sets or high):
+    by_word = grouped(writes, lambda each: each.word)
+    commands, highs, lows = (by_word.get(word, []) for word in (0, *SPEED_WORDS))
+    is_moved = any(each.sets & (MOVES | SEARCHES) for each in commands)
+    high = max((each.sets for each in highs), default=0)
+    for each in lows if is_moved and all(each.known for each in (*highs, *lows)) else ():
+        if each.sets or high:
             speed = {"speed": exactly(1000 * high + each.sets)}
             yield _command("move_by", each, "output words 4 and 5", speed)
 

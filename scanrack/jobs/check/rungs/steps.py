@@ -14,7 +14,7 @@ from typing import Any, TypeGuard
 
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.ladder.model.operands import Constant, Place
-from scanrack.ladder.state.lowered import Call, LoweredStep
+from scanrack.ladder.state.lowered import LoweredStep
 
 from ..facts import Command, Step, StepAction, StepUse
 from ..groups import grouped
@@ -36,7 +36,8 @@ from ..logic import (
     steps_in,
 )
 from ..module_kinds import command_bits, first_kind
-from .accesses import FIRST_SCAN
+from .accesses import FIRST_SCAN, in_first_scan
+from .calls import RoutineCalls
 from .conditions import EDGE
 from .number_ranges import Values, written_value
 from .operands import first_of, group_of, key_of
@@ -66,11 +67,13 @@ class Steps:
     def __init__(
         self,
         points: Sequence[Point],
+        calls: RoutineCalls,
         values: Values,
         places: Mapping[str, Place],
         steppers: Collection[int],
     ) -> None:
-        self._points, self._values, self._places, self._steppers = points, values, places, steppers
+        self._points, self._calls, self._values = points, calls, values
+        self._places, self._steppers = places, steppers
         self._found: dict[tuple[Condition, str], frozenset[float] | None] = {}
 
     def actions(self, writes: Iterable[Write], commands: Iterable[Command]) -> Iterator[StepAction]:
@@ -191,16 +194,6 @@ class Steps:
     # --- conditions
 
     @cached_property
-    def _calls(self) -> dict[str, list[Point]]:
-        """The calls of each routine."""
-        found: dict[str, list[Point]] = {}
-        for point in self._points:
-            for each in point.step.operands:
-                if isinstance(each, Call):
-                    found.setdefault(each.routine, []).append(point)
-        return found
-
-    @cached_property
     def _writers(self) -> dict[str, list[Point]]:
         """The instructions that write each bit, or run each timer, by key."""
         found = grouped(self._points, lambda point: _written_key(point.step))
@@ -209,7 +202,7 @@ class Steps:
 
     def _called(self, point: Point) -> Condition:
         """Return the condition of a point, with that of the one call of its routine."""
-        calls = self._calls.get(point.routine.name.upper(), [])
+        calls = self._calls.of(point.routine.name)
         is_sole = len(calls) == 1 and calls[0].routine is not point.routine
         return AllOf((calls[0].condition, point.condition)) if is_sole else point.condition
 
@@ -263,7 +256,7 @@ class Steps:
         """The steps to which machines go in the first scan."""
         found: dict[str, set[float]] = {}
         for point, machine, step in self._assigned():
-            if any(each.on and each.name.startswith(FIRST_SCAN) for each in needed(point.condition)):
+            if in_first_scan(needed(point.condition)):
                 found.setdefault(machine, set()).add(step)
         return found
 

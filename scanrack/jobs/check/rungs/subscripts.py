@@ -26,8 +26,8 @@ def note_subscripts(
     for each, index, size in _subscripts(point) if counted else ():
         key = point.routine.name, each.text.partition("]")[0].upper()
         count, offset = _counted(index)
-        found = counted.get(key_of(count)) if count is not None else None
-        if count is None or found is None or key in seen:
+        found = counted.get(count)
+        if found is None or key in seen:
             continue
         subscript = Range(found.least + offset, found.most + offset)
         above = subscript.most >= size and not _is_guarded(point, count, ">", size - 1 - offset)
@@ -70,20 +70,20 @@ def _subscripts(point: Point) -> Iterator[tuple[Place, Resolved, int]]:
                 yield operand, operand.bit, operand.leaf.type.bits
 
 
-def _counted(index: Resolved) -> tuple[Place | None, float]:
-    """Return the number in a subscript `I`, `I + 1` or `I - 1`, and what is added; None for another one."""
+def _counted(index: Resolved) -> tuple[str, float]:
+    """Return the key of the number in a subscript `I`, `I + 1` or `I - 1`, or "", and what is added."""
     place, offset = index, 0.0
     if isinstance(index, Calculation) and index.name in ("+", "-") and len(index.operands) == 2:
         place, other = index.operands
         if not isinstance(other, Constant):
-            return None, 0
+            return "", 0
         offset = other.value if index.name == "+" else -other.value
     is_count = isinstance(place, Place) and not place.indices and place.bit is None
-    return (place, offset) if is_count and isinstance(place, Place) else (None, 0)
+    return (key_of(place), offset) if is_count and isinstance(place, Place) else ("", 0)
 
 
-def _is_guarded(point: Point, count: Place, relation: str, bound: float) -> bool:
+def _is_guarded(point: Point, count: str, relation: str, bound: float) -> bool:
     """Whether a condition keeps a number from being beyond a bound."""
     compared = (each for each in leaves(point.condition) if isinstance(each, Compare))
-    names = sorted({each.name for each in compared if base_of(each.name) == key_of(count)})
+    names = sorted({each.name for each in compared if base_of(each.name) == count})
     return any(never(AllOf((Compare(name, relation, bound), point.condition))) for name in names)

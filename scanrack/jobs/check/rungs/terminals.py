@@ -16,7 +16,7 @@ from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram, steps_of
 from scanrack.runtime.config.rackspec import RackSpec
 
 from ...load.program import EXPORT_SUFFIXES
-from ..facts import FileLine, LocalFinding, UsesBit
+from ..facts import FileLine, UsesBit, Violation
 from ..groups import grouped
 from .blocks import BlockCall
 
@@ -44,7 +44,7 @@ class Terminals:
 
     def misplaced(
         self, lines: Sequence[tuple[LoweredLine, FileLine]], calls: Sequence[BlockCall]
-    ) -> Iterator[LocalFinding]:
+    ) -> Iterator[Violation]:
         """Yield the instructions with a bit of a card that is not a terminal, or with a slot that is none."""
         if not self._cards:
             return
@@ -53,11 +53,11 @@ class Terminals:
                 for operand in step.operands:
                     text = self._no_terminal(operand) if isinstance(operand, Place | Group) else ""
                     if text:
-                        yield LocalFinding(place, text)
+                        yield Violation(place, text)
         for each in self._lowered.layout.declarations.values():
             if isinstance(each, SlotAlias) and each.slot not in self._cards:
                 text = f"SLOT {each.name} : {each.slot}: the rack has modules in {self._there()} only"
-                yield LocalFinding(FileLine(str(self._path), self._declared(each.name)), text)
+                yield Violation(FileLine(str(self._path), self._declared(each.name)), text)
         yield from map(self._wrong_module, self._named_bits(calls))
 
     def _named_bits(self, calls: Sequence[BlockCall]) -> Iterator[tuple[str, int, FileLine]]:
@@ -91,11 +91,11 @@ class Terminals:
                 if self._is_other_module(slot) and model_of(self._cards[slot]) is None:
                     yield f"{operand.text} as {name.capitalize()} of Amci3601", slot, each.place
 
-    def _wrong_module(self, use: tuple[str, int, FileLine]) -> LocalFinding:
+    def _wrong_module(self, use: tuple[str, int, FileLine]) -> Violation:
         text, slot, place = use
         steppers = ", ".join(map(str, self._steppers)) or "no slot"
         module = next(each.module for each in self._spec.slot if each.number == slot)
-        return LocalFinding(place, f"{text}: slot {slot} has a {module}; a 3601 is in {steppers}")
+        return Violation(place, f"{text}: slot {slot} has a {module}; a 3601 is in {steppers}")
 
     def _there(self) -> str:
         return ", ".join(map(str, self._cards))

@@ -19,7 +19,7 @@ from ..logic import TRUE, needed
 from ..ranges import Range
 from .conditions import EDGE
 from .number_ranges import Values
-from .operands import around, first_of, group_of, is_zero, path_of
+from .operands import around, first_of, is_zero, own_group_of, path_of
 from .walk import Point
 
 RUNG_TIMERS = ("TON", "TOF", "RTO")
@@ -45,11 +45,11 @@ def note_timing(
         if each.writes and (each.step is None or each.step.name not in ENABLES)
     }
     for point in points:
-        timer = group_of(point.step, RUNG_TIMERS)
-        if timer is not None and not timer.frame:
+        timer = own_group_of(point.step, RUNG_TIMERS)
+        if timer is not None:
             _note_rung_timer(point, values.of(timer.member("PRE")), facts)
-        block = group_of(point.step, ENABLES)
-        if block is not None and not block.frame and not _is_enabled(point, block, targets, tags):
+        block = own_group_of(point.step, ENABLES)
+        if block is not None and not _is_enabled(point, block, targets, tags):
             names = " or ".join(ENABLES[point.step.name]).replace("TIMERENABLE", "TimerEnable")
             facts.remark("never-run", point.place, f"{point.text}: nothing sets its {names}")
     _never_disabled(points, targets, facts)
@@ -79,19 +79,23 @@ def _is_enabled(point: Point, block: Group, targets: set[str], tags: Mapping[str
     return any(bool(value) for name, value in initial.items() if str(name).upper() in names)
 
 
+def _assigns_one(point: Point) -> bool:
+    """Whether an instruction assigns a constant to a bit that is not 0."""
+    value = point.step.operands[-1]
+    return point.step.name == ":=" and isinstance(value, Constant) and not is_zero(value)
+
+
 def _never_disabled(points: Sequence[Point], targets: set[str], facts: Facts) -> None:
     """Note a TONR that only some steps call, and whose TimerEnable only becomes 1."""
     calls: dict[str, list[tuple[Point, Group]]] = {}
     enabled: dict[str, list[bool]] = {}
     for point in points:
-        timer = group_of(point.step, ("TONR",))
+        timer = own_group_of(point.step, ("TONR",))
         bit = first_of(point.step, (":=", "OTE", "OTL", "OTU"))
-        if timer is not None and not timer.frame:
+        if timer is not None:
             calls.setdefault(path_of(timer), []).append((point, timer))
         elif isinstance(bit, Place):
-            value = point.step.operands[-1]
-            is_one = point.step.name == ":=" and isinstance(value, Constant) and not is_zero(value)
-            enabled.setdefault(path_of(bit), []).append(is_one)
+            enabled.setdefault(path_of(bit), []).append(_assigns_one(point))
     for path, found in calls.items():
         ones = enabled.get(f"{path}.TIMERENABLE", [])
         is_reset = not targets.isdisjoint((*around(path), f"{path}.ACC", f"{path}.RESET"))

@@ -7,22 +7,22 @@ from collections.abc import Iterator, Mapping, Sequence
 from scanrack.io_images.amci3601 import CommandMsw, Limits
 from scanrack.runtime.config.rackspec import SlotSpec, profile_in
 
-from ..facts import LocalFinding
-from ..module_kinds import MODE_CONFIG
+from ..facts import Violation
+from ..groups import grouped
 from .output_writes import Write
 
 _COMMANDS = [bit for bit in CommandMsw if bit not in (CommandMsw.MODE_CONFIG, CommandMsw.RESERVED_14)]
 
 
-def held(writes: Sequence[Write]) -> Iterator[LocalFinding]:
+def held(writes: Sequence[Write]) -> Iterator[Violation]:
     """Yield the first instruction that sets a command bit which is never cleared."""
-    for slot in dict.fromkeys(each.slot for each in writes):
-        own = [each for each in writes if each.slot == slot and each.word == 0]
+    for slot, every in grouped(writes, lambda each: each.slot).items():
+        own = [each for each in every if each.word == 0]
         for bit in _COMMANDS:
-            setting = [e for e in own if e.known and e.sets & bit.value and not e.sets & MODE_CONFIG]
+            setting = [each for each in own if each.commands & bit.value]
             if setting and not any(each.takes_back(bit.value) for each in own):
                 text = f"slot {slot}: {bit.name} is set here, and nothing takes it back after the command"
-                yield LocalFinding(setting[0].place, text)
+                yield Violation(setting[0].place, text)
 
 
 def computed(writes: Sequence[Write]) -> Iterator[str]:
@@ -41,7 +41,7 @@ def word_ranges(limits: Limits) -> Mapping[int, tuple[int, int]]:
     return {2: (-8388, 8388), 3: (-999, 999), 4: high, 5: (0, 999), 6: rate, 7: rate}
 
 
-def words_out_of_range(writes: Sequence[Write], slots: Mapping[int, SlotSpec]) -> Iterator[LocalFinding]:
+def words_out_of_range(writes: Sequence[Write], slots: Mapping[int, SlotSpec]) -> Iterator[Violation]:
     """Yield constants that are illegal in every output word from 2 to 7."""
     for each in writes:
         ranges = word_ranges(profile_in(slots.values(), each.slot).limits)
@@ -51,4 +51,4 @@ def words_out_of_range(writes: Sequence[Write], slots: Mapping[int, SlotSpec]) -
         least, most = ranges[each.word]
         if not least <= value <= most:
             text = f"slot {each.slot}: output word {each.word} is {value}: must be {least} to {most}"
-            yield LocalFinding(each.place, text)
+            yield Violation(each.place, text)

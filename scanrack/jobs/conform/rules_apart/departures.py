@@ -58,11 +58,13 @@ def with_words(change: Callable[[list[int]], Any]) -> Hearing:
     return hearing
 
 
-def refuse(sentence: str, rule: str, commands: int, asked: Question, *, alone: bool = False) -> Alteration:
+def refuse(
+    sentence: str, rule: str, commands: int, condition: Question, *, alone: bool = False
+) -> Alteration:
     """Return a module that refuses some commands for one more reason, with the bits of a rule."""
 
     def broken(host: Host, command: CommandWords) -> bool:
-        return not command.configures and bool(command.msw & commands) and asked(host, command)
+        return not command.configures and bool(command.msw & commands) and condition(host, command)
 
     return Alteration(sentence, also=(RefusalRule(rule, broken, alone),))
 

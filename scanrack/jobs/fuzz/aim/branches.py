@@ -17,12 +17,14 @@ from functools import lru_cache
 from types import CodeType
 from typing import TypeVar
 
+from scanrack.ladder.python.line_marks import after_the_head, located
+
 from ...load.program import COMPILER
 
 NAME = "__branches__"
 """Global variable of the bytes, one for each branch."""
 
-Branching = TypeVar("Branching", ast.If, ast.For, ast.AsyncFor, ast.While)
+Branching = TypeVar("Branching", ast.If, ast.For, ast.AsyncFor, ast.While, ast.ExceptHandler)
 
 
 @contextmanager
@@ -41,7 +43,8 @@ def _compiled(data: bytes, file: str) -> CodeType:
     marks = _Marks()
     marks.visit(tree)
     start = ast.parse(f"{NAME} = bytearray({len(marks.lines)})").body
-    tree.body[_after_the_head(tree) : 0] = start
+    place = after_the_head(tree)
+    tree.body[place:place] = start
     return compile(ast.fix_missing_locations(tree), file, "exec")
 
 
@@ -50,17 +53,6 @@ def branch_lines(data: bytes, file: str) -> list[int]:
     marks = _Marks()
     marks.visit(ast.parse(data, file))
     return marks.lines
-
-
-def _after_the_head(tree: ast.Module) -> int:
-    """Return the place after docstring and `from __future__` imports."""
-    heads = [
-        place
-        for place, each in enumerate(tree.body)
-        if (place == 0 and isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant))
-        or (isinstance(each, ast.ImportFrom) and each.module == "__future__")
-    ]
-    return max(heads, default=-1) + 1
 
 
 class _Marks(ast.NodeTransformer):
@@ -93,9 +85,7 @@ class _Marks(ast.NodeTransformer):
 
     def visit_ExceptHandler(self, node: ast.ExceptHandler) -> ast.ExceptHandler:
         """Mark the handler."""
-        self.generic_visit(node)
-        node.body = self._marked(node.body, node)
-        return node
+        return self._branch(node)
 
     def _branch(self, node: Branching) -> Branching:
         self.generic_visit(node)
@@ -103,10 +93,7 @@ class _Marks(ast.NodeTransformer):
         return node
 
     def _marked(self, body: list[ast.stmt], where: ast.AST) -> list[ast.stmt]:
-        mark = ast.parse(f"{NAME}[{len(self.lines)}] = 1").body[0]
         first = body[0] if body else where
+        mark = located(f"{NAME}[{len(self.lines)}] = 1", first)
         self.lines.append(getattr(first, "lineno", 0))
-        for node in ast.walk(mark):
-            if isinstance(node, (ast.expr, ast.stmt)):
-                ast.copy_location(node, first)
         return [mark, *body]

@@ -130,7 +130,7 @@ class Corpus:
         self.seen |= other.seen
         self.waiting += [each for each in other.waiting if each[0] is None or each[0] not in self.swept]
         self.swept |= other.swept
-        self.answered += [each for each in other.answered if each not in self.answered]
+        self.answered = list(dict.fromkeys([*self.answered, *other.answered]))
 
     def share(self, most: int) -> Corpus:
         """Return the corpus of a round: all that was seen, the least varied entries, and the sweep."""

@@ -163,7 +163,21 @@ class Draws:
     @cached_property
     def _all_events(self) -> list[Make]:
         """The possible events, each as often as its weight says."""
-        return [make for weight, make in self._makers() for _ in range(weight)]
+        rack, has_rungs = self._rack, len(self._rungs) > 1
+        rows: tuple[tuple[int, Kind, object, Make], ...] = (
+            (6, Kind.INPUTS, self.contacts, self._press),
+            (2, Kind.INPUTS, rack.signals, self._signal),
+            (3, Kind.INPUTS, self._settings, self._setting),
+            (4, Kind.MACHINE, rack.masters, self._turn),
+            (2, Kind.LINK, True, self._link),
+            (1, Kind.POWER, True, self._power),
+            (1, Kind.MODE, True, self._mode),
+            (1, Kind.TORN, True, self._torn),
+            (3, Kind.TORN, has_rungs, self._tear),
+            (2, Kind.LINE, True, self._line),
+        )
+        possible = [(weight, make) for weight, kind, has_any, make in rows if has_any and kind in self._kinds]
+        return [make for weight, make in possible for _ in range(weight)]
 
     @cached_property
     def _conditions(self) -> list[Callable[[Scenario], Scenario]]:
@@ -351,31 +365,6 @@ class Draws:
         if self.times and random.random() < BY_TIMES:
             return self._own_time()
         return random.choice(LASTING_MS) * MS
-
-    def _makers(self) -> Iterator[tuple[int, Make]]:
-        """Yield the possible events with their weights."""
-        kinds = self._kinds
-        if Kind.INPUTS in kinds:
-            if self.contacts:
-                yield 6, self._press
-            if self._rack.signals:
-                yield 2, self._signal
-            if self._settings:
-                yield 3, self._setting
-        if Kind.MACHINE in kinds and self._rack.masters:
-            yield 4, self._turn
-        if Kind.LINK in kinds:
-            yield 2, self._link
-        if Kind.POWER in kinds:
-            yield 1, self._power
-        if Kind.MODE in kinds:
-            yield 1, self._mode
-        if Kind.TORN in kinds:
-            yield 1, self._torn
-            if len(self._rungs) > 1:
-                yield 3, self._tear
-        if Kind.LINE in kinds:
-            yield 2, self._line
 
     def _press(self, at: int, edges: Edges) -> Contact:
         contact = self.contacts.draw(self._random)

@@ -65,6 +65,7 @@ class Sweep:
                     fresh += [(kind, with_part(entry.scenario, part)) for part in self._events_at(at_ns)]
         if Kind.TORN in self._kinds:
             fresh += [(kind, with_part(entry.scenario, part)) for kind, part in self._torn(entry)]
+        if Kind.TORN in self._kinds and self._rungs:
             fresh += self._torn_inputs(entry)
         self._random.shuffle(fresh)
         fresh.sort(key=lambda each: len(each[1].incidents) + len(each[1].tears))  # these come first
@@ -100,7 +101,7 @@ class Sweep:
 
         A number may miss the middle of a scan: where it takes twice as many steps, it is tried again.
         """
-        for group in INPUTS if self._rungs else ():
+        for group in INPUTS:
             changes = {
                 (group, kind, min(len(scans), MOST_TORN).bit_length()): scans
                 for kind, scans in entry.edges.groups.get(group, {}).items()

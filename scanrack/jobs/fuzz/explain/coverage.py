@@ -200,9 +200,9 @@ def _gaps(
         return
     for site, on, off in zip(sites, tally.on[number], tally.off[number], strict=False):
         where = site.routine, site.rung, site.instruction
-        if not on and (*where, "on") not in dead:
+        if not (on or (*where, "on") in dead):
             yield f"{site.instruction}: never on"
-        elif not off and (*where, "off") not in dead and site is not sites[-1]:
+        elif not (off or (*where, "off") in dead or site is sites[-1]):
             yield f"{site.instruction}: never off"
 
 

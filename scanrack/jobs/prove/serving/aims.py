@@ -32,12 +32,12 @@ from ..subject import subject_of_job
 from .judging import set_outside
 
 LONGEST_NS = 20_000_000
-"""Longest scan of a run that is sought; on the rack it is some of its own."""
+"""Longest scan of a solved run; on the rack it is several of the rack's scans."""
 
 
 @dataclass(frozen=True, slots=True)
 class DeadPoint:
-    """A contact or output of which something never happens.
+    """A contact or output with a state that never occurs.
 
     Attributes:
         site: the instruction.

@@ -18,13 +18,13 @@ from ...check.rungs.number_ranges import BY_PEOPLE
 from ...load.loading import LoadedRack
 
 MOST_LINES = 400
-"""Rungs and statements of a program up to which it is asked."""
+"""Largest number of rungs and statements of a program with questions."""
 
 MOST_TERMS = 3_000
-"""Terms of a scan up to which a program is asked: about a second."""
+"""Largest number of terms of a scan of a program with questions: about a second."""
 
 BUDGET = 1_000_000
-"""Work for all questions of a rule: terms that they ask about."""
+"""Work for all questions of a rule: terms in them."""
 
 RULES: Mapping[str, str] = {
     "dead-rung": "unreachable",

@@ -1,6 +1,6 @@
-"""What a search asks when it finds nothing new: how contacts and coils that were never on come on.
+"""Questions of a search that finds nothing new: how contacts and coils that were never on come on.
 
-An instruction is asked for in several ways, one at a time:
+The solver gets several questions about an instruction, one at a time:
 
     near     from power-up, in scans of a third of the program's shortest time, 20 ms at least
     on       from where an entry of the corpus showed something new, for the newest of them, in such scans
@@ -33,16 +33,16 @@ from ...record.logic_wrapper import unwrapped
 from .aims import LONGEST_NS, DeadPoint, dead, scenario_to
 
 PATIENCE = 200
-"""Runs that bring nothing new before something is asked."""
+"""Runs without anything new before a question."""
 
 AT_ONCE = 4
-"""Instructions that are asked for before the search continues, each of another rung: answers bring others."""
+"""Questions before the search continues, each about another rung: answers reach others, too."""
 
 NEAR, FAR, STATES = 0, 2, 3
-"""Places of two ways of asking, all others are on; and the number of entries that are asked from."""
+"""Places of two kinds of questions, all others are "on"; and the number of entries from which "on" begins."""
 
 WAYS = 5
-"""Number of times that an instruction is asked for."""
+"""Number of questions about an instruction."""
 
 LIMITS = replace(SEARCH, scans=40, work=2_000_000)
 """Limits of a question: a second or two."""
@@ -55,23 +55,23 @@ FAR_NS = 1_000_000_000
 
 
 class SolverStep:
-    """Asks for what a campaign has not reached, one instruction after the other; in each way once.
+    """Asks the solver how to reach an instruction that a campaign has not reached; each question once.
 
-    Call it between two rounds. Nothing depends on time: the same campaign asks the same on every machine.
+    Call it between two rounds. Nothing depends on time: the questions are the same on every machine.
 
     Args:
-        bench: runs the entries of the corpus up to the states that are asked from.
+        bench: runs the entries of the corpus up to the states from which "on" begins.
 
     Attributes:
-        asked: number of questions.
-        answered: number of scenarios that came of it.
+        questions: their number.
+        answered: number of scenarios in the answers.
     """
 
     def __init__(self, job: LoadedRack, bench: TrialBench, patience: int = PATIENCE) -> None:
         self._job, self._bench, self._patience = job, bench, patience
-        self._tried: Counter[int] = Counter()  # ways of asking for each instruction
-        self._begun: set[tuple[int, str]] = set()  # instructions with the entries they were asked from
-        self.asked = self.answered = 0
+        self._tried: Counter[int] = Counter()  # questions about each instruction
+        self._begun: set[tuple[int, str]] = set()  # instructions with the entries that "on" began from
+        self.questions = self.answered = 0
 
     def __call__(self, state: State) -> tuple[Scenario, ...]:
         """Return scenarios to run if the last runs have brought nothing new; () otherwise."""
@@ -91,14 +91,14 @@ class SolverStep:
         for number in self._open(state):
             way = self._tried[number]
             self._tried[number] += 1
-            scenario = self._asked(number, way, begin)
+            scenario = self._solve(number, way, begin)
             if scenario is not None and scenario.size:
                 yield scenario
 
-    def _asked(self, number: int, way: int, entries: list[Entry]) -> Scenario | None:
-        """Return a scenario in which an instruction comes on, asked for in one of the ways."""
+    def _solve(self, number: int, way: int, entries: list[Entry]) -> Scenario | None:
+        """Return a scenario in which an instruction comes on; None if the solver finds none."""
         point = RungPoint(number, PointState.ON)
-        self.asked += 1
+        self.questions += 1
         if way in (NEAR, FAR):
             longest_ns = self._near_ns if way == NEAR else FAR_NS
             found = scenario_to(self._job, point, limits=LIMITS, longest_ns=longest_ns)
@@ -111,7 +111,7 @@ class SolverStep:
         return self._on_from(entry, point)
 
     def _on_from(self, entry: Entry, point: RungPoint) -> Scenario | None:
-        """Return an entry's scenario up to its last new thing, and what then brings an instruction on."""
+        """Return an entry's scenario up to its last new feature, with what then brings an instruction on."""
         scans = entry.points[-1] + 1
         at_ns = scans * self._bench.spec.scan_ns
         before = _until(entry.scenario, scans - 1, self._bench.spec.scan_ns)
@@ -124,7 +124,7 @@ class SolverStep:
     def _open(self, state: State) -> list[int]:
         """Return instructions that were never on and are not proved dead, the first ones of their rungs.
 
-        Those that were asked for in fewer ways come first.
+        Those with fewer questions so far come first.
         """
         sites = self._lowered.sites
         rungs: dict[tuple[str, str], int] = {}
@@ -136,7 +136,7 @@ class SolverStep:
 
     @cached_property
     def dead_points(self) -> tuple[DeadPoint, ...]:
-        """What is proved never to happen: one proof for a session."""
+        """The states that are proved impossible: one proof for a session."""
         return dead(self._job)
 
     @cached_property
@@ -156,7 +156,7 @@ class SolverStep:
         return frozenset(each.point.number for each in self.dead_points if each.state is PointState.ON)
 
     def gaps(self, found: ProgramReach) -> tuple[Gap, ...]:
-        """Return what a campaign has not reached, without what is proved dead."""
+        """Return the gaps of a campaign, without those that are proved dead."""
         return tuple(each for each in found.gaps if each.number is None or each.number not in self.dead)
 
 
@@ -167,7 +167,7 @@ def _steps(state: State) -> list[Entry]:
 
 
 def _until(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
-    """Return what has begun until a scan; whatever people hold then, they let go."""
+    """Return what has begun until a scan; contacts are released then."""
     end_ns = (scan + 1) * scan_ns
     return scenario_of(
         (name, replace(part, for_ns=min(part.for_ns, end_ns - part.at_ns)) if _is_held(part) else part)

@@ -140,9 +140,9 @@ def addresses(
     """
     found = [ServerAddress.parse(each) for each in given or ()]
     names = [each.protocol for each in found]
-    for name in names:
-        if names.count(name) > 1:
-            raise ValueError(f"--server {name} is given twice: a rack has one of each")
+    twice = [name for name in names if names.count(name) > 1]
+    if twice:
+        raise ValueError(f"--server {twice[0]} is given twice: a rack has one of each")
     if (security or users) and OPC_UA not in names:
         raise ValueError(f"--opc-ua-{'security' if security else 'users'} goes with --server {OPC_UA}")
     if users and security == OPEN:

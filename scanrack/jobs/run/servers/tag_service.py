@@ -99,8 +99,8 @@ class TagService:
         """The desk of the present run; None before the first one."""
         return self._desk
 
-    def said(self) -> list[str]:
-        """Return the lines that tell of the server."""
+    def describe(self) -> list[str]:
+        """Return lines about the server: its address, who reads and who writes."""
         patterns = self._spec.server.writable if self._writes else ()
         there = join_address(self._where.host, self.port)
         lists = self._spec.server.writable
@@ -256,16 +256,21 @@ class TagServices:
     """
 
     def __init__(
-        self, job: LoadedRack, wanted: Sequence[ServerAddress], say: Callable[[str], object], *, writes: bool
+        self,
+        job: LoadedRack,
+        addresses: Sequence[ServerAddress],
+        say: Callable[[str], object],
+        *,
+        writes: bool,
     ) -> None:
         self._services: list[TagService] = []
         with ExitStack() as opened:
-            for each in wanted:
+            for each in addresses:
                 self._services.append(TagService(job, each, say, writes=writes))
                 opened.callback(self._services[-1].end)
             opened.pop_all()
         for service in self._services:
-            for line in service.said():
+            for line in service.describe():
                 say(line)
 
     def serve(self, run: JobRun) -> list[TagDesk]:

@@ -120,7 +120,7 @@ def never(chain: PythonChain, text: str, row: int, present: Any, depth: int = 0)
     parts = {
         "kind": "never",
         "name": text,
-        "value": _plain(present),
+        "value": plain(present),
         "scan": 0,
         "now_ns": chain.recording.times[0],
     }
@@ -145,21 +145,23 @@ def _links_of_part(
 ) -> Iterator[CauseLink]:
     """Yield the inputs that a false part reads; without any, its values."""
     inputs = [
-        Bits(slot, "in", word, ALL_BITS if mask == ALL_BITS else 1 << bit)
+        Bits(slot, "in", word, bits)
         for (slot, word), mask in part.masks.items()
-        for bit in (range(1) if mask == ALL_BITS else range(16))
-        if mask == ALL_BITS or mask >> bit & 1
+        for bits in _whole_or_single(mask)
     ]
-    for bits in inputs:
-        link = chain.of_bits(bits, chain.name(bits), row)
-        if link is not None:
-            yield link
-    for name in () if inputs else part.names:
-        full = chain.full(name)
-        if full != text:
-            link = chain.of_value(full, row, depth + 1)
-            if link is not None:
-                yield link
+    links = [chain.of_bits(bits, chain.name(bits), row) for bits in inputs]
+    if not inputs:
+        names = (chain.full(name) for name in part.names)
+        links = [chain.of_value(name, row, depth + 1) for name in names if name != text]
+    yield from (each for each in links if each is not None)
+
+
+def _whole_or_single(mask: int) -> Iterator[int]:
+    """Yield the mask of a whole word, or each bit of another mask."""
+    if mask == ALL_BITS:
+        yield mask
+    else:
+        yield from (1 << bit for bit in range(16) if mask >> bit & 1)
 
 
 def _site(chain: PythonChain, line: int) -> Site:
@@ -272,5 +274,6 @@ def _names(test: ast.expr) -> Iterator[str]:
                 yield text
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """Return a value as a recording may have it; others as text."""
     return value if isinstance(value, (bool, int, float, str)) else None if value is None else repr(value)

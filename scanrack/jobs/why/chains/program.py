@@ -26,7 +26,7 @@ from ..source.class_names import Names
 from ..source.conditions import source_line
 from ..source.lines import NOWHERE, Line
 from ..traced_run import Load, TracedChange, TracedRun, Watched, fresh, run_again
-from .at_rest import Looker, never
+from .at_rest import Looker, never, plain
 from .waiting import open_wait
 
 
@@ -54,7 +54,7 @@ class ProgramChain(RackChain):
         outranked = forced(self.recording.events, scan, {text}) or of_cpu(self.recording, row)
         stays = outranked is not None and outranked.kind == "fault" and text in found
         if outranked is not None and not stays:
-            return self._outranked(outranked, text, _plain(self.present[text]))
+            return self._outranked(outranked, text, plain(self.present[text]))
         return self._of_value(text, found[text]) if text in found else self._never(text, row, depth)
 
     def _never(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
@@ -119,8 +119,8 @@ class ProgramChain(RackChain):
         """Return the link of a change by a line; `values` after and before its scan."""
         sent = [each for each in made[-1].senders if each.slot == slot] if made else []
         line = sent[0].line if sent else made[-1].line if made else NOWHERE
-        common = {"name": name, "value": _plain(values[0]), "scan": self.recording.numbers[row]}
-        common |= {"now_ns": self.recording.times[row], "before": _plain(values[1])}
+        common = {"name": name, "value": plain(values[0]), "scan": self.recording.numbers[row]}
+        common |= {"now_ns": self.recording.times[row], "before": plain(values[1])}
         if not again.explains(row):
             return CauseLink("unknown", **common, text=again.no_line(Past(self.recording, row)))
         if not line.number and name in Past(self.recording, row).forced_tags:
@@ -129,7 +129,7 @@ class ProgramChain(RackChain):
             text = f"sent by {sent[0].text}" if sent else "no line of the program wrote it"
             return CauseLink("line" if sent else "unknown", **common, text=text)
         waited = self._of_sender(line, row) if sent else self._waited(line, row)
-        causes = [(each,) for each in (waited or list(self._of_reads(made[-1], row)))]
+        causes = list(zip(waited or self._of_reads(made[-1], row)))
         site = _site(line)
         text = source_line(line.file, line.number)
         return linked(
@@ -338,10 +338,6 @@ def _site(line: Line) -> Site:
         routine="",
         instruction=source_line(line.file, line.number),
     )
-
-
-def _plain(value: Any) -> Any:
-    return value if isinstance(value, (bool, int, float, str)) else None if value is None else repr(value)
 
 
 def _differs(change: TracedChange, at: int, mask: int) -> bool:

@@ -1,0 +1,198 @@
+"""Python whose lines are observed while it runs: each statement of a function has a mark before it.
+
+    state.number += 1        if 12 in __lines__: __lines__(12)
+                             state.number += 1
+
+A mark costs a look into a set while its line is not observed. It has the position of its statement, so that
+errors and waits show the same places. The head of a loop has one more mark at the end of each turn. A `case`
+and an `except` run when they are entered.
+"""
+
+from __future__ import annotations
+
+import ast
+import sys
+from collections.abc import Container, Sequence
+from contextvars import ContextVar
+from functools import lru_cache
+from pathlib import Path
+from types import CodeType, FrameType
+from typing import Any
+
+LINES = "__lines__"
+"""The global variable of a module with its `Lines`."""
+
+
+class Observer:
+    """Sees lines before they run.
+
+    Attributes:
+        lines: the numbers of the lines that it sees; None = all.
+    """
+
+    lines: Container[int] | None = None
+
+    def begins(self, file: str, line: int, frame: FrameType | None) -> None:
+        """See a line of a function, or a step of a list of steps, which has no frame.
+
+        Args:
+            file: its name without the folder: a copy of a program runs in another one.
+        """
+
+
+class LineWatch:
+    """The modules with marks that were loaded for it, and the observers of their lines."""
+
+    def __init__(self) -> None:
+        self._modules: list[Lines] = []
+        self.observers: list[Observer] = []
+
+    def add(self, observer: Observer) -> None:
+        """Show an observer its lines, also after these have changed."""
+        self.only(*(each for each in self.observers if each is not observer), observer)
+
+    def remove(self, observer: Observer) -> None:
+        """Show an observer no further lines."""
+        self.only(*(each for each in self.observers if each is not observer))
+
+    def only(self, *observers: Observer) -> None:
+        """Replace all observers."""
+        self.observers = list(observers)
+        for each in self._modules:
+            each.select()
+
+    def files(self, folder: Path) -> list[Path]:
+        """Return the files of its modules in a folder, also in folders below."""
+        found = dict.fromkeys(Path(each.path).resolve() for each in self._modules)
+        return [each for each in found if each.is_relative_to(folder.resolve())]
+
+    def follow(self, lines: Lines) -> None:
+        """Show the lines of a further module."""
+        self._modules.append(lines)
+        lines.select()
+
+
+WATCH: ContextVar[LineWatch] = ContextVar("WATCH", default=LineWatch())  # noqa: B039 - one for a session
+"""The watch of the modules that are loaded now."""
+
+
+class Lines(set[int]):
+    """The observed lines of a module; is called before one of them."""
+
+    def __init__(self, path: str, known: Sequence[int]) -> None:
+        super().__init__()
+        self.path, self.file, self._known, self._watch = path, Path(path).name, known, WATCH.get()
+        self._watch.follow(self)
+
+    def select(self) -> None:
+        """Take the lines that the present observers see."""
+        self.clear()
+        for each in self._watch.observers:
+            lines = each.lines
+            self.update(self._known if lines is None else (line for line in self._known if line in lines))
+
+    def __call__(self, line: int) -> None:
+        """Show the observers a line."""
+        for each in self._watch.observers:
+            if each.lines is None or line in each.lines:
+                each.begins(self.file, line, sys._getframe(1))
+
+
+@lru_cache(maxsize=16)
+def marked_code(data: bytes, path: str) -> CodeType:
+    """Compile a module with a mark before each line; SyntaxError or ValueError as `compile` raises them."""
+    tree = ast.parse(data, path)
+    known = mark(tree)
+    head = f"from {__name__} import Lines as {LINES}; {LINES} = {LINES}({path!r}, {(*sorted(known),)})"
+    place = after_the_head(tree)
+    tree.body[place:place] = ast.parse(head).body
+    return compile(ast.fix_missing_locations(tree), path, "exec")
+
+
+@lru_cache(maxsize=16)
+def marked_lines(data: bytes) -> Sequence[int]:
+    """Return the lines that run in the functions of a module, not those that run while it is loaded."""
+    return sorted(mark(ast.parse(data)))
+
+
+def mark(tree: ast.AST) -> set[int]:
+    """Put marks into the functions of a tree; return their lines."""
+    marks = _Marks()
+    for child in ast.iter_child_nodes(tree):
+        marks.enter(child)
+    return marks.lines
+
+
+class _Marks:
+    """Puts marks into functions."""
+
+    def __init__(self) -> None:
+        self.lines: set[int] = set()
+
+    def enter(self, node: ast.AST) -> None:
+        """Mark the functions within a node outside of functions."""
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            node.body = self._block(node.body, None, None)
+        else:
+            for child in ast.iter_child_nodes(node):
+                self.enter(child)
+
+    def _block(self, body: list[ast.stmt], around: Any, loop: ast.stmt | None) -> list[ast.stmt]:
+        """Return a block of a function with marks.
+
+        Args:
+            around: the node that it belongs to, with the line that has run last; None = a function.
+            loop: the loop that a `continue` in it continues.
+        """
+        made, latest = list[ast.stmt](), getattr(around, "lineno", 0)
+        for each in body:
+            if each.lineno != latest and not _runs_nothing(each):
+                made.append(self._mark(each))
+            latest = each.lineno
+            if isinstance(each, ast.Continue) and loop is not None:
+                made.append(self._mark(loop))
+            self._inside(each, loop)
+            made.append(each)
+        return made
+
+    def _inside(self, node: Any, loop: ast.stmt | None) -> None:
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            self.enter(node)
+            return
+        for name in ("body", "orelse", "finalbody"):
+            if block := getattr(node, name, None):
+                turns = name == "body" and isinstance(node, ast.For | ast.AsyncFor | ast.While)
+                made = self._block(block, node, node if turns else loop)
+                setattr(node, name, [*made, self._mark(node)] if turns else made)
+        for each in (*getattr(node, "handlers", ()), *getattr(node, "cases", ())):
+            head = getattr(each, "pattern", each)  # of a case
+            each.body = [self._mark(head), *self._block(each.body, head, loop)]
+
+    def _mark(self, node: Any) -> ast.stmt:
+        self.lines.add(node.lineno)
+        return located(f"if {node.lineno} in {LINES}: {LINES}({node.lineno})", node)
+
+
+def _runs_nothing(node: ast.stmt) -> bool:
+    constant = isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)  # such as a docstring
+    return constant or isinstance(node, ast.Global | ast.Nonlocal)
+
+
+def located(text: str, place: Any) -> ast.stmt:
+    """Return a statement that has the position of a node."""
+    made = ast.parse(text).body[0]
+    for each in ast.walk(made):
+        if isinstance(each, ast.expr | ast.stmt):
+            ast.copy_location(each, place)
+    return made
+
+
+def after_the_head(tree: ast.Module) -> int:
+    """Return the place after docstring and `from __future__` imports."""
+    heads = [
+        place
+        for place, each in enumerate(tree.body)
+        if (place == 0 and isinstance(each, ast.Expr) and isinstance(each.value, ast.Constant))
+        or (isinstance(each, ast.ImportFrom) and each.module == "__future__")
+    ]
+    return max(heads, default=-1) + 1
