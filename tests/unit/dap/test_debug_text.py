@@ -387,3 +387,20 @@ def test_a_recording_is_debugged_as_the_session(
     assert client.frames()[0]["source"]["path"] == str(rack.with_name(file))
     back = [client.go("reverseContinue")[1] for _ in stops[1:]]
     assert back == stops[-2::-1]
+
+
+def test_a_pause_breaks_off_a_search_of_the_past(
+    client: DebugClient, tmp_path: Path, sequences: Path
+) -> None:
+    trace = tmp_path / "run.mcap"
+    with ExitStack() as ports:
+        JobRun(load_job(str(sequences)), ports, RunOptions(trace=trace)).run(8000)
+    client.begin(trace, trust=True, scan=7999)
+    client.ask("configurationDone")
+    assert client.stopped() == ("entry", 7999)
+    client.ask("setFunctionBreakpoints", breakpoints=[{"name": "counting.rounds < 0"}])
+    for each in client.tell_all(("reverseContinue", {"threadId": 1}), ("pause", {"threadId": 1})):
+        client.answer_to(each)
+    reason, scan = client.stopped()
+    assert (reason, 0 <= scan < 7999) == ("pause", True)
+    assert client.go("reverseContinue") == ("entry", 0)
