@@ -7,7 +7,7 @@
 Words that act while the axis moves leave its position uncertain by the steps between two instants that are
 tried, until it is read at rest.
 
-A hypothesis that does not explain a read is contradicted and goes. Those in one state continue as one. A
+A hypothesis that does not explain a read is dropped. Hypotheses in the same state are merged. A
 read that none of them explains is a difference. More than `most` of them at a time, and the search gives up.
 """
 
