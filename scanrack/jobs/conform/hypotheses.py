@@ -273,7 +273,7 @@ def _merged(live: list[Branch], since_ns: int, limit: int | None) -> list[Branch
 
     Args:
         since_ns: images from here on may still be needed.
-        limit: what is sent next may act from here on, so that none may have gone further.
+        limit: the next request may take effect from here on, so no branch may be later than this.
     """
     states: dict[Any, Branch] = {}
     now_ns = max(branch.now_ns for branch in live)
