@@ -31,7 +31,8 @@ ROW = 22
 VALUE = 12
 """Columns reserved for a value in a box."""
 
-_MEMBER = len("Preset ")
+SHORT_LINE = len("TON 0.020 of 10.000 s")
+"""Columns of a box of one line: its title, and what it does."""
 
 HEAD, FOOT = 3, 10
 """Units above the first row and below the lowest mark."""
@@ -155,7 +156,7 @@ class _ValueRuler(Ruler):
         texts = self._block_texts(instruction)
         if not self._operands:
             if instruction.name in SHORT and texts is not None:
-                return (BoxLine("", str(instruction.operands[0]).ljust(_MEMBER + VALUE)),)
+                return (BoxLine("", str(instruction.operands[0]).ljust(SHORT_LINE)),)
             if instruction.name == "JSR" and str(instruction.operands[-1]) == "0":  # without parameters
                 return super().lines(instruction, room)[:-1]
         if instruction.name in BESIDE or texts is None:

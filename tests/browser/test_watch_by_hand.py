@@ -17,6 +17,7 @@ window.painted = [];
 const pen = CanvasRenderingContext2D.prototype, { fillText } = pen;
 pen.fillText = function (...all) { painted.push(all[0]); return fillText.apply(this, all); };
 """
+POSITION = "return document.querySelector('[data-name=\"1.position\"]').dataset.value"
 LATER_VALUES = """
 window.seen = [];
 const value = document.querySelector("#tag output"), since = document.querySelector("#tag .since");
@@ -229,3 +230,67 @@ def test_an_event_stands_after_its_cause_of_the_same_time(page, paused):
     (cause,) = [place for place, each in enumerate(latest_first) if "is energized" in each]
     (effect,) = [place for place, each in enumerate(latest_first) if "cut short" in each]
     assert effect < cause
+
+
+def test_find_replaces_what_was_typed_before_and_arrows_lead_through_its_hits(page, paused):
+    page.open_at(paused, 10)
+    type_keys(page, "/", "Feeding")
+    until(lambda: page.run("return document.querySelectorAll('.hits button').length") > 2)
+    type_keys(page, Keys.ARROW_DOWN, Keys.ARROW_DOWN, Keys.ARROW_DOWN, Keys.ARROW_UP)
+    assert page.run(FOCUS).startswith("Main.7")
+    type_keys(page, Keys.ENTER)
+    until(lambda: page.run("return document.querySelector('.row[aria-current]')?.dataset.at") == "Main.7")
+    type_keys(page, "/", "Quiet.PRE", Keys.ENTER)
+    until(lambda: page.run(TEXT, "#tag .name") == "Quiet.PRE")
+
+
+def test_escape_leaves_a_field_before_it_clears_the_selection(page, paused):
+    page.open_at(paused, 10)
+    page.click("[data-element='Main.7.4']")
+    page.control("New value").send_keys("1", Keys.ESCAPE)
+    assert page.run("return document.activeElement === document.body")
+    type_keys(page, Keys.ESCAPE)
+    until(lambda: page.run("return !document.querySelector('#tag').checkVisibility()"))
+
+
+def test_the_buttons_of_an_edit_are_a_key_away_from_the_caret(page, paused):
+    page.open_at(paused, 10)
+    page.press("Edit")
+    page.until_there(".caret input")
+    type_keys(page, "XIO Trouble", Keys.ENTER)
+    until(lambda: page.control("Accept edits").is_enabled())
+    ActionChains(page.browser).key_down(Keys.SHIFT).send_keys(Keys.F6).key_up(Keys.SHIFT).perform()
+    assert page.run(FOCUS) == "Accept edits"
+    type_keys(page, Keys.ENTER)
+    until(lambda: page.control("Test edits").is_enabled())
+    type_keys(page, Keys.TAB, Keys.ENTER)
+    until(lambda: "Tested" in page.run(TEXT, ".verdict"))
+
+
+def test_keys_of_the_page_zoom_the_strip(page, paused):
+    page.open_at(paused, 10)
+    span = "return document.querySelector('#strip .tools output:not(.between)').textContent"
+    type_keys(page, "+", "+")
+    assert page.run(span) == "1 s"
+    type_keys(page, "-")
+    assert page.run(span) == "2 s"
+
+
+def test_a_plot_has_the_values_of_the_scan_shown_without_a_pointer(page, paused):
+    page.open_at(paused, 1500)
+    page.press("Plot lanes")
+    position = f"{int(page.run(POSITION)):,}"
+    until(lambda: page.run(TEXT, "dialog[open] output") == f"00:02.998  1.position {position}")
+    type_keys(page, Keys.ESCAPE)
+
+
+def test_keys_break_at_the_line_at_which_a_sequence_waits(page):
+    with watching("examples/sequences/labeller.toml", "--paused", "--time-scale", "max") as session:
+        page.open_at(session, 500)
+        waits = page.run("return document.querySelector('.code-line[data-power=\"1\"]').dataset.at")
+        type_keys(page, Keys.ARROW_DOWN)
+        until(lambda: page.run("return document.querySelector('[aria-current=true]')?.dataset.at") == waits)
+        type_keys(page, "b")
+        page.until_there(f"[data-at='{waits}'][data-breakpoint]")
+        type_keys(page, "/", "self.labels", Keys.ENTER)  # its text is found as well
+        until(lambda: "self.labels" in page.run(TEXT, ".code-line[aria-current]"))

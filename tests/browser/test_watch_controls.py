@@ -167,7 +167,7 @@ def test_help_shows_every_key(page, feeder):
     shown = page.run(
         "return [...document.querySelectorAll('dialog[open] kbd')].map(each => each.textContent)"
     )
-    assert shown == ["space", *".,[]←→↑↓mt10rwgulakbBxfpnceEdD/", "F6", "Esc", "?"]
+    assert shown == ["space", *".,[]←→↑↓mt10rwgulakbBxfpn+-ceEdD/", "F6", "Esc", "?"]
     page.press("Close help")
     assert not page.run("return document.querySelector('dialog[open]')")
 

@@ -5,9 +5,11 @@ Broken on purpose: `held` of scrub.js never set, the strip of a telephone not st
 
 from functools import partial
 
+import pytest
+from selenium.webdriver.common.action_chains import ActionChains
 from watched_page import until, watching
 
-LEFT, RIGHT, UP = "\ue012", "\ue014", "\ue013"
+LEFT, RIGHT, UP, DOWN = "\ue012", "\ue014", "\ue013", "\ue015"
 BOX = """
 const { left, top, right, bottom } = document.querySelector(arguments[0]).getBoundingClientRect();
 return [left, top, right, bottom];
@@ -58,11 +60,11 @@ pen.clearRect = function (...box) {
   clearRect.apply(this, box);
 };
 pen.fillText = function (text, ...at) {
-  if (text.startsWith("1.")) rows.push(text);
+  if (text.startsWith("1.")) rows.push([text, at[1]]);
   fillText.call(this, text, ...at);
 };
 """
-ROWS = "return rows"
+ROWS = "return rows.map(([name]) => name)"
 FOLD = "const fold = document.querySelector('.fold'); return fold.checkVisibility() ? fold.textContent : ''"
 
 
@@ -80,6 +82,11 @@ def test_at_720_pixels_three_rungs_and_the_time_axis_are_in_view_with_the_causes
     until(lambda: page.run(WHOLE_RUNGS) >= 3)
     assert abs(page.run(AXIS)) <= 1
     page.run(SPY)
+    page.press("Zoom out")
+    page.press("Zoom in")
+    tops = until(lambda: page.run("return rows.map(([, top]) => top)"))
+    seen = page.run(BOX, "canvas.axis")[1] - page.run(BOX, "canvas.chart")[1]
+    assert sum(top < seen for top in tops) >= 5  # the position, and four lanes
     for _ in range(4):
         page.press("Zoom in")  # 0.2 s: the axis stands, and nothing moves
     until(lambda: page.run(FOLD).startswith("▸ "))
@@ -91,14 +98,66 @@ def test_at_720_pixels_three_rungs_and_the_time_axis_are_in_view_with_the_causes
     assert "1.MOVING_CW" in page.run(ROWS)
 
 
-def test_a_small_program_leaves_its_room_to_the_strip(page):
+def test_a_small_program_leaves_its_room_to_the_strip_and_the_lists(page):
     with watching("examples/first/rack.toml", "--paused", "--time-scale", "max") as session:
         page.open(session.link, paused=True)
         page.until_drawn()
+        until(lambda: page.run(BOX, "#strip")[1] < 0.4 * 1000)
+        assert (
+            page.run(BOX, "#program")[3] - page.run(BOX, ".rungs")[3] < 40
+        )  # no empty room beneath the rungs
+        assert page.run(BOX, "aside")[3] == page.run(BOX, "#strip")[3]
         first = page.run(BOX, "#strip")[1]
-        assert first < 0.7 * 1000  # 22 percent of the page would begin at 780
-        page.browser.find_element("id", "strip-gutter").send_keys(UP)  # from now on as the viewer sets it
-        until(lambda: page.run(BOX, "#strip")[1] > first)
+        gutter = page.browser.find_element("id", "strip-gutter")
+        gutter.send_keys(DOWN)  # from now on as the viewer sets it
+        until(lambda: first < page.run(BOX, "#strip")[1] < first + 50)
+        ActionChains(page.browser).double_click(gutter).perform()
+        until(lambda: page.run(BOX, "#strip")[1] == first)
+
+
+HALVES = """
+const answer = document.querySelector("#tag .answer").getBoundingClientRect().top;
+const rows = [...document.querySelectorAll("#tag :is(button, input, .since)")];
+const others = rows.filter(each => !each.closest(".answer"));
+const boxes = others.map(each => [each.textContent, each.getBoundingClientRect()]);
+return boxes.filter(([, { top, bottom }]) => top < answer && bottom > answer).map(([text]) => text);
+"""
+UNCOVERED = """
+const node = document.querySelector(`#tag ${arguments[0]}`);
+const { left, top, width, height } = node.getBoundingClientRect();
+return [3, height - 3].every(each => document.elementFromPoint(left + width / 2, top + each) === node);
+"""
+"""Whether nothing covers a control of the card."""
+
+
+@pytest.mark.parametrize(("wide", "high"), [(1280, 720), (400, 800)])
+def test_a_long_answer_stands_beneath_the_name_and_no_row_of_buttons_is_cut(page, paused, wide, high):
+    page.look(wide, high)
+    page.open_at(paused, 4100)
+    page.run(
+        "document.querySelector('[data-element=\"Main.7.4\"]')"
+        ".dispatchEvent(new MouseEvent('click', { bubbles: true }))"
+    )
+    page.press("Why")
+    page.until_there("#tag .chain li")
+    name, answer = page.run(BOX, "#tag .name"), page.run(BOX, "#tag .answer")
+    assert page.run(BOX, "#tag")[1] <= name[1] < name[3] <= answer[1] < page.run(BOX, "#tag")[1] + 90
+    assert page.run(HALVES) == []
+    page.run("arguments[0].focus()", page.control("What would it take"))
+    until(lambda: page.run(UNCOVERED, "[aria-label='What would it take']"))
+    page.run("arguments[0].focus()", page.control("Write"))
+    until(lambda: page.run(UNCOVERED, "[aria-label='Write']"))
+
+
+def test_on_a_telephone_the_buttons_of_an_edit_are_whole(page, paused):
+    page.look(400, 800)
+    page.open_at(paused, 10)
+    page.press("Edit")
+    page.until_there(".caret input")
+    page.control("Instruction, such as XIC Start").send_keys("XIO Trouble", "\ue007")
+    until(lambda: page.control("Accept edits").is_enabled())
+    ends = "[...document.querySelectorAll('.rungbar button')].map(each => each.getBoundingClientRect().right)"
+    assert max(page.run(f"return {ends}")) <= page.run(BOX, ".rungbar")[2]
 
 
 def test_the_tag_is_a_sheet_in_view_on_a_telephone(page, paused):

@@ -150,7 +150,8 @@ def test_readings_between_the_cursors_are_a_table_in_the_clipboard(marked):
     assert head == ["lane", "at A", "at B", "least", "greatest", "edges"]
     assert (first[0], second[0]) == ("A", "B")
     (position,) = [row for row in rows if row[0] == "1.position"]
-    assert int(position[3]) <= int(position[1].replace(",", "")) <= int(position[4])
+    assert int(position[3]) <= int(position[1]) <= int(position[4])
+    assert {row[1] for row in rows if row[0].startswith("1.MOVING")} <= {"0", "1"}
     assert {len(row) for row in rows} == {6}
 
 

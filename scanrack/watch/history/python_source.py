@@ -71,6 +71,14 @@ class PythonSource:
         kind = "steps" if self._name.endswith(".steps") else "python"
         return [{"name": self._name, "kind": kind, "comment": "", "lines": len(self._lines)}]
 
+    def find(self, text: str) -> list[Json]:
+        """Return the lines that contain a text, ignoring case."""
+        return [
+            {"text": line.strip(), "rung": f"{self._name}.{number}", "tag": None}
+            for number, line in enumerate(self._lines, 1)
+            if text.casefold() in line.casefold()
+        ]
+
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the line of a fault, such as line.py.62; None if it is in another file."""
         file, _, line = fault.where.rpartition(":")

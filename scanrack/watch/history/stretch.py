@@ -25,7 +25,7 @@ from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.loop.faults import Fault
 from scanrack.runtime.loop.scan import ScanLogic
 
-from .catalog import Catalog
+from .catalog import Catalog, tag_hits
 from .event_log import LAST_SCAN
 from .lanes import TagLanes, ValueHistory
 from .program_file import digest
@@ -156,6 +156,13 @@ class Stretch:
         routines = [] if self.source is None else self.source.routines()
         reported = {"stubs": [], "lacks": self.lacks, "settable": isinstance(logic, Logic)}
         return {"routines": routines, "tags": tags + self.alias_tags(), **reported}
+
+    def find(self, text: str, values: Mapping[str, object]) -> list[Json]:
+        """Return the tags or values, and the rungs or lines, that contain a text."""
+        if self.catalog is not None:
+            return self.catalog.find(text)
+        lines = [] if self.source is None else self.source.find(text)
+        return tag_hits(self.described(values)["tags"], text) + lines
 
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the rung or line of a fault, such as Main.3 or line.py.62; None if unknown."""

@@ -207,9 +207,9 @@ def xref(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def find(monitor: Monitor, page: Page, said: Said) -> Json:
-    """List the tags, the words and bits of images, and the rungs that contain a text."""
+    """List the tags, the words and bits of images, and the rungs or lines that contain a text."""
     text, program = text_in(said, "text"), program_of(monitor, page)
-    hits = tag_hits(program.alias_tags(), text) if program.catalog is None else program.catalog.find(text)
+    hits = program.find(text, monitor.subject.values)
     hits += tag_hits(addresses_of(monitor.subject.spec), text)
     ranked = sorted(hits, key=lambda hit: _is_called(hit, text), reverse=True)
     return {"hits": ranked[:MOST_HITS]}

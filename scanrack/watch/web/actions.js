@@ -2,7 +2,7 @@
 
 import { WAITS, waits } from "./breakpoints.js";
 import {
-  closed, first, lacksBreak, lacksForce, notBool, notSingle, past, python, untimed, unwritable,
+  closed, first, isPython, lacksBreak, lacksForce, notBool, notSingle, past, python, untimed, unwritable,
 } from "./lacks.js";
 import { showPanel } from "./layout.js";
 import * as orders from "./orders.js";
@@ -19,13 +19,15 @@ const full = ({ tag }) =>
 const unitOf = rung =>
   run.hello.routines.find(each => rung.startsWith(`${each.name}.`))?.kind === "ladder" ? "rung" : "line";
 const onTag = (key, text, says, lacks, act, more) => ({ key, text: () => text, says, lacks, act, of: "tag", ...more });
-const onRung = (key, wait) => {
-  const [end, , words] = wait;
+// The first key is for the first of what a breakpoint can wait for: of a line of Python that it executes.
+const onRung = (key, place) => {
+  const wait = () => (place ? WAITS[place] : waits()[0]), whole = ({ rung }) => rung + wait()[0];
   return {
-    key, of: "rung", text: ({ rung }) => `Break when ${unitOf(rung)} ${rung.split(".").at(-1)} ${words}`,
-    says: `breakpoint: when the rung ${words}`,
-    lacks: first(untimed, () => (waits().includes(wait) ? "" : "a line of Python executes or not")),
-    checked: ({ rung }) => run.breakpoints.includes(rung + end), act: ({ rung }) => orders.breakpoint(rung + end),
+    key, of: "rung", fits: () => !place || !isPython(),
+    text: ({ rung }) => `Break when ${unitOf(rung)} ${rung.split(".").at(-1)} ${wait()[2]}`,
+    says: `breakpoint: when the rung ${WAITS[place][2]}`,
+    lacks: first(untimed, () => (waits().includes(wait()) ? "" : "a line of Python executes or not")),
+    checked: subject => run.breakpoints.includes(whole(subject)), act: subject => orders.breakpoint(whole(subject)),
   };
 };
 
@@ -87,7 +89,7 @@ export const ACTIONS = [
     ({ tag }) => orders.breakpoint(tag),
     { checked: ({ tag }) => run.breakpoints.includes(tag) }
   ),
-  ...WAITS.map((wait, place) => onRung("bBx"[place], wait)),
+  ...[..."bBx"].map(onRung),
 ];
 
 // Does what a row says, or returns why it can't be done.

@@ -55,7 +55,7 @@ const hint = el(
 );
 const bar = el(
   "div",
-  { class: "editing rungbar", role: "group", "aria-label": "Edit rungs", hidden: true, keydown: barKeyed },
+  { id: "edit", class: "editing rungbar", role: "group", "aria-label": "Edit rungs", hidden: true, keydown: barKeyed },
   el(
     "div",
     { class: "line" },

@@ -8,9 +8,9 @@ import { showRung } from "./program.js";
 const hits = el("ul", { class: "hits", role: "listbox", "aria-label": "Hits", hidden: true });
 export const field = el("input", {
   type: "search", "aria-label": "Find", placeholder: "Find  /", autocomplete: "off", spellcheck: "false",
-  input: () => queried(), keydown: keyed, focus: () => { hits.hidden = !hits.children.length; },
+  input: () => queried(), focus: () => { hits.hidden = !hits.children.length; },
 });
-const box = el("div", { class: "find", focusout: left }, field, hits);
+const box = el("div", { class: "find", focusout: left, keydown: keyed }, field, hits);
 
 let asking = 0, first = null; // the best hit of what is typed
 
@@ -37,10 +37,16 @@ function open(hit) {
   if (hit.rung) showRung(hit.rung);
 }
 
+// Arrows go through the hits, Enter opens the one with the focus, or the first.
 function keyed(event) {
-  if (event.key === "Escape") { hits.hidden = true; field.blur(); }
-  if (event.key === "ArrowDown") { hits.querySelector("button")?.focus(); event.preventDefault(); }
-  if (event.key === "Enter") { event.preventDefault(); enter(); }
+  const all = [field, ...hits.querySelectorAll("button")],
+    move = { ArrowDown: 1, ArrowUp: -1 }[event.key],
+    isTyping = event.target === field;
+  if (event.key === "Escape") { hits.hidden = true; event.target.blur(); }
+  else if (move) all.at((all.indexOf(event.target) + move) % all.length).focus();
+  else if (event.key === "Enter" && isTyping) enter();
+  else return;
+  event.preventDefault();
 }
 
 // Opens the first hit of what is typed, which is requested again: an answer may be on its way.

@@ -18,10 +18,11 @@ import { select, selected } from "./selection.js";
 import { subjectNow } from "./subject.js";
 import { forceSelected } from "./tag.js";
 import { run } from "./state.js";
+import { zoom } from "./strip.js";
 
 const second = () => Math.round(1e9 / (run.hello?.period_ns ?? 2e6));
 
-const PARTS = ["bar", "program", "machine", "tag", "lists", "strip"];
+const PARTS = ["bar", "edit", "program", "machine", "tag", "lists", "strip"];
 
 // A key, what it does, how the help says so, and how it calls the key.
 const ROWS = [
@@ -39,12 +40,14 @@ const ROWS = [
   ["f", forceSelected, "force the selected tag, or remove its force"],
   ["p", () => toPrevious(selected.tag), "the previous change of the selected tag"],
   ["n", () => toNext(selected.tag), "its next change"],
+  ["+", () => zoom(-1), "less time in the strip, larger"],
+  ["-", () => zoom(1), "more time in the strip"],
   ["c", setCursor, "cursor A at the scan shown, then B, then none"],
   ["e", () => toMark(1), "the next mark of a recording: an error, a fault, a rule, another mode, a restart"],
   ["E", () => toMark(-1), "the mark before"],
   ["d", () => toDifference(1), "the next difference from the recording compared with"],
   ["D", () => toDifference(-1), "the previous difference"],
-  ["/", () => field.focus(), "find"],
+  ["/", () => field.select(), "find"],
   ["F6", event => toPart(event.shiftKey ? -1 : 1), "the next part of the page, with Shift the one before"],
   ["Escape", () => select({}), "select nothing", "Esc"],
   ["?", () => help(), "this help"],
@@ -71,7 +74,7 @@ export const helpButton = () => button("Keys", help, { text: "?", title: "Keys (
 
 // Gives the focus to the first control of another part that is shown.
 function toPart(by) {
-  const parts = PARTS.map(at).filter(part => part.checkVisibility()),
+  const parts = PARTS.map(at).filter(part => part?.checkVisibility()),
     here = parts.findIndex(part => part.contains(document.activeElement)),
     next = parts[(Math.max(here, by > 0 ? -1 : 0) + by + parts.length) % parts.length];
   const controls = [...next.querySelectorAll("button, input, select, summary, [tabindex]")];
@@ -82,6 +85,7 @@ function isBusy(event) {
   const on = event.target;
   if (event.key === "F6") return Boolean(document.querySelector("dialog[open]"));
   if (document.querySelector("dialog[open]") || event.ctrlKey || event.metaKey || event.altKey) return true;
+  if (on.matches("input, select, textarea") && event.key === "Escape") on.blur(); // then for the page
   if (on.matches("input, select, textarea"))
     return !(on.type === "range" && KEYS[event.key] && !event.key.startsWith("Arrow"));
   if (on.closest(".chart")) return event.key.startsWith("Arrow");

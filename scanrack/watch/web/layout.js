@@ -11,16 +11,19 @@ const PANELS = {
   panel: ["Panel", "Operator panel"],
 };
 const LEAST = 20, MOST = 80, STEP = 2; // percent of the page
+const MARGIN = 12; // CSS pixels beside the parts
 
-// What a gutter sets: the percentage at first, keys that add to it, and the percentage at a place of the pointer.
+// What a gutter sets in a unit of CSS: its share now, keys that change it, and the share at a place of the pointer.
 const GUTTERS = {
   program: {
-    first: 62,
+    unit: "%",
+    now: node => node.offsetWidth / (innerWidth - 2 * MARGIN),
     keys: { ArrowLeft: -STEP, ArrowRight: STEP },
-    at: ({ clientX }, { left, width }) => (clientX - left) / width,
+    at: ({ clientX }) => (clientX - MARGIN) / (innerWidth - 2 * MARGIN),
   },
   strip: {
-    first: 22,
+    unit: "vh",
+    now: node => node.offsetHeight / innerHeight,
     keys: { ArrowUp: STEP, ArrowDown: -STEP },
     at: ({ clientY }) => (innerHeight - clientY) / innerHeight,
   },
@@ -46,21 +49,22 @@ let layout = {};
 const key = () => `scanrack layout ${run.hello.path}`;
 
 at("tabs").replaceChildren(...tabs);
-for (const [name, { first, keys, at: shareAt }] of Object.entries(GUTTERS)) {
-  const gutter = at(`${name}-gutter`), page = gutter.parentElement;
+for (const [name, { now, keys, at: shareAt }] of Object.entries(GUTTERS)) {
+  const gutter = at(`${name}-gutter`), percent = () => 100 * now(at(name));
   gutter.addEventListener("pointerdown", event => {
     event.preventDefault();
     gutter.setPointerCapture(event.pointerId);
   });
   gutter.addEventListener("pointermove", event => {
-    if (gutter.hasPointerCapture(event.pointerId)) set(name, 100 * shareAt(event, page.getBoundingClientRect()));
+    if (gutter.hasPointerCapture(event.pointerId)) set(name, 100 * shareAt(event));
   });
-  gutter.addEventListener("dblclick", () => set(name, first));
+  gutter.addEventListener("dblclick", () => set(name));
   gutter.addEventListener("keydown", event => {
     if (!keys[event.key]) return;
     event.preventDefault();
-    set(name, (layout[name] ?? first) + keys[event.key]);
+    set(name, percent() + keys[event.key]);
   });
+  new ResizeObserver(() => setAttribute(gutter, "aria-valuenow", Math.round(percent()))).observe(at(name));
 }
 
 onHello(() => {
@@ -68,8 +72,9 @@ onHello(() => {
   apply();
 });
 
+// Without a percentage the part has its size of the style sheet.
 function set(name, percent) {
-  layout[name] = Math.min(Math.max(Math.round(percent * 10) / 10, LEAST), MOST);
+  layout[name] = percent && Math.min(Math.max(Math.round(percent * 10) / 10, LEAST), MOST);
   keep(key(), layout);
   apply();
 }
@@ -82,17 +87,10 @@ export function showPanel(id) {
 }
 
 function apply() {
-  for (const [name, { first }] of Object.entries(GUTTERS)) {
-    const percent = Number.isFinite(layout[name]) ? layout[name] : first;
-    document.documentElement.style.setProperty(`--${name}`, percent);
-    setAttribute(at(`${name}-gutter`), "aria-valuenow", Math.round(percent));
+  for (const [name, { unit }] of Object.entries(GUTTERS)) {
+    const share = Number.isFinite(layout[name]) ? layout[name] + unit : "";
+    document.documentElement.style.setProperty(`--${name}`, share);
   }
-  // of several ones the sizes differ
-  setFlag(
-    document.documentElement,
-    "data-fits",
-    !Number.isFinite(layout.strip) && (run.hello.routines ?? []).length < 2
-  );
   const chosen = layout.panel in PANELS ? layout.panel : "events";
   for (const id of Object.keys(PANELS)) {
     const tab = at(`${id}-tab`);

@@ -42,7 +42,7 @@ function fill() {
         el(
           "div",
           { role: "group", "aria-label": each === "tag" ? "Tag" : "Rung" },
-          ...ACTIONS.filter(({ of }) => of === each).map(itemOf)
+          ...ACTIONS.filter(({ of, fits }) => of === each && (!fits || fits())).map(itemOf)
         )
       )
   );

@@ -2,9 +2,10 @@
 
 import { AXIS, grid, said } from "./chart.js";
 import { button, dialogOf, el, setText } from "./dom.js";
-import { clock } from "./format.js";
+import { clock, shown } from "./format.js";
 import { after, range, stretches, valueOf } from "./lanes.js";
 import { colors, pen } from "./pen.js";
+import { run } from "./state.js";
 
 const LEFT = 72, RIGHT = 72, TOP = 10, LINES = 5; // CSS pixels; lines of a scale at most
 
@@ -54,7 +55,7 @@ function draw() {
   grid(to, pen(times, wide, AXIS), x, left, from, end, high);
   const lanes = [[first.value, colors.curve, left - 8, "right"], [second.value, colors.mark, right + 8, "left"]];
   for (const [name, color, place, align] of lanes) if (name) lane(to, name, color, place, align, x, high, wide);
-  setText(reading, "");
+  readAt(run.t);
 }
 
 function lane(to, name, color, place, align, x, high, wide) {
@@ -95,10 +96,14 @@ function stepOf(wide) {
   return wide === 1 ? 1 : ten * [1, 2, 5, 10].find(each => each * ten >= wide / LINES);
 }
 
-// What the lanes have at the time under the pointer.
-function read(event) {
-  if (!axis) return;
-  const { from, end, left, right } = axis, time = from + (event.offsetX - left) / (right - left) * (end - from);
+function read({ offsetX }) {
+  const { from, end, left, right } = axis;
+  readAt(from + (offsetX - left) / (right - left) * (end - from));
+}
+
+// What the lanes have at a time: under the pointer, or of the scan shown.
+function readAt(time) {
+  const { from, end } = axis;
   const texts = [first.value, second.value]
     .filter(Boolean)
     .map(name => `${name} ${valueAt(source.points(name), time)}`);
@@ -106,7 +111,7 @@ function read(event) {
 }
 
 // The value at a time, in words.
-export function valueAt(points, time) {
+function valueAt(points, time) {
   const point = points[after(points, time) - 1], value = point ? valueOf(point) : null;
-  return value === null ? "–" : said(value);
+  return value === null ? "–" : point.length === 4 ? shown(value) : said(value);
 }

@@ -187,7 +187,9 @@ function reveal() {
 // The focus of an instruction goes along.
 export function moveRung(by) {
   const focused = document.activeElement?.closest?.(".sheet .instruction"),
-    rung = moveTo(sheet, focused?.closest("[data-at]").dataset.at ?? selected.rung, by);
+    from = focused?.closest("[data-at]").dataset.at ?? selected.rung,
+    begin = from ? null : sheet.querySelector(".code-line[data-power='1']")?.dataset.at; // where a sequence waits
+  const rung = moveTo(sheet, from ?? begin, begin ? 0 : by);
   if (!rung) return;
   showRung(rung);
   if (focused) sheet.querySelector(`[data-at="${CSS.escape(rung)}"] .instruction`)?.focus({ preventScroll: true });
@@ -229,6 +231,8 @@ onCauses(() => markCauses(sheet));
 
 let settling = 0;
 new ResizeObserver(() => {
+  const isSmall = sheet.offsetHeight < innerHeight / 2 && run.hello?.routines?.length < 2; // of several sizes differ
+  setFlag(document.documentElement, "data-fits", isSmall);
   clearTimeout(settling);
   settling = setTimeout(() => { if (routine && run.hello && columnsNow() !== columns) open(routine.name); }, 200);
 }).observe(sheet);

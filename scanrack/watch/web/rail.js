@@ -6,7 +6,7 @@ import { el, setAttribute, setText, svg } from "./dom.js";
 import { count, plain } from "./format.js";
 import { run } from "./state.js";
 
-const HEIGHT = 139, RAIL = 82, STATIONS = 26, SIDE = 34; // CSS pixels
+const HEIGHT = 139, RAIL = 82, STATIONS = 26, SWITCHES = 32, SIDE = 34; // CSS pixels
 const ROOM = 0.25; // of the rail, that it grows by where the axis leaves it
 const LETTER = 6.7; // CSS pixels
 const TURN = 2000; // steps or counts of one turn of the encoder's dial
@@ -20,11 +20,12 @@ class Rail {
     this.slot = slot;
     this.machine = slot.machine;
     this.above = slot.machine.stations?.length ? 0 : STATIONS;
+    this.tall = HEIGHT - this.above - (slot.machine.switches?.length ? 0 : SWITCHES);
     this.low = slot.machine.min;
     this.high = slot.machine.max;
     this.picture = svg("svg", {
       class: "rail",
-      height: HEIGHT - this.above,
+      height: this.tall,
       role: "img",
       "aria-label": `Axis of slot ${slot.number}`,
     });
@@ -57,7 +58,7 @@ class Rail {
     if (!wide || wide === this.wide) return;
     this.wide = wide;
     setAttribute(this.picture, "width", wide);
-    setAttribute(this.picture, "viewBox", `0 ${this.above} ${wide} ${HEIGHT - this.above}`);
+    setAttribute(this.picture, "viewBox", `0 ${this.above} ${wide} ${this.tall}`);
     this.switches = (this.machine.switches ?? []).map(each => ({ spec: each, node: this.switchOf(each) }));
     this.space();
     this.parts = moving();

@@ -1,8 +1,8 @@
 // What lanes have between two scans, as a table for a spreadsheet: lines with tabs.
 
 import { clock } from "./format.js";
-import { Lanes, put, stretches, valueOf } from "./lanes.js";
-import { valueAt } from "./plot.js";
+import { Lanes, after, put, stretches, valueOf } from "./lanes.js";
+import { plain } from "./format.js";
 import { ask } from "./source.js";
 import { run } from "./state.js";
 
@@ -28,13 +28,16 @@ export async function readings(signals, tags, scans) {
   return [...places, HEAD, ...rows].map(row => row.join("\t")).join("\n");
 }
 
+// A value as a spreadsheet takes it; a bit is 1 or 0.
+const at = (list, time) => plain(valueOf(list[after(list, time) - 1] ?? [0, null]));
+
 function rowOf(name, list, ends, from, to) {
   const parts = stretches(list, from, to).filter(([, , value]) => value !== null),
     isNumber = list.some(each => each.length === 4);
   const least = parts.map(([, , value, low]) => Number(isNumber ? low ?? value : value));
   const most = parts.map(([, , value, , high]) => Number(isNumber ? high ?? value : value));
   const figures = isNumber ? [Math.min(...least), Math.max(...most), ""] : ["", "", edgesOf(list, from)];
-  return [name, ...ends.map(time => valueAt(list, time)), ...figures];
+  return [name, ...ends.map(time => at(list, time)), ...figures];
 }
 
 // The edges of a bit behind the first scan.

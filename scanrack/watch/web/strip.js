@@ -48,7 +48,6 @@ const canvas = el("canvas", {
   "aria-label": "Timing: positions, bits and tags over time",
   click: clicked,
   wheel: wheeled,
-  keydown: keyed,
 });
 const times = el("canvas", { class: "axis", "aria-hidden": "true" });
 const axisOver = dragZoom(times, place => axisOf(canvas.clientWidth).time(place), zoomTo);
@@ -156,7 +155,8 @@ function changed(others) {
   draw();
 }
 
-function zoom(by) {
+// Shows more of time, or less.
+export function zoom(by) {
   const wider = SPANS.findIndex(each => each > span), narrower = SPANS.findLastIndex(each => each < span);
   if (by > 0 && wider >= 0) span = SPANS[wider];
   if (by < 0 && narrower >= 0) span = SPANS[narrower];
@@ -405,11 +405,6 @@ function wheeled(event) {
   if (!event.ctrlKey) return;
   event.preventDefault();
   zoom(Math.sign(event.deltaY));
-}
-
-function keyed(event) {
-  const by = { "+": -1, "-": 1 }[event.key];
-  if (by) zoom(by);
 }
 
 new ResizeObserver(() => { if (run.hello) draw(); }).observe(canvas);

@@ -2,7 +2,7 @@
 
 import { chainOf, clearChain } from "./chain.js";
 import { toNext, toPrevious } from "./changes.js";
-import { at, button, el, heading, setFlag, setText } from "./dom.js";
+import { at, button, el, setFlag, setText } from "./dom.js";
 import { clock, clocked, count, parsed, plain, sentence, shown } from "./format.js";
 import { declared, isPython, lacksBreak, lacksForce, lacksWrite } from "./lacks.js";
 import { tell } from "./notice.js";
@@ -73,20 +73,25 @@ const answer = el("div", { class: "answer", "aria-live": "polite" });
 const HINTS = new Map([writeButton, forceButton, breakButton].map(each => [each, each.title]));
 let sinceOf = "", saidOf = "", asking = false; // the value and scan of the question, and those of the line
 let answered = null; // the tag of the answer
+const head = el(
+  "div",
+  { class: "head" },
+  el("div", { class: "line" }, name, type, own, el("span", { class: "ways" }, previousButton, nextButton, closeButton)),
+  el("div", { class: "line" }, whyButton, wantButton, usesButton, watchButton, stripButton, breakButton)
+);
 const card = el(
   "div",
   { class: "tag" },
-  el("div", { class: "line" }, name, type, own, el("span", { class: "ways" }, previousButton, nextButton)),
+  head,
   says,
   parts,
   since,
   el("div", { class: "line write" }, entry, writeButton, forceButton, unforceButton),
-  el("div", { class: "line" }, whyButton, wantButton, usesButton, watchButton, stripButton, breakButton),
   answer
 );
 
 onHello(() => {
-  at("tag").replaceChildren(heading("Tag", closeButton), card);
+  at("tag").replaceChildren(el("h2", { class: "hidden" }, "Tag"), card);
   setFlag(at("tag"), "data-selected", Boolean(selected.tag));
   if (selected.tag) show(selected);
 });
@@ -277,9 +282,14 @@ async function askAgain(fields, requested, tries) {
   return ask("why", fields);
 }
 
-// Brings the answer into the card's view: its end, or of a long one its start.
-const showAnswer = () =>
-  answer.scrollIntoView({ block: answer.offsetHeight < at("tag").clientHeight ? "nearest" : "start" });
+// Brings an answer for which there is no room to the top of the card, beneath what stays there: no row is cut.
+function showAnswer() {
+  const box = at("tag"), { offsetHeight: high } = getComputedStyle(head).display === "block" ? head : head.firstChild;
+  answer.style.minHeight = "";
+  if (box.scrollHeight <= box.clientHeight) return;
+  answer.style.minHeight = `${box.clientHeight - high}px`;
+  box.scrollTop += answer.getBoundingClientRect().top - box.getBoundingClientRect().top - high;
+}
 
 // The lines of the program in Python that an answer names.
 function linesOf({ lines = [] }) {
