@@ -1,4 +1,4 @@
-"""The lines of a program in Python that run in scans of a recording.
+"""The executed lines of a Python program in scans of a recording.
 
 scans     0 ............ 7,999    8,000 ...... 8,999
 program   runs on their inputs    the same, traced: the lines of each scan

@@ -105,7 +105,7 @@ Watched = Callable[[ScanLogic], Callable[[], Any]]
 """Makes a function that returns a value of a fresh program."""
 
 Look = Callable[[Line, FrameType, Reads], None]
-"""Is shown each line of a traced scan as it begins, with its frame."""
+"""Receives each line of a traced scan as it begins, with its frame."""
 
 
 def run_again(
@@ -124,7 +124,7 @@ def run_again(
         rows: the scans to trace.
         last: row of the last scan to run.
         watched: a value to watch in place of the outputs.
-        look: is shown the lines of the traced scans.
+        look: receives the lines of the traced scans.
     """
     with fresh(load) as logic:
         read = None if watched is None else watched(logic)
