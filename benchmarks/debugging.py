@@ -5,7 +5,7 @@
 
 Scans are those of the feeder, from the middle of a stroke on; variants run in turns in one process. A stop is
 the time from the request to pause until frames, scopes and tags are answered. A step back goes to the scan
-before.
+before; in a program in Python most steps back find their scan prepared.
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ from debug_client import DebugClient
 ROOT = Path(__file__).parents[1]
 FEEDER = ROOT / "examples/feeder/feeder.toml"
 PERIOD_MS = 2.0
-SCANS, STOP_MS, BACK_MS, LIMIT = 300_000, 50, 100, 1.2
+SCANS, STOP_MS, BACK_MS, FIRST_MS, LIMIT = 300_000, 50, 100, 2_000, 1.2
+SILENCE_S = 4
 
 VARIANTS = {
     "alone": None,
@@ -51,9 +52,9 @@ VARIANTS = {
 LABELLER = ROOT / "examples/sequences/labeller.toml"
 LINES = {
     "Python alone": None,
-    "Python, a line": Breakpoint(6, "line", "", keys=(("labeller.py", 77),), line=77),
+    "Python, a line": Breakpoint(6, "line", "", keys=(("labeller.py", 45),), line=45),
 }
-"""A breakpoint on the wait for a refill, which no scan of the first second comes to."""
+"""A breakpoint on what follows an error of the axis, which no scan comes to."""
 
 
 def prepared(given: Breakpoint | None) -> Callable[[int], float]:
@@ -174,6 +175,29 @@ def steps_back(scans: int, count: int) -> list[float]:
     return sorted(times)
 
 
+def steps_back_in_python(scans: int, count: int) -> tuple[list[float], list[float]]:
+    """Return the time to five sixths of a recording of a program in Python, and of steps back from there.
+
+    An editor that has been silent for a few seconds is the usual case: the adapter prepares steps meanwhile.
+    """
+    times = []
+    with tempfile.TemporaryDirectory() as folder, ExitStack() as ports:
+        trace = Path(folder, "long.mcap")
+        JobRun(load_job(str(LABELLER)), ports, RunOptions(trace=trace)).run(scans)
+        with connected() as client:
+            client.begin(trace, scan=scans * 5 // 6, trust=True)
+            begin = time.perf_counter()
+            client.ask("configurationDone")
+            client.stopped()
+            first = 1e3 * (time.perf_counter() - begin)
+            time.sleep(SILENCE_S)
+            for _ in range(count):
+                begin = time.perf_counter()
+                client.go("stepBack")
+                times.append(1e3 * (time.perf_counter() - begin))
+    return [first], sorted(times)
+
+
 def main() -> int:
     """Measure, print, and say whether the bars hold."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
@@ -186,9 +210,12 @@ def main() -> int:
         ratio = best[name] / best[alone]
         bar = bars.most(name, ratio, LIMIT)
         rows.append(f"{name:<26} {best[name] * 1e6:>7.2f} us a scan, {ratio:>5.2f} times ({bar})")
+    first, back = steps_back_in_python(2_000 if smoke else SCANS, 80 if smoke else 1_000)
     for name, times, most_ms in (
         ("a stop", stops(3 if smoke else 30), STOP_MS),
         ("a step back", steps_back(2_000 if smoke else SCANS, 3 if smoke else 30), BACK_MS),
+        ("a step back in Python", back, BACK_MS),
+        ("to a scan in Python", first, FIRST_MS),
     ):
         middle, most = times[len(times) // 2], times[-1]
         rows.append(f"{name:<26} {middle:>7.1f} ms, {most:.1f} at most ({bars.most(name, middle, most_ms)})")

@@ -18,7 +18,7 @@ POWER = "*"
 
 
 class BlockState(NamedTuple):
-    """A state of a block: its condition, "" for always, and up to two lines.
+    """A state of a block: its condition, "" for always, and up to two lines. A number holds if it is not 0.
 
     `{Position}` stands for a value, `{.ACC:s}` for one of ms in seconds. Where the instruction has a time
     base, as in an SLC 500, the page gets `{.ACC:s10}`: one of 10 ms.
@@ -31,7 +31,8 @@ class BlockState(NamedTuple):
 
 _ERROR, _IDLE = BlockState(".Error", "error {.ErrorID}"), BlockState("", "idle")
 _TO, _AT = "at {Axis.Position}, {Velocity} steps/s", "at {Axis.Position}"
-_TIMER, _COUNTER = (BlockState("", "{.ACC:s} of {.PRE:s} s"),), (BlockState("", "{.ACC} of {.PRE}"),)
+_TIMER = (BlockState("", "{.ACC:s} of {.PRE:s} s"),)
+_COUNTER = BlockState(".PRE", "{.ACC} of {.PRE}"), BlockState("", "{.ACC}, preset 0")
 
 
 def _block(busy: str, done: str, more: str = "", *before: BlockState) -> tuple[BlockState, ...]:

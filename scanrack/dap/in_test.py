@@ -33,14 +33,14 @@ class BenchRun:
     """A bench, as `live.ScanRun`."""
 
     def __init__(self, bench: Bench) -> None:
-        self._bench, self.cpu, self.rack = bench, bench.cpu, bench.cpu.rack
+        self.bench, self.cpu, self.rack = bench, bench.cpu, bench.cpu.rack
         self.debugger = bench.logic if isinstance(bench.logic, Debugger) else None
         self.program = self
 
     @property
     def logic(self) -> Callable[..., None]:
         """What the CPU calls."""
-        found: Callable[..., None] = self._bench.logic
+        found: Callable[..., None] = self.bench.logic
         return found
 
     @property
@@ -51,7 +51,7 @@ class BenchRun:
     @property
     def operated(self) -> Debugger | Fields | None:
         """Its values, as far as they can be set and forced."""
-        logic = self._bench.logic
+        logic = self.bench.logic
         return Fields(lambda: logic) if isinstance(logic, Logic) else self.debugger
 
 
@@ -128,7 +128,7 @@ class InTest(ScanDriver):
         if desk is None or not isinstance(order, actions.Write | actions.Force | actions.Unforce):
             raise DebugError("the test gives the orders here: this one is not an order of a test")
         if isinstance(order, actions.Write):
-            desk.tags[order.tag] = order.value
+            self._run.bench[order.tag] = order.value
         elif isinstance(order, actions.Force):
             desk.force(order.tag, order.value)
         else:

@@ -73,11 +73,13 @@ def _subject_of(monitor: TraceMonitor, path: Path) -> RecordedScans:
 
 
 def _serve(adapter: Adapter, monitor: TraceMonitor, driver: RecordingDriver) -> None:
-    more = True  # scans whose first run is not over: it continues while the client is silent
+    more, idle_s = True, IDLE_S  # scans whose first run is not over: it continues while the client is silent
     while not driver.over and not adapter.over:
-        served = adapter.serve(0 if adapter.running else IDLE_S if more else None)
+        served = adapter.serve(0 if adapter.running else idle_s if more else None)
+        more = more or served
+        idle_s = IDLE_S if served else 0
         if not served and not adapter.running:
-            more = monitor.tick()
+            more = monitor.tick() | driver.prepare()
         driver.look_on()
 
 
@@ -109,7 +111,7 @@ class RecordedScans(SomeSubject):
         rack = address_name(trace.head.metadata.get("rack_file", ""))
         self.folders = path.resolve().parent, Path(rack).parent  # where its files may be on this machine
         self.trace: Trace = trace
-        self.words = monitor.subject.words
+        self.words, self.units = monitor.subject.words, monitor.panel.units
         self._places: dict[int, Places] = {}
         self._events: dict[int, list[Event]] | None = None
         self._memories: dict[int, bytes] = {}
@@ -219,6 +221,10 @@ class RecordingDriver(Driver):
         self._looked = self._adapter.place().scan
         self._adapter.leave()
         self._adapter.running = True
+
+    def prepare(self) -> bool:
+        """See `SomeSubject`."""
+        return self._subject.prepare()
 
     def look_on(self) -> None:
         """Search a slice of scans for breakpoints, while scans run."""

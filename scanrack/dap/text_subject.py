@@ -34,6 +34,9 @@ from .view import Node, Stop, Tree, View
 WINDOW, WINDOW_MOST, SHARE = 64, 4096, 64
 """Least and most scans before one that are kept with it, and their share of all scans up to it."""
 
+QUICK = 8192
+"""Scans between two looks for requests that are only run."""
+
 POLLED = 1024
 """Scans of a search between two looks for requests."""
 
@@ -130,13 +133,15 @@ class TextScan(View):
 class TextSubject(SomeSubject):
     """A program without rungs.
 
-    Two twins: one is at the scans that are looked at, the other at those that are searched.
+    Three twins: one at the latest scan that was looked at, one before it, one at the scans that are searched.
     """
 
     def __init__(self, load: Load, spec: RackSpec, *, steps: bool) -> None:
         self._load, self._spec, self._steps = load, spec, steps
-        self._shown, self._searched = (Twin(load, spec, self.recording) for _ in range(2))
-        self._kept: deque[TextScan] = deque(maxlen=2 * WINDOW_MOST)
+        self._shown, self._before, self._searched = (Twin(load, spec, self.recording) for _ in range(3))
+        self._kept: dict[int, TextScan] = {}
+        self._at = 0  # the scan that was looked at last
+        self._filling: Iterator[None] | None = None
         self._hits: tuple[object, list[tuple[Breakpoint, str]]] = None, []
 
     def recording(self) -> PackedTrace:
@@ -145,24 +150,64 @@ class TextSubject(SomeSubject):
 
     @override
     def view(self, scan: int) -> View:
-        found = next((each for each in self._kept if each.scan == scan), None)
+        self._at, found = scan, self._kept.get(scan)
         if found is None:
-            window = WINDOW if self._shown.at < scan else min(max(WINDOW, scan // SHARE), WINDOW_MOST)
-            first = max(0, scan + 1 - window)
-            first = max(first, self._shown.at + 1) if self._shown.at < scan else first
-            for number, own in self._shown.walk(first, scan, Capture):
-                assert isinstance(own, Capture)
-                found = TextScan(number, own)
-                self._kept.append(found)
-        if found is None or found.scan != scan:
+            found = self._looked(scan)
+        if found is None:
             raise DebugError(f"scan {scan:,} can no longer be repeated")
-        departs: int | None = self._shown.departs
-        if departs is not None and departs <= scan:
+        return found
+
+    def _looked(self, scan: int) -> TextScan | None:
+        """Run the scans up to one again, and keep it with some before it."""
+        twins = self._shown, self._before
+        near = (each for each in twins if 0 <= each.at < scan <= each.at + WINDOW)
+        twin = next(near, twins[self._shown.at >= scan])
+        onward = twin.at < scan
+        first = max(0, scan + 1 - (WINDOW if onward else min(max(WINDOW, scan // SHARE), WINDOW_MOST)))
+        self._filling = None
+        self._keep(twin, max(first, twin.at + 1) if onward else first, scan)
+        return self._kept.get(scan)
+
+    def _keep(self, twin: Twin, first: int, last: int) -> None:
+        """Keep the scans from one to another; a DebugError if they can't be repeated."""
+        for number, own in twin.walk(first, last, Capture):
+            assert isinstance(own, Capture)
+            if twin.departs is None:
+                self._kept[number] = TextScan(number, own)
+        departs: int | None = twin.departs
+        if departs is not None and departs <= last:
             raise DebugError(
                 f"run again on the recorded inputs, the program writes other words from scan {departs:,} on: "
                 "it depends on more than its inputs and its time"
             )
-        return found
+        if len(self._kept) > 3 * WINDOW_MOST:
+            near = sorted(self._kept, key=lambda each: abs(each - self._at))[: 2 * WINDOW_MOST]
+            self._kept = {each: self._kept[each] for each in near}
+
+    @override
+    def prepare(self) -> bool:
+        if self._filling is None:
+            low = self._at
+            while low - 1 in self._kept:
+                low -= 1
+            known = low not in self._kept or not low or self._at - low >= WINDOW_MOST
+            if known or self._before.departs is not None:
+                return False
+            self._filling = self._fill(low)
+        if next(self._filling, self) is self:
+            self._filling = None
+        return True
+
+    def _fill(self, low: int) -> Iterator[None]:
+        """Keep the scans before one, in slices."""
+        first, twin = max(0, low - WINDOW_MOST), self._before
+        twin.rewind(first)
+        while twin.at + 1 < first:
+            last = min(first - 1, twin.at + QUICK)
+            yield from (None for _ in twin.walk(last, last, lambda _logic: None))
+        for number in range(first, low, WINDOW):
+            self._keep(twin, number, min(number + WINDOW, low) - 1)
+            yield
 
     def _search(
         self, requested: Sequence[Breakpoint], first: int, last: int, poll: Poll = lambda _scan: None

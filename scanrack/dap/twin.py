@@ -9,16 +9,16 @@ A program can't be copied in the middle of a run: to go back, the twin begins wi
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import redirect_stderr, redirect_stdout
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from enum import Enum
-from functools import cache
+from functools import cache, lru_cache
 from io import StringIO
 from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any, NamedTuple
 
-from scanrack.io_images.memory_layout import MemoryLayout
 from scanrack.jobs.load.building import round_trip_ms
 from scanrack.jobs.load.program import lines_marked
 from scanrack.jobs.record.link_losses import LinkChange, link_changes
@@ -41,7 +41,7 @@ from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.faults import is_the_users
 from scanrack.runtime.loop.phases import IDLE_PHASES
 from scanrack.runtime.loop.rack import Card, Rack
-from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, LogicScan, ScanFlag, ScanLogic, attached
+from scanrack.runtime.loop.scan import MODE_MASK, LogicScan, ScanFlag, ScanLogic, attached
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.packed import CHUNK_SCANS
 from scanrack.traces.replay import PackedTrace
@@ -54,8 +54,13 @@ from .variables import BareText
 DEEPEST, MOST_ITEMS = 3, 100
 """Levels of a value that are kept, and items of one level."""
 
-UNTOUCHED = ScanFlag.OUTPUT_FORCES | ScanFlag.FAULT
+_FIRST, _FAULT = int(ScanFlag.FIRST_SCAN), int(ScanFlag.FAULT)
+_SET_FROM_OUTSIDE = int(ScanFlag.TAGS_FROM_OUTSIDE)
+_UNTOUCHED = int(ScanFlag.OUTPUT_FORCES | ScanFlag.FAULT)
 """Flags of scans whose recorded outputs are not those of the program."""
+
+_IDLE = frozenset(int(mode) for mode, idle in IDLE_PHASES.items() if "logic" in idle)
+"""The modes in which the program does not run."""
 
 
 class TextLine(NamedTuple):
@@ -92,20 +97,26 @@ class ProgramValues(Mapping[str, Any]):
     """The present values of a program by name; nothing of a list of steps."""
 
     def __init__(self, logic: Callable[[], ScanLogic]) -> None:
-        self._logic, self._codes = logic, dict[str, CodeType]()
+        self._logic = logic
 
     def _space(self) -> dict[str, Any]:
         logic: Any = unwrapped(self._logic())
         return {} if isinstance(logic, Steps) else namespace_of(logic)
 
     def __getitem__(self, name: str) -> Any:
-        if name not in self._codes:
-            self._codes[name] = compile(name, "<value>", "eval")
         try:
-            value = eval(self._codes[name], self._space())
+            value = eval(_code(name), self._space())
         except Exception as error:  # whatever a property of the user's raises
             raise KeyError(name) from error
         return value.name if isinstance(value, Enum) else value
+
+    def copies(self, names: Iterable[str]) -> dict[str, Any]:
+        """Return copies of values, those that there are now."""
+        space, found = self._space(), dict[str, Any]()
+        for name in names:
+            with suppress(Exception):  # whatever a property of the user's raises
+                found[name] = copied(eval(_code(name), space))
+        return found
 
     def __iter__(self) -> Iterator[str]:
         try:
@@ -124,6 +135,11 @@ class ProgramValues(Mapping[str, Any]):
         except KeyError:
             return False
         return True
+
+
+@lru_cache(maxsize=4096)
+def _code(name: str) -> CodeType:
+    return compile(name, "<value>", "eval")
 
 
 def copied(value: object, depth: int = DEEPEST) -> Any:
@@ -166,8 +182,7 @@ class Capture(Observer):
 
     def state(self) -> TextState:
         """Return the present values."""
-        values = {name: copied(self._values[name]) for name in self._names if name in self._values}
-        return TextState(values, waits_of(self._logic))
+        return TextState(self._values.copies(self._names), waits_of(self._logic))
 
 
 _is_own = cache(is_the_users)
@@ -201,7 +216,6 @@ class _ShownWords:
     def __init__(self) -> None:
         self.events: list[Event] = []
         self.linked = True
-        self.links: list[LinkChange] = []
 
     def update(self, now_ns: int, outputs: Any) -> Any:
         raise AssertionError("no scan loop runs it")
@@ -211,6 +225,32 @@ class _ShownWords:
 
     def power_cycle(self) -> None:
         """Do nothing."""
+
+
+class _Silent(StringIO):
+    """Drops what the program prints again."""
+
+    @override
+    def write(self, text: str) -> int:
+        return len(text)
+
+
+_SILENT = _Silent()
+
+
+def _rows(recording: PackedTrace, number: int, last: int) -> Iterator[tuple[int, int, int, bytes]]:
+    """Yield number, time, flags and images of the scans from one to another."""
+    while number <= last:
+        rows = recording.scans.chunk(number // CHUNK_SCANS)
+        start = number % CHUNK_SCANS
+        count = min(len(rows.scan), last + 1 - number + start)
+        if start >= count:
+            return
+        words, size = rows.words[start:count].tobytes(), 2 * rows.words.shape[1]
+        blocks = (words[place : place + size] for place in range(0, len(words), size))
+        heads = (column[start:count].tolist() for column in (rows.scan, rows.time_ns, rows.flags))
+        yield from zip(*heads, blocks, strict=True)
+        number += count - start
 
 
 class Twin:
@@ -229,7 +269,9 @@ class Twin:
         self._load, self._spec, self._recording = load, spec, recording
         self.at, self._begun = -1, False
         self.departs: int | None = None
-        self._orders: tuple[int, Sequence[AppliedAction]] = (-1, ())  # of a number of events
+        self._events = -1  # the number of those that `_orders` are from
+        self._orders: list[AppliedAction] = []  # not yet obeyed, the next one last
+        self._links: list[tuple[LinkChange, _ShownWords]] = []  # likewise
         self.logic: ScanLogic
 
     def rewind(self, first: int) -> None:
@@ -258,10 +300,12 @@ class Twin:
         self._rack = Rack(map(card, recording.slots))
         self._view = LogicScan(self._rack.slots, self._spec.scan_ns)
         self._attach(self.logic)
-        self._layout: MemoryLayout = self._rack.layout
-        self.at, self.departs, self._begun, self._given = -1, None, True, 0
+        self._inputs = [self._rack.layout.places[number].inputs for number in self._modules]
+        self.at, self.departs, self._begun, self._events = -1, None, True, -1
 
     def _attach(self, logic: ScanLogic) -> None:
+        inside: object = unwrapped(logic)
+        self._steps = inside if isinstance(inside, Steps) else None
         if (needs := attached(logic)) is not None:
             needs.__attach_logic__(self._view.slot)
 
@@ -278,78 +322,69 @@ class Twin:
         """
         self.rewind(first)
         recording = self._recording()
-        orders = self._take_events(recording)
-        number = self.at + 1
-        while number <= last:
-            rows = recording.scans.chunk(number // CHUNK_SCANS)
-            start = number % CHUNK_SCANS
-            count = min(len(rows.scan), last + 1 - number + start)
-            if start >= count:
-                return
-            heads = zip(
-                *(column[start:count].tolist() for column in (rows.scan, rows.time_ns, rows.flags)),
-                strict=True,
-            )
-            words, size = rows.words[start:count].tobytes(), 2 * rows.words.shape[1]
-            for place, (scan, now_ns, flags) in enumerate(heads):
-                if flags & ScanFlag.TAGS_FROM_OUTSIDE and not self._is_known(orders, scan):
-                    self._depart(scan)
-                while self._given < len(orders) and orders[self._given].scan <= scan:
-                    self._obey(orders[self._given].order)
-                    self._given += 1
-                own = observer(self.logic) if scan >= first else None
-                self._do(scan, now_ns, flags, words[place * size : (place + 1) * size], own)
-                if scan >= first:
-                    yield scan, own
-            number += count - start
+        self._take_events(recording)
+        observed: Observer | None = None
+        self._watch.only()
+        for scan, now_ns, flags, block in _rows(recording, self.at + 1, last):
+            if flags & _SET_FROM_OUTSIDE and not self._is_known(scan):
+                self._depart(scan)
+            while self._orders and self._orders[-1].scan <= scan:
+                self._obey(self._orders.pop().order)
+            if scan >= first:
+                observed = observer(self.logic)
+                if observed is not None and self._watch.observers != [observed]:
+                    self._watch.only(observed)
+            self._do(scan, now_ns, flags, block, observed)
+            if scan >= first:
+                yield scan, observed
 
-    def _is_known(self, orders: Sequence[AppliedAction], scan: int) -> bool:
+    def _is_known(self, scan: int) -> bool:
         """Whether an order says what was set before a scan, or a force is in effect."""
         logic = self.logic
         forced = isinstance(logic, Logic) and Fields(lambda: logic).forces
-        return bool(forced) or (self._given < len(orders) and orders[self._given].scan <= scan)
+        return bool(forced) or bool(self._orders and self._orders[-1].scan <= scan)
 
-    def _take_events(self, recording: PackedTrace) -> Sequence[AppliedAction]:
-        """Return all orders; give modules the further changes of their links."""
-        events, now_ns = recording.events, self._view.now_ns
-        if len(events) != self._orders[0]:
+    def _take_events(self, recording: PackedTrace) -> None:
+        """Take the further orders and changes of links."""
+        events, now_ns = recording.events, self._view.now_ns if self.at >= 0 else -1
+        if len(events) != self._events:
+            self._events = len(events)
             given = TagOrders(score_of(recording), events, self._load.edited).given
-            self._orders = len(events), sorted(given, key=lambda each: each.scan)
-        for number, module in self._modules.items():
-            module.links = [
-                each for each in link_changes(events, number) if each.now_ns > now_ns or self.at < 0
-            ]
-        return self._orders[1]
+            further = (each for each in given if each.scan > self.at)
+            self._orders = sorted(further, key=lambda each: each.scan)[::-1]
+        modules = self._modules.items()
+        links = ((each, module) for number, module in modules for each in link_changes(events, number))
+        later = (each for each in links if each[0].now_ns > now_ns)
+        self._links = sorted(later, key=lambda each: each[0].now_ns)[::-1]
 
     def _do(self, scan: int, now_ns: int, flags: int, block: bytes, observer: Observer | None) -> None:
         self.at = scan
-        present = [] if observer is None else [observer]
-        if self._watch.observers != present:
-            self._watch.only(*present)
-        if "logic" in IDLE_PHASES[CpuMode(flags & MODE_MASK)]:
+        if flags & MODE_MASK in _IDLE:
             return
         view, memory = self._view, self._rack.memory
-        view.number, view.now_ns, view.first = scan, now_ns, bool(flags & ScanFlag.FIRST_SCAN)
-        for number, module in self._modules.items():
-            inputs = self._layout.places[number].inputs
+        view.number, view.now_ns, view.first = scan, now_ns, bool(flags & _FIRST)
+        for inputs in self._inputs:
             memory[inputs] = block[inputs]
-            while module.links and module.links[0].now_ns <= now_ns:
-                module.linked = module.links.pop(0).good
+        while self._links and self._links[-1][0].now_ns <= now_ns:
+            change, module = self._links.pop()
+            module.linked = change.good
+        printed, sys.stdout, sys.stderr = (sys.stdout, sys.stderr), _SILENT, _SILENT
         try:
-            with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
-                self._call(view, observer)
+            self._call(view, observer)
         except Exception:
-            if not flags & ScanFlag.FAULT:  # else it has faulted the recorded session, too
+            if not flags & _FAULT:  # else it has faulted the recorded session, too
                 self._depart(scan)
-        if not flags & UNTOUCHED and memory != block:
+        finally:
+            sys.stdout, sys.stderr = printed
+        if not flags & _UNTOUCHED and memory != block:
             self._depart(scan)
 
     def _call(self, view: LogicScan, observer: Observer | None) -> None:
-        inside: Any = unwrapped(self.logic)
-        before = inside.line if isinstance(inside, Steps) else 0
+        steps = self._steps
+        before = 0 if steps is None else steps.line
         self.logic(view)
-        if isinstance(inside, Steps) and observer is not None and (inside.line != before or view.first):
-            observer.begins(self._load.program.name, inside.line, None)
+        if steps is not None and observer is not None and (steps.line != before or view.first):
+            observer.begins(self._load.program.name, steps.line, None)
 
     def _depart(self, scan: int) -> None:
         if self.departs is None:

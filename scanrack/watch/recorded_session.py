@@ -14,6 +14,7 @@ from urllib.parse import parse_qs, quote
 
 from scanrack.io_images.versions import distribution_version
 from scanrack.jobs.load.loading import LoadedRack
+from scanrack.jobs.record.edits_and_forces import is_set
 from scanrack.jobs.record.order_repeater import is_session, lost_edits, orders_of
 from scanrack.jobs.record.program_versions import ProgramVersions, edits_of, version_of, versions_of
 from scanrack.jobs.trust.attachments import job_of, spec_of
@@ -247,6 +248,8 @@ class OpenedRecording:
         """
         flags = read_columns(self._trace, Selection(0, scan)).flags
         touched = (flags & (ScanFlag.TAGS_FROM_OUTSIDE | ScanFlag.INPUT_FORCES | ScanFlag.OUTPUT_FORCES)) != 0
+        events = self._trace.events(topics={"/events"})
+        touched[[each.scan for each in events if is_set(each) and each.scan < len(touched)]] = False
         if touched.any() and not self._spec.force:
             first = int(touched.argmax())
             raise ValueError(

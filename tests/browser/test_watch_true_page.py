@@ -122,6 +122,23 @@ def test_a_recording_is_known_to_its_first_scan(page, recording):
         until(lambda: "in any scan" in page.run(since) or "Since" in page.run(since))
 
 
+UNKNOWN = """
+const unknown = document.querySelector(".unknown");
+return [getComputedStyle(unknown).visibility, unknown.textContent];
+"""
+
+
+def test_values_that_are_not_known_yet_say_so(page, recording):
+    computing = "Power and values of this scan are being computed."
+    with watching(recording) as session:
+        page.open(session.link)
+        page.until_drawn()
+        until(lambda: page.handle("known") == "1")
+        assert page.run(UNKNOWN)[0] == "hidden"
+        page.run(WORK_OUT)
+        until(lambda: page.run(UNKNOWN) == ["visible", computing])
+
+
 BOX = """
 const found = {};
 let caption = "";

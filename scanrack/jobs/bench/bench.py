@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from collections.abc import Sequence as SequenceOf
+from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
@@ -16,7 +17,7 @@ from scanrack.ladder.python.online.editing import edit_logic
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.ladder.python.sequences import Logic, Sequence
 from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.live.actions import Edit, text_of
+from scanrack.runtime.live.actions import Edit, Write, text_of
 from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.loop.pace import Watchdog
@@ -25,6 +26,7 @@ from scanrack.runtime.loop.scan import CpuMode, ScanLogic
 
 from ..load.building import build_cpu, build_rack
 from ..load.loading import load_job
+from ..record.edits_and_forces import SET
 from ..record.program_versions import ProgramVersions, version_of
 from ..record.sequence_watch import WatchesSequences, sequences_in, standing, waiting_in, watching
 from ..record.tag_names import named_values, namespace_of
@@ -301,10 +303,17 @@ class Bench:
     def __setitem__(self, tag: str, value: object) -> None:
         """Set a tag of a ladder program, or a field of a class of `Logic`, before the next scan.
 
+        The next scan is recorded with an event of kind "set" if it is a field: a replay sets it as well.
+
         Raises:
             ValueError: an unknown name, or the value does not fit.
         """
         self._desk.tags[tag] = value
+        if isinstance(self.logic, Logic):
+            held = self._fields[tag]
+            with suppress(ValueError):  # NaN and infinities are no JSON: they are not recorded
+                order = {"order": text_of(Write(tag, held))}
+                self.cpu.announce(Event(self.now_ns, SET, tag, f"{tag} is set to {held!r}", order))
 
     @property
     def _desk(self) -> Any:

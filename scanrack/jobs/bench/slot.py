@@ -49,6 +49,12 @@ class SlotBench:
         shaft, *_ = self._device.figures()
         return int(shaft)
 
+    @property
+    def energized(self) -> frozenset[str]:
+        """The inputs of the machine that are energized, by name."""
+        mask = self._device.figures()[2]
+        return frozenset(name for name, bit in INPUT_NAMES.items() if mask & bit)
+
     def set_input(self, name: str, energized: bool) -> None:
         """Set an input from now on.
 

@@ -1,4 +1,4 @@
-"""Edits of the program and forces among the events of a recording."""
+"""Edits of the program, forces and set fields among the events of a recording."""
 
 from __future__ import annotations
 
@@ -13,6 +13,15 @@ Forced = Mapping[str, str | int | float | bool]
 def is_edit(event: TraceEvent) -> bool:
     """Return whether an event reports an edit of the program."""
     return event.topic == "/events" and event.fields.get("kind") == "edit"
+
+
+SET = "set"
+"""Kind of an event that reports a field that a test has set; it has the order."""
+
+
+def is_set(event: TraceEvent) -> bool:
+    """Return whether an event reports a field that a test has set."""
+    return event.topic == "/events" and event.fields.get("kind") == SET and "order" in event.fields
 
 
 def forced_in(event: TraceEvent) -> Forced:

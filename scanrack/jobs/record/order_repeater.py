@@ -11,7 +11,7 @@ from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.read.reader import Trace, TraceEvent
 
-from .edits_and_forces import is_edit
+from .edits_and_forces import is_edit, is_set
 
 RecordedOrder = AppliedAction
 """An order in a recording."""
@@ -25,11 +25,12 @@ def is_session(trace: Trace) -> bool:
 def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
     """Return the orders among the events of a recording; ValueError if one of them can't be read.
 
-    A session has orders; a bench has edits, which are orders if their files are in the trace.
+    A session has orders. A bench has fields that a test has set, and edits if their files are in the trace.
     """
     found = []
     for event in events:
-        if event.topic == ORDERS.name or is_edit_with_files(event.topic, event.fields):
+        known = event.topic == ORDERS.name or is_set(event)
+        if known or is_edit_with_files(event.topic, event.fields):
             try:
                 order = action_of(parsed(str(event.fields.get("order"))), RECORDED)
             except ValueError as error:

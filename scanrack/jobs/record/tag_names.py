@@ -15,6 +15,7 @@ from difflib import get_close_matches
 from enum import Enum, Flag
 from types import FunctionType, ModuleType
 from typing import Any, get_type_hints
+from weakref import WeakKeyDictionary
 
 from scanrack.io_images.annotations import declared
 from scanrack.io_images.dataclass import dataclass
@@ -158,7 +159,14 @@ def _is_own(value: object) -> bool:
 
 def _hints(value: object) -> Mapping[str, object]:
     """Return the annotations of an object's attributes; those that can't be resolved are left out."""
-    try:
-        return get_type_hints(type(value))
-    except (NameError, TypeError, AttributeError):
-        return {}
+    kind = type(value)
+    if kind not in _KNOWN:
+        try:
+            _KNOWN[kind] = get_type_hints(kind)
+        except (NameError, TypeError, AttributeError):
+            _KNOWN[kind] = {}
+    return _KNOWN[kind]
+
+
+_KNOWN: WeakKeyDictionary[type, Mapping[str, object]] = WeakKeyDictionary()
+"""The annotations of classes: reading them takes longer than all values of a scan."""

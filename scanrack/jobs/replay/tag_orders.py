@@ -1,7 +1,8 @@
 """Orders on the tags of a program in a recording, given again during its replay.
 
 /orders    of a session: writes, forces and releases, in order
-/forces    of any other recording: the forced tags with their values; writes are not recorded
+/forces    of any other recording: the forced tags with their values
+/events    of any other recording: the fields of a program in Python that a test has set; no writes of tags
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
 from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.read.reader import TraceEvent
 
-from ..record.edits_and_forces import Forced, forced_in, is_edit
+from ..record.edits_and_forces import Forced, forced_in, is_edit, is_set
 from ..record.logic_wrapper import unwrapped
 from ..record.order_repeater import OrderRepeater, orders_of
 from ..run.playback import ReplayPlan
@@ -52,9 +53,9 @@ class TagOrders:
     ) -> None:
         session = any(event.topic == ORDERS.name for event in events)
         read = orders_of(events)
-        given = read if session else _of_forces(events)
+        given = read if session else [*_of_forces(events), *read]
         self.given = [each for each in given if isinstance(each.order, Write | Force | Unforce)]
-        self.notes = [] if session else list(_unknown(score, events))  # orders that can't be repeated
+        self._score, self._events = score, () if session else events
         self._edited = edited
         self._scans: dict[int, int] = {}  # of edits, by their numbers
         for each in read if edited is not None else ():
@@ -63,6 +64,11 @@ class TagOrders:
                 self._scans[each.order.number] = each.scan
         scans = [event.scan for event in events if is_edit(event)]
         self.lost = [scan for scan in scans if scan not in self._scans.values()]
+
+    @property
+    def notes(self) -> list[str]:
+        """Notes of the orders that can't be repeated."""
+        return list(_unknown(self._score, self._events)) if self._events else []
 
     def program(self, logic: ScanLogic) -> ScanLogic:
         """Return the program to run: a ladder program under a debugger if there are orders."""
@@ -122,11 +128,12 @@ def _of_forces(events: Sequence[TraceEvent]) -> Iterator[AppliedAction]:
 def _unknown(score: ReplayPlan, events: Sequence[TraceEvent]) -> Iterator[str]:
     """Yield a note if tags were set to values that are not recorded."""
     changes = {event.scan: bool(forced_in(event)) for event in events if event.topic == "/forces"}
+    known = {event.scan for event in events if is_set(event)} | changes.keys()
     forced = False
     scans = []
     for number, flags in zip(score.numbers, score.flags, strict=True):
         forced = changes.get(number, forced)
-        if flags & ScanFlag.TAGS_FROM_OUTSIDE and not forced and number not in changes:
+        if flags & ScanFlag.TAGS_FROM_OUTSIDE and not forced and number not in known:
             scans.append(number)
     if scans:
         times = f"{len(scans):,} scan{'s' * (len(scans) != 1)}, first before scan {scans[0]:,}"

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import permutations
 from typing import Any, Protocol
 
+from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.times import parse_duration, seconds
 from scanrack.ladder.debug import CauseLink
@@ -233,28 +234,32 @@ def _of_tag(name: str, value: bool) -> Act:
 
 
 def _of_panels(bench: Rack) -> Iterator[Act]:
-    """Yield acts on the named inputs of cards, buttons and switches, and on inputs of an axis that are on."""
+    """Yield acts on the named inputs of cards, buttons and switches, and on the inputs of axes.
+
+    A 3601 names its inputs, so that the chain has those that are off; a drive has a function for each.
+    """
     for slot in bench.spec.slot:
         for name in (slot.options or {}).get("inputs") or ():
             yield from _of_input(bench, slot.number, str(name))
         if slot.has(Trait.MACHINE) and not slot.is_live:
-            status = slot.words.groups["status"]
-            for name in INPUT_NAMES:
-                at = f"IN_{name.upper()}"
-                if at in status and bench[f"slot{slot.number}.status.{at}"]:
+            on, named = bench.slot[slot.number].energized, is_stepper(slot.words)
+            for name in slot.record.machine_inputs(slot.options or {}):
+                if name in on or not named:
                     yield from _of_input(bench, slot.number, name)
 
 
 def _of_input(bench: Rack, number: int, name: str) -> Iterator[Act]:
     """Yield what can be done to an input that the machine does not operate: the orders of a session."""
     slot = next(each for each in bench.spec.slot if each.number == number)
-    if slot.has(Trait.MACHINE) and name in INPUT_NAMES and slot.machine.fed_inputs & INPUT_NAMES[name].value:
-        return
-    at = f"{name} (slot {number})"
-    try:
+    own = ""  # the name of the terminal of a drive
+    if slot.has(Trait.MACHINE) and name in INPUT_NAMES:
+        if slot.machine.fed_inputs & INPUT_NAMES[name].value:
+            return
+        own = slot.record.machine_inputs(slot.options or {}).get(name, "")
+        is_on = name in bench.slot[number].energized
+    else:
         is_on = bool(bench[f"slot{number}.input.{name}"])
-    except ValueError:
-        is_on = bool(bench[f"slot{number}.status.IN_{name.upper()}"])
+    at = f"{name} (slot {number}{own and ' '}{own})"
     off, on = (actions.Press(number, name, each) for each in (False, True))
     if is_on:
         yield Act(f"open {at}", at, _by_hand(off), orders=(off,))

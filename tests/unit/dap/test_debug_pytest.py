@@ -106,6 +106,13 @@ def test_the_adapter_runs_a_test_and_stops_in_it(tmp_path: Path, language: str) 
         client.ask("continue", threadId=1)
         assert client.stopped() == ("breakpoint", 9)
         client.value(f"set {tag} = 1005")
+        if language == "python":  # scans after a value was set are run again with it
+            assert client.go() == ("breakpoint", 14)
+            client.go("stepBack")
+            client.go("stepBack")
+            assert (client.scan(), client.value(tag)) == (13, "1008")
+            with pytest.raises(RefusedError, match="this is scan 13"):
+                client.go()
         client.break_at(file)
         client.ask("continue", threadId=1)
         assert "1 passed" in outputs(client)

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from debug_client import DebugClient, RefusedError
 from scanrack.jobs import load_job
+from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.run.running import JobRun, RunOptions
 
 pytestmark = pytest.mark.slow
@@ -252,6 +253,7 @@ def test_values_are_set_and_forced_and_the_way_back_knows_it(client: DebugClient
     begin(client, sequences)
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 7"}])
     client.go()
+    client.value("set counting.number = 50")
     client.value("set counting.number = 100")
     assert client.value("counting.number") == "100"
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 12"}])
@@ -301,6 +303,29 @@ def test_a_list_of_steps_stops_where_a_step_begins(client: DebugClient, steps: P
     while client.scan():
         client.go("stepBack")
     assert client.at() == f"step, line {lines[0]}"
+
+
+def test_fields_that_a_test_has_set_are_known_in_its_recording(
+    client: DebugClient, sequences: Path, tmp_path: Path
+) -> None:
+    trace = tmp_path / "test.mcap"
+    with open_bench(sequences, record=trace) as bench:
+        bench.scan(5)
+        bench["counting.number"] = 70
+        bench["counting.number"] = 100
+        bench.scan(20)
+        assert bench["counting.number"] == 108  # 2 in scan 5, 3 in scan 10, 1 in scan 15, 2 in scan 20
+    client.begin(trace, trust=True, scan=24)
+    client.ask("configurationDone")
+    client.stopped()
+    assert client.value("counting.number") == "108"
+    client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 5"}])
+    assert client.go("reverseContinue") == ("function breakpoint", 5)
+    assert client.value("counting.number") == "102"
+    while client.scan() == 5:
+        client.go("stepBack")
+    assert client.value("counting.number") == "1"
+    assert client.value("branch") == "a new session continues from scan 5"
 
 
 def forget_helpers() -> None:
@@ -362,3 +387,20 @@ def test_a_recording_is_debugged_as_the_session(
     assert client.frames()[0]["source"]["path"] == str(rack.with_name(file))
     back = [client.go("reverseContinue")[1] for _ in stops[1:]]
     assert back == stops[-2::-1]
+
+
+def test_a_pause_breaks_off_a_search_of_the_past(
+    client: DebugClient, tmp_path: Path, sequences: Path
+) -> None:
+    trace = tmp_path / "run.mcap"
+    with ExitStack() as ports:
+        JobRun(load_job(str(sequences)), ports, RunOptions(trace=trace)).run(8000)
+    client.begin(trace, trust=True, scan=7999)
+    client.ask("configurationDone")
+    assert client.stopped() == ("entry", 7999)
+    client.ask("setFunctionBreakpoints", breakpoints=[{"name": "counting.rounds < 0"}])
+    for each in client.tell_all(("reverseContinue", {"threadId": 1}), ("pause", {"threadId": 1})):
+        client.answer_to(each)
+    reason, scan = client.stopped()
+    assert (reason, 0 <= scan < 7999) == ("pause", True)
+    assert client.go("reverseContinue") == ("entry", 0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 
 import pytest
+from drive_bench import CW_LIMIT, ESTOP, HOME, drive_words
 from scanrack.commands import build
 from scanrack.jobs import open_bench
 from scanrack.jobs.why.acts import acts_for, every_act
@@ -106,3 +107,79 @@ def test_an_emergency_stop_that_a_page_has_pressed_is_let_go():
     assert found.found is not None, str(found)
     assert [act.text for act in found.found] == ["open estop (slot 1)"]
     assert found.after_ns <= 5_000_000_000
+
+
+DRIVE = """
+from scanrack import Axis3601, Input, Logic, Output, sequence
+
+
+class Line(Logic):
+    axis = Axis3601(1, {words})
+    first, second = Input("slot1.status.INPUT_1"), Input("slot1.status.INPUT_2")
+    home: Output = Output("Local:2:O.Data.0")
+    ready: Output = Output("Local:2:O.Data.1")
+
+    @sequence
+    async def begin(self) -> None:
+        await self.axis.configure()
+
+    def every_scan(self) -> None:
+        self.home = self.first
+        self.ready = not self.second
+"""
+DRIVE_RACK = """program = "line.py"
+scan_ms = 10
+[[slot]]
+number = 1
+module = "smd23e2"
+options = {{ in1 = "home", in2 = "{second}" }}
+{machine}
+[[slot]]
+number = 2
+module = "1769-OB16"
+"""
+
+
+@pytest.fixture
+def drive(tmp_path):
+    """Makes the bench of a drive whose second input has a function."""
+
+    def make_drive(function, second, machine=""):
+        words = drive_words("smd23e2", inputs=(HOME, function))
+        (tmp_path / "line.py").write_text(DRIVE.format(words=words), encoding="utf-8")
+        rack = DRIVE_RACK.format(second=second, machine=machine)
+        (tmp_path / "rack.toml").write_text(rack, encoding="utf-8")
+        bench = open_bench(tmp_path / "rack.toml")
+        bench.run_for("1 s")
+        return bench
+
+    return make_drive
+
+
+@pytest.mark.parametrize(("function", "name"), [(ESTOP, "estop"), (CW_LIMIT, "cw_limit")])
+def test_an_input_of_a_drive_is_let_go_by_the_name_of_its_terminal(drive, function, name):
+    bench = drive(function, name)
+    hands = OperatorActions(bench.cpu, bench.cpu.rack, None)
+    hands.act(Press(1, name, True), bench.cpu.now_ns, bench.scans)
+    bench.run_for("1 s")
+    assert not bench["line.ready"]
+    found = acts_for(bench, bench.chain("line.ready"), "line.ready", True)
+    assert found is not None
+    assert found.found is not None, str(found)
+    assert [act.text for act in found.found] == [f"open {name} (slot 1 in2)"]
+    assert (found.orders() or [])[0] == {"do": "press", "slot": 1, "name": name, "on": False}
+
+
+def test_an_input_of_a_drive_that_is_off_is_closed(drive):
+    bench = drive(ESTOP, "estop")
+    found = acts_for(bench, bench.chain("line.home"), "line.home", True)
+    assert found is not None
+    assert found.found is not None, str(found)
+    assert [act.text for act in found.found] == ["close home (slot 1 in1)"]
+
+
+def test_a_home_switch_of_the_machine_is_not_pressed_by_hand(drive):
+    machine = "[slot.machine]\nswitches = [{ input = 'home', first = -300, last = -100 }]"
+    bench = drive(ESTOP, "estop", machine)
+    found = acts_for(bench, bench.chain("line.home"), "line.home", True)
+    assert str(found).startswith("line.home comes on: nothing that an owner can do was found in ")

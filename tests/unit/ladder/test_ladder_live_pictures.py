@@ -145,6 +145,8 @@ def states_of(live):
 
 def test_a_block_says_what_it_does_with_values_of_its_tags_and_constants():
     assert states_of(drawn("TON(Fill,3000,0);")) == [[["", "{Fill.ACC:s} of {Fill.PRE:s} s"]]]
+    counts = [["Fill.PRE", "{Fill.ACC} of {Fill.PRE}"], ["", "{Fill.ACC}, preset 0"]]
+    assert states_of(drawn("CTU(Fill,3,0);")) == [counts]
     captions = {"MC_MoveAbsolute": ("Instance", "Axis", "Execute", "Position", "Velocity")}
     operands = (Address("Out"), Address("Feed"), Address("Go"), Number(-6000, "-6000"), Address("Fast"))
     rung = Rung((Instruction("MC_MoveAbsolute", operands),))

@@ -92,6 +92,19 @@ def test_another_question_ends_the_one_before_and_the_end_of_the_session_all(ask
     ]
 
 
+@pytest.mark.slow
+def test_lines_that_the_page_marks_end_no_question_of_a_person(asked, recording, columns):
+    page = Page()
+    asked.why(page, 1, str(recording), "line.step", columns)
+    for number in (2, 3):
+        asked.lines(page, number, str(recording), (1000, 1001), columns, ())
+    found = {each["id"]: each for each in answered(asked, page, 3)}
+    assert found[2] == {"id": 2, "refused": "another question was asked meanwhile"}
+    assert "line.step" in found[1]["text"]
+    assert (found[3]["from"], found[3]["to"], found[3]["departs"]) == (1000, 1001, None)
+    assert found[3]["ran"][0][0] == 1000
+
+
 def test_an_answer_that_takes_too_long_is_given_up(asked, recording, columns, monkeypatch):
     monkeypatch.setattr(question_process, "PATIENCE_S", -1)
     page = Page()

@@ -122,7 +122,7 @@ def test_an_entry_of_the_corpus_is_where_a_question_begins(setup):
         for each in reached(job, state.kept.seen).gaps
         if each.number is not None and each.text.startswith("OTE(Open")
     )
-    found = SolverStep(job, bench_of(setup))._asked(point, NEAR + 1, state.kept.entries[-1:])
+    found = SolverStep(job, bench_of(setup))._solve(point, NEAR + 1, state.kept.entries[-1:])
     assert found is not None
     known = state.kept.entries[-1].points[-1] + 1
     assert {each.at_ns + each.for_ns for each in found.pushes[:2]} == {known * 10_000_000}
