@@ -1,4 +1,4 @@
-"""The page in Firefox, as in Chromium: it shows the rack and its past, is narrow, and is worked with keys alone.
+"""The page in Firefox, as in Chromium: it shows the rack and its past, is narrow, and keys alone do all.
 
 Broken on purpose: a disabled button loses the focus, `/` keeps what was typed, no answer of a question: red.
 """
