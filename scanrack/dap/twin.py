@@ -30,7 +30,7 @@ from scanrack.jobs.replay.tag_orders import TagOrders
 from scanrack.jobs.why.traced_run import Load, fresh
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.model.tree import Origin
-from scanrack.ladder.python.line_marks import LineWatch, Observer
+from scanrack.ladder.python.line_marks import WATCH, Observer
 from scanrack.ladder.python.online.editing import edit_logic
 from scanrack.ladder.python.online.fields import Fields
 from scanrack.ladder.python.sequences import Logic
@@ -284,9 +284,8 @@ class Twin:
         if recording.numbers[0]:
             first = recording.numbers[0]
             raise DebugError(f"the recording begins with scan {first:,}: its program can't be run again")
-        self._watch = LineWatch()
-        with lines_marked(self._watch), fresh(self._load) as logic:
-            self.logic = logic
+        with lines_marked(), fresh(self._load) as logic:
+            self.logic, self._watch = logic, WATCH.get()
         known = {slot.number: slot.words for slot in self._spec.slot}
         trips = {slot.number: round_trip_ms(self._spec, slot) for slot in self._spec.slot}
         self._modules = {each.number: _ShownWords() for each in recording.slots}

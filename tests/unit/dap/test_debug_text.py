@@ -273,6 +273,15 @@ def test_values_are_set_and_forced_and_the_way_back_knows_it(client: DebugClient
     assert body["description"] == "counting.number changed last in scan 5"
 
 
+def test_a_question_runs_scans_again_and_meets_no_breakpoint(client: DebugClient, sequences: Path) -> None:
+    begin(client, sequences)
+    client.break_at(sequences.with_name("counting.py"), line_of(SEQUENCES, "self.number = before"))
+    client.go()
+    assert client.go() == ("breakpoint", 5)
+    assert "self.number = before + step" in client.value("why counting.number")
+    assert client.go() == ("breakpoint", 10)
+
+
 def test_from_a_past_scan_a_branch_continues(client: DebugClient, sequences: Path) -> None:
     begin(client, sequences)
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 60"}, {"name": "scan == 20"}])
