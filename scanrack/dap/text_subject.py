@@ -14,6 +14,7 @@ from typing import Any
 from scanrack.jobs.record.logic_wrapper import unwrapped
 from scanrack.jobs.why.answer import Why
 from scanrack.jobs.why.traced_run import Load
+from scanrack.jobs.why.twin import Twin
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.model.tree import Origin
 from scanrack.ladder.python.line_marks import WATCH
@@ -23,11 +24,11 @@ from scanrack.traces.replay import PackedTrace
 from typing_extensions import override
 
 from .breakpoints import Breakpoint, LinePoints, Looker
+from .capture import Capture, ProgramValues, TextRun, TextState
 from .conditions import NamedValues
 from .cursor import END
 from .protocol import DebugError, Json
 from .subject import SLICE, Poll, SomeSubject
-from .twin import Capture, ProgramValues, TextRun, TextState, Twin
 from .variables import ValueNode, python_value
 from .view import Node, Stop, Tree, View
 
