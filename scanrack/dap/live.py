@@ -42,7 +42,7 @@ from .capture import ProgramValues
 from .conditions import ExpressionError, ScanContext
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
-from .subject import Images, RungSubject, SomeSubject
+from .subject import Images, RungSubject, Subject
 from .text_subject import TextSubject, files_of, is_steps
 from .together import foreign, of_page
 
@@ -90,7 +90,7 @@ class ScanRun(Protocol):
         """Its program."""
 
 
-class LiveSubject(SomeSubject):
+class LiveSubject(Subject):
     """The scans of a session so far."""
 
     live = True

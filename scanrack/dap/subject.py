@@ -100,10 +100,6 @@ class Subject(Protocol):
     def forced(self, scan: int) -> Mapping[str, object]:
         """Return the forced tags and images in a scan."""
 
-
-class SomeSubject(Subject):
-    """What rungs and lines have in common."""
-
     def prepare(self) -> bool:
         """Do a part of what later steps back need; return whether more remains."""
         return False
@@ -119,7 +115,7 @@ class SomeSubject(Subject):
         )
 
 
-class RungSubject(SomeSubject):
+class RungSubject(Subject):
     """A ladder program: its scans are run again from snapshots."""
 
     def replayer(self, scan: int) -> Replayer:
