@@ -409,7 +409,7 @@ def test_a_recording_is_debugged_as_the_session(
 
 
 def test_scans_before_the_one_shown_are_prepared_while_the_client_is_silent(
-    plain: Path, tmp_path: Path
+    plain: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     trace = tmp_path / "run.mcap"
     with ExitStack() as stack:
