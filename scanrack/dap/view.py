@@ -104,6 +104,7 @@ class View(Protocol):
 
     def leave(self) -> None:
         """Give back what runs scans again."""
+        return
 
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
         """Return index and order of the place after the last change of a tag; None for one from outside."""

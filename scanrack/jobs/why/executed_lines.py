@@ -40,14 +40,14 @@ def executed_lines(recording: PackedTrace, spec: RackSpec, load: Load, rows: ran
     Raises:
         ValueError: the recording does not begin with scan 0.
     """
-    twin, seen, found = Twin(load, spec, lambda: recording), _Seen(load.program.name), {}
+    twin, seen, found = Twin(load, spec, lambda: recording), _LinesOfFile(load.program.name), {}
     for scan, _ in twin.walk(rows[0], rows[-1], lambda _logic: seen):
         found[scan] = tuple(sorted(seen.numbers))
         seen.numbers.clear()
     return ExecutedLines(found, twin.departs)
 
 
-class _Seen(Observer):
+class _LinesOfFile(Observer):
     """Notes the lines of a file."""
 
     def __init__(self, file: str) -> None:
