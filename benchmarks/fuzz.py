@@ -37,7 +37,6 @@ import against
 import fuzz_kills
 import fuzz_workers
 import inevitable
-from hunt3601 import scripts_of
 from lockstep3601 import GivenUp, Lockstep
 from oracle_bits import CONFIGURE
 from planted_programs import NAMES
@@ -48,7 +47,7 @@ from scanrack.jobs.fuzz.aim.probe import Probe
 from scanrack.jobs.fuzz.run import BUILDING
 from scanrack.jobs.fuzz.search import DRAWING
 from steps3601 import Recover
-from stories3601 import THEMES
+from stories3601 import THEMES, scripts_of
 
 BUDGET, SEEDS, FEW = 600, 30, 3
 """Runs of a search, number of searches of a program in the row `planted`, and in a row of one program."""

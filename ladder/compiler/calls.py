@@ -70,11 +70,10 @@ def _handed(values: ValueWriter, operand: Place | Group) -> list[str]:
 
 def _left(values: ValueWriter, leaf: Leaf, texts: Sequence[str], operand: Place | Group) -> str:
     """Return text for the number of elements from an operand to the end of its array."""
-    path = leaf.path if isinstance(operand, Place) else operand.path
-    if leaf.root not in ("", OWN) and path.upper() == leaf.root:
+    if leaf.root not in ("", OWN) and operand.path.upper() == leaf.root:
         length = values.writer.handed(leaf.root)[2]
         return f"{length} - {texts[0]}" if len(texts) == 1 else length
-    if isinstance(operand, Group) and operand.dims:
+    if operand.dims:
         return str(count_of(operand.dims))
     dims = operand.array
     strides = row_strides(dims, 1)

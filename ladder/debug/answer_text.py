@@ -1,10 +1,10 @@
-"""An answer to why in at most six lines: the value and since when, the way, the cause.
+"""The answer to "why" in at most six lines: the value and its time, the way to the cause, the cause.
 
     Lamp is off since 9 s (scan 4,500): Main rung 1: XIC(Run)
       because Run is off since 9 s: Main rung 0: XIC(Stop)
     Cause: Stop is off since 9 s: slot 2 input 1 (stop): The stop input is de-energized.
 
-The last line is the end of `CauseLink.path`. Of a longer way the middle is left out; `deep` has all.
+The last line is the end of `CauseLink.path`. The middle of a longer way is left out; `deep` adds the chain.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from .links import CauseLink
 from .watched import shown
 
 LONGEST = 110
-"""Most characters of a line."""
+"""Maximum length of a line, in characters."""
 
 MOST_LINES = 6
-"""Most lines of an answer."""
+"""Maximum number of lines of an answer."""
 
 MOST_WAY = 3
-"""Most links between the value and the cause that are shown."""
+"""Maximum number of links shown between the value and the cause."""
 
 MOST_VALUES = 4
-"""Most values of a line."""
+"""Maximum number of values in a line."""
 
 MOST_ALSO = 2
-"""Most further ends that the last line names."""
+"""Maximum number of other causes in the last line."""
 
 AT_REST = ("never", "setting", "timer")
 """Kinds of links whose text has its own time."""
@@ -61,7 +61,7 @@ def answer_text(link: CauseLink, *, deep: bool = False) -> str:
 
 
 def _folded(line: str) -> list[str]:
-    """Return a line of a chain in lines that can be read; the later ones are indented more."""
+    """Return a line of a chain as lines of readable length, with a hanging indent."""
     indent = " " * (len(line) - len(line.lstrip()) + 4)
     return wrap(line, LONGEST, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False)
 
@@ -71,7 +71,7 @@ def _scan(link: CauseLink) -> str:
 
 
 def _also(link: CauseLink) -> str:
-    """Return the other ends of the kind of the last one: what was missing as well."""
+    """Return the other causes of the same kind and scan as the last one: what was missing as well."""
     end = link.end
     others = [
         each for each in _ends(link) if each is not end and (each.kind, each.scan) == (end.kind, end.scan)
@@ -81,7 +81,7 @@ def _also(link: CauseLink) -> str:
 
 
 def _ends(link: CauseLink) -> Iterator[CauseLink]:
-    """Yield the ends of the further causes that the links of the path needed."""
+    """Yield the ends of the other causes that the links of the path needed."""
     for each in link.path:
         for group in each.causes:
             if len(group) == 1 and group[0] not in link.path:
@@ -147,7 +147,7 @@ def _place(link: CauseLink) -> str:
 
 
 def _values(link: CauseLink) -> str:
-    """Return the values that a line of Python had read, as ` [state.step = 'first']`."""
+    """Return the values that a line of Python read, as ` [state.step = 'first']`."""
     read = link.operands[:MOST_VALUES] if link.kind == "line" else ()
     listed = ", ".join(f"{each.name} = {shown(each.value)}" for each in read)
     return f" [{listed}]" if listed else ""

@@ -1,14 +1,15 @@
-"""The causes of a change: what the instruction had read, and how that differs from the scan before.
+"""The causes of a change: the values that the instruction read and that differ from the scan before.
 
-The scan of the change and the one before it are run again. Of contacts in series that are true all were
-needed, and those that changed are the cause; of those that are false each would have done; in branches it
-is the other way round. If nothing differs, as when a timer ends, the value that changed last counts.
+Both scans are run again. Where all contacts in series conduct, all were needed, and those that changed are
+the causes. Where some do not conduct, each of them is enough. Branches work the other way round. If nothing
+differs, as when a timer ends, the latest change counts.
 """
 
 from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain
 
 from scanrack.io_images.dataclass import dataclass
 
@@ -21,11 +22,12 @@ from ..state.memory import Value, same
 from .cells import Cell
 from .crossref import BOTH_WAYS
 from .executed import Execution, LineRun, Read, StepRun, TracedEngine, Write
+from .forces import Force
 from .replay import Replayer
 from .stretch import ScanInputs
 
 KEPT = 64
-"""Most scans that are kept as executed."""
+"""Maximum number of executed scans in memory."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,7 @@ class Cause:
 
     read: Read
     by: StepRun
-    changed: bool = True  # since the run before; False if it is only the latest of all
+    changed: bool = True  # since the run before; False if it is only the latest change
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +61,7 @@ class Causes:
 
     @property
     def engine(self) -> TracedEngine:
-        """The engine that repeats scans, after the one that was repeated last."""
+        """The engine that repeats scans, in its state after the latest of them."""
         return self._engine
 
     def value(self, cell: Cell, scan: int) -> Value:
@@ -89,9 +91,9 @@ class Causes:
         return known
 
     def inputs(self, scan: int) -> ScanInputs | None:
-        """Return what went into a scan."""
+        """Return the inputs of a scan; None if they are unknown."""
         known = self._inputs.get(scan)
-        if known is None:
+        if known is None and scan >= 0:
             known = self._past.inputs(scan)
             if known is not None:
                 self._inputs[scan] = known
@@ -102,20 +104,26 @@ class Causes:
         found = self.inputs(scan)
         return 0 if found is None else found.now_ns
 
-    def _is_external(self, cell: Cell, scan: int) -> bool:
-        """Whether a cell was changed between two scans: an input, or a tag that someone set or forced."""
-        now = self.inputs(scan)
-        if now is None:
+    def _changed_outside(self, cell: Cell, scan: int) -> bool:
+        """Whether a cell changed between two scans: an input, or a tag that was set or forced."""
+        if self.inputs(scan) is None:
             return False
-        if any(Cell(leaf, index).overlaps(cell) for leaf, index, _ in now.writes):
+        if self.written(cell, scan):
             return True
-        before = self.inputs(scan - 1) if scan else None
-        if cell.leaf.is_image and not cell.leaf.output:
-            return self.image(cell, scan) != (self.image(cell, scan - 1) if before is not None else 0)
-        forces = now.forces or {}
-        earlier = (before.forces if before is not None else None) or {}
-        key = cell.leaf.ident, cell.index
-        return forces.get(key) != earlier.get(key)
+        value_in = self.image if cell.leaf.is_image and not cell.leaf.output else self.force
+        return value_in(cell, scan) != value_in(cell, scan - 1)
+
+    def written(self, cell: Cell, scan: int) -> list[Value]:
+        """Return the values written before a scan, from outside, of what shares memory with a cell."""
+        inputs = self.inputs(scan)
+        writes = inputs.writes if inputs is not None else ()
+        return [value for leaf, index, value in writes if Cell(leaf, index).overlaps(cell)]
+
+    def force(self, cell: Cell, scan: int) -> Force | None:
+        """Return the force on a cell's value in a scan."""
+        inputs = self.inputs(scan)
+        forces = inputs.forces if inputs is not None else None
+        return forces.get((cell.leaf.ident, cell.index)) if forces else None
 
     def image(self, cell: Cell, scan: int) -> Value:
         """Return a cell of an input image in a scan; a bit as a bool."""
@@ -130,16 +138,16 @@ class Causes:
     # --- changes
 
     def origins(self, cells: Sequence[Cell], scan: int, order: int | None = None) -> list[CellChange]:
-        """Return the latest changes of cells, all of one scan, the latest one.
+        """Return the changes of cells in the latest scan that changed one of them.
 
         Args:
             order: only changes before this place in the scan count; None for all of it.
         """
-        found = list(self._in_scan(cells, scan, order))
+        found = list(self._changes_in(cells, scan, order))
         if found or scan == 0:
             return found
         last = self._past.last_change_of(cells, scan - 1)
-        return [] if last is None else list(self._in_scan(cells, last, None))
+        return [] if last is None else list(self._changes_in(cells, last, None))
 
     def triggers(self, pending: Leaf, scan: int) -> list[CellChange]:
         """Return the EVENT that made a task due, in a scan or the one before."""
@@ -149,57 +157,48 @@ class Causes:
                     return [CellChange(at, each.cell, each)]
         return []
 
-    def _in_scan(self, cells: Iterable[Cell], scan: int, order: int | None) -> Iterator[CellChange]:
+    def _changes_in(self, cells: Iterable[Cell], scan: int, order: int | None) -> Iterator[CellChange]:
         execution = self.execution(scan)
         for cell in cells:
             write = execution.last_write(cell, order)
             if write is not None and (order is not None or execution.changes(cell)):
                 yield CellChange(scan, cell, write)
-            elif write is None and self._is_external(cell, scan):
+            elif write is None and self._changed_outside(cell, scan):
                 yield CellChange(scan, cell, None)
 
     def of(self, origin: CellChange) -> list[list[Cause]]:
-        """Return groups of causes of a change; of a group with several each would have done."""
+        """Return groups of causes of a change: each group was needed, one cause of it was enough."""
         write = origin.write
         if write is None or write.by is None:
             return []
         entry, scan = write.by, origin.scan
-        reads = list(self._used(entry, origin.cell))
-        groups = [*self._control(entry, scan), *([each] for each in self._data(entry, scan, reads))]
-        groups += self._overwriter(origin)
+        reads = list(self._reads_behind(entry, origin.cell))
+        groups = [*self._of_power(entry, scan), *([each] for each in self._changed_reads(entry, scan, reads))]
+        groups += self._of_lost_write(origin.cell, entry, scan)
         if not any(groups):
             groups = [[each] for each in self._latest(entry, scan, reads)]
         return [group for group in groups if group]
 
-    def _overwriter(self, origin: CellChange) -> list[list[Cause]]:
-        """Return what took power from the instruction that wrote last in the scan before this one."""
-        entry, scan = origin.write.by if origin.write else None, origin.scan
-        if entry is None or not scan:
-            return []
-        earlier = next(
-            (
-                each.by
-                for each in reversed(self.execution(scan - 1).writes)
-                if each.cell.overlaps(origin.cell)
-            ),
-            None,
-        )
+    def _of_lost_write(self, cell: Cell, entry: StepRun, scan: int) -> list[list[Cause]]:
+        """Return what took power from another instruction: the one that wrote last in the scan before."""
+        writes = reversed(self.execution(scan - 1).writes) if scan else ()
+        earlier = next((each.by for each in writes if each.cell.overlaps(cell)), None)
         if earlier is None or (earlier.step is entry.step and earlier.instance == entry.instance):
             return []
         run = self.execution(scan).runs.get(earlier.run.key)
         now = None if run is None else run.steps.get(id(earlier.step))
-        return [] if now is None or now.power else self._control(now, scan)
+        return [] if now is None or now.power else self._of_power(now, scan)
 
-    def _used(self, entry: StepRun, cell: Cell) -> Iterator[Read]:
-        """Yield what a cell was made of: of a copied one the same part of the source."""
+    def _reads_behind(self, entry: StepRun, cell: Cell) -> Iterator[Read]:
+        """Yield the reads that decided a cell: for a copied cell, the same part of the source."""
         copied = self._source(entry, cell)
         for each in entry.reads:
-            if copied is not None and each.cell.leaf is copied.leaf and each.cell.index == copied.index:
-                yield Read(copied, copied.of(each.value), copied.name if copied.mask else each.text)
-            elif copied is None and entry.step.name == "MOV" and each.cell.leaf.type is cell.leaf.type:
-                same = Cell(each.cell.leaf, each.cell.index, each.cell.mask or cell.mask)
-                yield Read(same, same.of(each.value), same.name if same.mask else each.text)
-            elif copied is None or each.cell.leaf is not copied.leaf:
+            source = each.cell
+            if copied is not None and (source.leaf, source.index) == (copied.leaf, copied.index):
+                yield each.part(copied)
+            elif copied is None and entry.step.name == "MOV" and source.leaf.type is cell.leaf.type:
+                yield each.part(Cell(source.leaf, source.index, source.mask or cell.mask))
+            elif copied is None or source.leaf is not copied.leaf:
                 yield each
 
     def _source(self, entry: StepRun, cell: Cell) -> Cell | None:
@@ -214,17 +213,16 @@ class Causes:
         index = cell.index - destination.first + source.first
         return Cell(leaf, index, cell.mask) if 0 <= index < leaf.size else None
 
-    def _before(self, entry: StepRun, scan: int) -> StepRun | None:
+    def _previous(self, entry: StepRun, scan: int) -> StepRun | None:
         """Return the run of an instruction in the scan before."""
-        run = self._run_before(entry.run, scan)
+        run = self.execution(scan - 1).runs.get(entry.run.key) if scan else None
         return None if run is None else run.steps.get(id(entry.step))
 
-    def _run_before(self, run: LineRun, scan: int) -> LineRun | None:
-        return self.execution(scan - 1).runs.get(run.key) if scan else None
-
-    def _data(self, entry: StepRun, scan: int, reads: Sequence[Read] | None = None) -> Iterator[Cause]:
-        """Yield the values that an instruction has read otherwise than before."""
-        before = self._before(entry, scan)
+    def _changed_reads(
+        self, entry: StepRun, scan: int, reads: Sequence[Read] | None = None
+    ) -> Iterator[Cause]:
+        """Yield the reads of an instruction whose values differ from the scan before."""
+        before = self._previous(entry, scan)
         earlier = {} if before is None else {each.cell: each.value for each in before.reads}
         for each in entry.reads if reads is None else reads:
             whole = Cell(each.cell.leaf, each.cell.index)
@@ -232,107 +230,120 @@ class Causes:
                 differs = not same(earlier[each.cell], each.value)
             else:
                 differs = whole in earlier and not same(each.cell.of(earlier[whole]), each.value)
-            if differs and not self._is_own(each, entry, scan):
+            if differs and not self._writes_itself(each, entry, scan):
                 yield Cause(each, entry)
 
-    def _is_own(self, read: Read, entry: StepRun, scan: int) -> bool:
-        """Whether an instruction writes itself what it reads, such as ACC."""
-        member = read.text.rpartition(".")[2].upper()
-        for each, use in zip(entry.step.operands, entry.step.uses, strict=False):
-            is_part = isinstance(each, Group) and read.cell.leaf.path.startswith(f"{each.path}.")
-            is_given = member in _GIVEN or (use is Use.BLOCK and not member.startswith(HIDDEN))
-            if is_part and use in BOTH_WAYS and not is_given:
-                return True
-        for at in (scan, scan - 1):
-            for each in self.execution(at).writes if at >= 0 else ():
-                by = each.by
-                if (
-                    by is not None
-                    and each.cell.overlaps(read.cell)
-                    and (by.number, by.instance) == (entry.number, entry.instance)
-                ):
-                    return True
-        return False
+    def _writes_itself(self, read: Read, entry: StepRun, scan: int) -> bool:
+        """Whether an instruction writes what it reads, such as ACC, now or in the scan before."""
+        if _is_written_member(read, entry.step):
+            return True
+        own = entry.number, entry.instance
+        writes = chain.from_iterable(self.execution(at).writes for at in (scan, scan - 1) if at >= 0)
+        return any(
+            each.by is not None
+            and each.cell.overlaps(read.cell)
+            and (each.by.number, each.by.instance) == own
+            for each in writes
+        )
 
-    def _control(self, entry: StepRun, scan: int) -> list[list[Cause]]:
-        """Return what let power come to an instruction, or took it away."""
+    def _of_power(self, entry: StepRun, scan: int) -> list[list[Cause]]:
+        """Return what gave an instruction power, or took it away."""
         if entry.parent is not None:
-            copied = [[each] for contact in entry.ahead for each in self._data(contact, scan)]
-            return copied or self._control(entry.parent, scan)
+            copied = [[each] for contact in entry.ahead for each in self._changed_reads(contact, scan)]
+            return copied or self._of_power(entry.parent, scan)
         groups: list[list[Cause]] = []
-        before = self._run_before(entry.run, scan)
-        earlier = None if before is None else before.steps.get(id(entry.step))
-        if before is not None and earlier is not None and earlier.power != entry.power:
-            groups += self._all(tuple(prefix(entry)), entry.run, before, scan)
+        before = self._previous(entry, scan)
+        if before is not None and before.power != entry.power:
+            groups += self._of_series(tuple(prefix(entry)), entry.run, before.run, scan)
         for head in entry.run.heads:
-            groups += [[each] for each in self._data(head, scan)]
+            groups += [[each] for each in self._changed_reads(head, scan)]
         if entry.run.caller is not None:
-            groups += self._control(entry.run.caller, scan)
+            groups += self._of_power(entry.run.caller, scan)
         return groups
 
-    def _all(self, nodes: Sequence[Node], run: LineRun, before: LineRun, scan: int) -> list[list[Cause]]:
+    def _of_series(
+        self, nodes: Sequence[Node], run: LineRun, before: LineRun, scan: int
+    ) -> list[list[Cause]]:
         """Explain the power after nodes in series."""
-        parts = [each for each in nodes if _changed(each, run, before)]
+        parts = [each for each in nodes if _truth(each, run) is not _truth(each, before)]
         if all(_truth(each, run) is not False for each in nodes):
-            return [group for each in parts for group in self._one(each, run, before, scan)]
-        return _any([self._one(each, run, before, scan) for each in parts if _truth(each, run) is False])
+            return [group for each in parts for group in self._of_node(each, run, before, scan)]
+        blocking = [each for each in parts if _truth(each, run) is False]
+        return _alternatives([self._of_node(each, run, before, scan) for each in blocking])
 
-    def _one(self, node: Node, run: LineRun, before: LineRun, scan: int) -> list[list[Cause]]:
+    def _of_node(self, node: Node, run: LineRun, before: LineRun, scan: int) -> list[list[Cause]]:
         if isinstance(node, LoweredStep):
-            entry = run.steps[id(node)]
-            return [[each] for each in self._data(entry, scan)]
+            return [[each] for each in self._changed_reads(run.steps[id(node)], scan)]
         now = _truth(node, run)
         legs = [leg for leg in node.legs if _series(leg, run) == now and _series(leg, before) != now]
-        found = [self._all(leg, run, before, scan) for leg in legs]
-        return _any(found) if now else [group for each in found for group in each]
+        found = [self._of_series(leg, run, before, scan) for leg in legs]
+        return _alternatives(found) if now else [group for each in found for group in each]
 
     # --- without a difference
 
     def _latest(self, entry: StepRun, scan: int, own: Sequence[Read]) -> list[Cause]:
-        """Return the latest change of all that an instruction depends on; `own` are its reads."""
-        reads = [pair for pair in self._reads(entry, own) if not self._is_own(pair[0], pair[1], scan)]
-        found: list[tuple[Cause, CellChange]] = []
-        for read, by in reads:
-            for origin in self._in_scan([read.cell], scan, by.order):
-                found.append((Cause(read, by, changed=False), origin))
-        if not found and scan and reads:
-            cells = list(dict.fromkeys(read.cell for read, _ in reads))
-            changed = {each.cell for each in self.origins(cells, scan - 1)}
-            return [Cause(read, by, changed=False) for read, by in reads if read.cell in changed]
-        last = max((_order(origin) for _, origin in found), default=0)
-        return [cause for cause, origin in found if _order(origin) == last]
+        """Return the latest changes among all reads that an instruction depends on; `own` are its own."""
+        reads = [
+            (read, by) for read, by in _dependencies(entry, own) if not self._writes_itself(read, by, scan)
+        ]
+        found = [
+            (Cause(read, by, changed=False), origin.write.order if origin.write else 0)
+            for read, by in reads
+            for origin in self._changes_in([read.cell], scan, by.order)
+        ]
+        if found or not scan or not reads:
+            last = max((order for _, order in found), default=0)
+            return [cause for cause, order in found if order == last]
+        return self._latest_before(reads, scan)
 
-    def _reads(self, entry: StepRun, own: Sequence[Read]) -> Iterator[tuple[Read, StepRun]]:
-        """Yield what an instruction depends on: its operands, the conditions before it and around it."""
-        if entry.power or entry.step.kind is InstructionKind.BOTH:
-            yield from ((each, entry) for each in own)
-        for contact in entry.ahead:
-            yield from ((each, contact) for each in contact.reads)
-        yield from self._reads_of_power(entry.parent or entry)
-
-    def _reads_of_power(self, entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
-        for step in steps_of(tuple(prefix(entry)), copies=False):
-            other = entry.run.steps.get(id(step))
-            if other is not None and other.truth is entry.power and decides(step):
-                yield from ((each, other) for each in other.reads)
-                if step.spec.decides and other.power:  # a one-shot blocks because of what let power come
-                    yield from self._reads_of_power(other)
-        for head in entry.run.heads:
-            yield from ((each, head) for each in head.reads)
-        if entry.run.caller is not None:
-            yield from self._reads_of_power(entry.run.caller)
+    def _latest_before(self, reads: Sequence[tuple[Read, StepRun]], scan: int) -> list[Cause]:
+        """Return the latest changes before a scan."""
+        cells = list(dict.fromkeys(read.cell for read, _ in reads))
+        changed = {each.cell for each in self.origins(cells, scan - 1)}
+        return [Cause(read, by, changed=False) for read, by in reads if read.cell in changed]
 
 
 _GIVEN = ("PRE", "LEN")
-"""Members of an instruction's structure that it only reads; of a block's those that it does not write."""
+"""Members of an instruction's structure that it only reads."""
 
 
-def _order(origin: CellChange) -> int:
-    return origin.write.order if origin.write else 0
+def _is_written_member(read: Read, step: LoweredStep) -> bool:
+    """Whether a read is a member of an instruction's structure that the instruction writes."""
+    member = read.text.rpartition(".")[2].upper()
+    return member not in _GIVEN and any(
+        isinstance(each, Group)
+        and read.cell.leaf.path.startswith(f"{each.path}.")
+        and use in BOTH_WAYS
+        and (use is not Use.BLOCK or member.startswith(HIDDEN))
+        for each, use in zip(step.operands, step.uses, strict=False)
+    )
 
 
-def _any(options: list[list[list[Cause]]]) -> list[list[Cause]]:
-    """Return options as groups: one option as it is, of several each cause would have done."""
+def _dependencies(entry: StepRun, own: Sequence[Read]) -> Iterator[tuple[Read, StepRun]]:
+    """Yield what an instruction depends on: its operands, the conditions before it and around it."""
+    if entry.power or entry.step.kind is InstructionKind.BOTH:
+        yield from ((each, entry) for each in own)
+    for contact in entry.ahead:
+        yield from ((each, contact) for each in contact.reads)
+    yield from _conditions(entry.parent or entry)
+
+
+def _conditions(entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
+    """Yield the reads of the conditions before an instruction and around it."""
+    for step in filter(decides, steps_of(tuple(prefix(entry)), copies=False)):
+        other = entry.run.steps.get(id(step))
+        if other is not None and other.truth is entry.power:
+            yield from ((each, other) for each in other.reads)
+            if step.spec.decides and other.power:  # a one-shot blocks because it had power before
+                yield from _conditions(other)
+    for head in entry.run.heads:
+        yield from ((each, head) for each in head.reads)
+    if entry.run.caller is not None:
+        yield from _conditions(entry.run.caller)
+
+
+def _alternatives(options: list[list[list[Cause]]]) -> list[list[Cause]]:
+    """Return options as groups: several options become one group, of which one cause was enough."""
     options = [each for each in options if each]
     if len(options) <= 1:
         return options[0] if options else []
@@ -365,7 +376,7 @@ def _has(node: Node, step: LoweredStep) -> bool:
 
 
 def decides(step: LoweredStep) -> bool:
-    """Whether an instruction lets power on or not."""
+    """Whether an instruction may block power."""
     return step.kind is InstructionKind.INPUT or step.spec.decides
 
 
@@ -383,7 +394,3 @@ def _truth(node: Node, run: LineRun) -> bool | None:
 def _series(nodes: Sequence[Node], run: LineRun) -> bool | None:
     truths = [_truth(each, run) for each in nodes]
     return False if False in truths else None if None in truths else True
-
-
-def _changed(node: Node, run: LineRun, before: LineRun) -> bool:
-    return _truth(node, run) is not _truth(node, before)

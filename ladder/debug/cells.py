@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 from scanrack.io_images.dataclass import dataclass
 
-from ..model.operands import Constant, Group, Place, leaves_in
+from ..model.operands import Constant, Group, Place, fixed_index_in, leaves_in
 from ..model.tags import Leaf
-from ..model.types import COUNTER, HIDDEN, TIMER
+from ..model.types import COUNTER, HIDDEN, TIMER, count_of
 from ..state.memory import Memory, Value, element_text
 
 
@@ -47,7 +47,7 @@ def cell_of(where: Place) -> Cell:
 
 
 def place_in_snapshot(memory: Memory, cell: Cell) -> tuple[str, int | None] | None:
-    """Return variable and place of the value of a cell in a snapshot; None if it is a part of bytes."""
+    """Return the variable and place of a cell's value in a snapshot; None if it is part of bytes."""
     leaf = cell.leaf
     if leaf.ident in memory.cells:
         return leaf.ident, cell.index if leaf.dims else None
@@ -58,7 +58,7 @@ def place_in_snapshot(memory: Memory, cell: Cell) -> tuple[str, int | None] | No
 
 
 def cells_of(where: Place | Group, *, counts: bool = False) -> list[Cell]:
-    """Return the cells of a tag; of a timer or counter its bits, and with `counts` its numbers, too.
+    """Return the cells of a tag; for a timer or counter its bits, with `counts` also its numbers.
 
     Raises:
         ValueError: its place is computed.
@@ -72,16 +72,11 @@ def is_counted(where: Place | Group) -> bool:
 
 
 def _cells_in(group: Group, counts: bool) -> Iterator[Cell]:
-    fixed = [int(each.value) for each in group.indices if isinstance(each, Constant)]
-    if len(fixed) != len(group.indices):
-        raise ValueError(f"{group.text} has no fixed place: ask about one element")
     for leaf in leaves_in(group):
         if HIDDEN in leaf.path or (is_counted(group) and not counts and not leaf.type.is_bool):
             continue
-        first, rest = 0, leaf.dims[len(fixed) :]
-        for index, length in zip(fixed, leaf.dims, strict=False):
-            first = first * length + index
-        size = 1
-        for length in rest:
-            size *= length
+        first = fixed_index_in(leaf.dims, group.indices)
+        if first is None:
+            raise ValueError(f"{group.text} has no fixed place: ask about one element")
+        size = count_of(leaf.dims[len(group.indices) :])
         yield from (Cell(leaf, first * size + number) for number in range(size))

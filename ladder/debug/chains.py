@@ -1,9 +1,10 @@
-"""A chain of causes through a program: from a tag through rungs, add-on instructions and statements."""
+"""A chain of causes: from a tag back through rungs, add-on instructions and statements."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field
+from itertools import chain
 
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.site import Site
@@ -16,7 +17,7 @@ from ..state.memory import Value
 from .causes import Cause, Causes, CellChange
 from .cells import Cell, cells_of
 from .executed import StepRun
-from .links import CauseLink, Operand, linked
+from .links import CauseLink, Operand, kind_at, linked
 from .motions import COMPLETE, Motions, motion_text
 from .never import NO_BLOCKS, AtRest, Blocks, Never, at_rest_unknown
 from .watched import shown
@@ -25,13 +26,13 @@ EARLIER = "earlier scans are not kept"
 """Text of a link whose earlier scans can't be repeated."""
 
 DEEPEST = 200
-"""Most links of a chain, one the cause of the other."""
+"""Maximum depth of a chain, in links."""
 
 NESTED = 8
-"""Most links that call one another in Python; their causes are made first."""
+"""Maximum depth of Python calls from link to link."""
 
 Outside = Callable[[CellChange, str, Value], CauseLink | None]
-"""Explains an input, from the cell's change, its name and its value; None if nothing is known of it."""
+"""Explains an input, from the cell's change, its name and its value; None if it can't."""
 
 
 def outside_unknown(_origin: CellChange, _name: str, _value: Value) -> CauseLink | None:
@@ -40,7 +41,7 @@ def outside_unknown(_origin: CellChange, _name: str, _value: Value) -> CauseLink
 
 
 class _NestedError(Exception):
-    """A link is so deep in Python's stack that it has to be made from the bottom."""
+    """A link is too deep in Python's stack; it is made from an empty one instead."""
 
     def __init__(self, origin: CellChange, name: str, depth: int) -> None:
         self.origin, self.name, self.depth = origin, name, depth
@@ -48,16 +49,16 @@ class _NestedError(Exception):
 
 @dataclass(slots=True)
 class Chains:
-    """Makes chains of a program.
+    """Builds the chains of causes of a program.
 
     Args:
-        causes: of changes in its past.
-        deep: whether rungs of add-on instructions are links, too; without it their calls are.
+        causes: finds the causes of changes in its past.
+        deep: whether rungs inside add-on instructions are links; without it their calls are.
         outside: explains inputs.
-        most: links of a chain, those through modules counted.
+        most: maximum depth of a chain, in links; links through modules count.
         at_rest: explains inputs that have not changed.
         blocks: explains the blocks of an axis.
-        run_mode: returns what was before a first scan in run mode; "" if that is unknown.
+        run_mode: returns what came before a first scan in run mode; "" if that is unknown.
     """
 
     lowered: LoweredProgram
@@ -73,7 +74,7 @@ class Chains:
     _nested: int = 0
 
     def of_tag(self, tag: str, scan: int) -> CauseLink | None:
-        """Return the chain of a tag's value after a scan; None of a structure that has not changed."""
+        """Return the chain of a tag's value after a scan; None for a structure that has not changed."""
         cells = self.cells(tag)
         origins = self.causes.origins(cells, scan)
         if not origins:
@@ -88,7 +89,7 @@ class Chains:
         return self.of(origins[0], name) if origins else self.never(cell, name, scan)
 
     def never(self, cell: Cell, name: str, scan: int) -> CauseLink:
-        """Return the chain of a value that has not changed up to a scan, see `Never`."""
+        """Return the chain of a value that has never changed before the end of a scan, see `Never`."""
         return Never(self.causes, scan, self.of, self.at_rest, self.blocks).of(cell, name)
 
     def cells(self, tag: str) -> list[Cell]:
@@ -102,8 +103,8 @@ class Chains:
     def of(self, origin: CellChange, name: str) -> CauseLink:
         """Return the link of a change.
 
-        A link calls its causes, `NESTED` at a time. One that is deeper ends the calls, is made here,
-        and is in `_known` when the ones before it are made again.
+        A link needs its causes first. Calls go at most `NESTED` deep: a deeper link is made by the loop
+        here, and is in `_known` when the links that need it are made again.
         """
         if self._nested:
             return self._link_once(origin, name)
@@ -123,10 +124,10 @@ class Chains:
                 self._depth = before
 
     def _link_once(self, origin: CellChange, name: str) -> CauseLink:
-        """Return the link of a change; it is made once.
+        """Return the link of a change, a known one if there is one.
 
         Raises:
-            _NestedError: too many links are being made that are causes of one another.
+            _NestedError: the calls are `NESTED` deep.
         """
         key = origin.cell, origin.scan, origin.write.order if origin.write else 0
         known = self._known.get(key)
@@ -143,10 +144,10 @@ class Chains:
         return known
 
     def _link(self, origin: CellChange, name: str) -> CauseLink:
-        """Make the link of a change, by what made it."""
+        """Return a new link of a change, by what made the change."""
         scan, motions = origin.scan, Motions(self.lowered, self.causes)
         now_ns = self.causes.now_ns(scan)
-        if origin.write is None or self._is_set(origin):
+        if origin.write is None or self._is_set_outside(origin):
             return self._of_outside(origin, name, now_ns)
         if origin.write.by is None:
             origin = motions.attributed(origin)
@@ -169,10 +170,10 @@ class Chains:
         causes = [cause for group in groups for cause in group]
         parts = [tuple(link for cause in group for link in self._causes_of(cause, scan)) for group in groups]
         if not any(parts):
-            parts = [(each,) for each in self._begin(entry, scan)]
+            parts = [(each,) for each in self._triggers(entry, scan)]
         return linked(
-            self._failed(origin, value) or self._spliced(parts, entry, scan),
-            kind="rung" if site.unit == "rung" else "line",
+            self._refusals(origin, value) or self._without_calls(parts, entry),
+            kind=kind_at(site),
             name=name,
             value=value,
             before=before,
@@ -183,8 +184,8 @@ class Chains:
             operands=_operands(entry, causes),
         )
 
-    def _failed(self, origin: CellChange, value: Value) -> list[tuple[CauseLink, ...]]:
-        """Return the rule of its module that ended a block with an error; nothing of any other change."""
+    def _refusals(self, origin: CellChange, value: Value) -> list[tuple[CauseLink, ...]]:
+        """Return the module's rule that ended a block with an error; nothing for any other change."""
         path, _, member = origin.cell.leaf.path.rpartition(".")
         if member.upper() not in ("ERROR", "ERRORID") or not value:
             return []
@@ -197,8 +198,8 @@ class Chains:
         found = self.blocks.failed(path, begun[0].scan if begun else 0, origin.scan)
         return [(found,)] if found else []
 
-    def _begin(self, entry: StepRun, scan: int) -> Iterator[CauseLink]:
-        """Yield what let an instruction run that depends on nothing: the first scan, or its task."""
+    def _triggers(self, entry: StepRun, scan: int) -> Iterator[CauseLink]:
+        """Yield why an instruction without conditions ran: the first scan, or its task."""
         now_ns = self.causes.now_ns(scan)
         if scan == 0:
             yield CauseLink("power-up", "power-up", None, scan, now_ns)
@@ -217,7 +218,7 @@ class Chains:
                 yield from (self.of(origin, name) for origin in self.causes.triggers(each.pending, scan))
 
     def _causes_of(self, cause: Cause, scan: int) -> Iterator[CauseLink]:
-        """Yield the links of the changes that made what an instruction has read."""
+        """Yield the links of the latest changes of what an instruction read."""
         try:
             origins = self.causes.origins([cause.read.cell], scan, cause.by.order)
             yield from (self.of(each, cause.read.text) for each in origins)
@@ -227,7 +228,7 @@ class Chains:
             )
 
     def _of_motion(self, motions: Motions, origin: CellChange, name: str, value: Value) -> CauseLink | None:
-        """Return the link of a change that motion made after a scan, None of any other one."""
+        """Return the link of a change that motion made after a scan; None for any other change."""
         found = list(motions.movers(origin))
         if not found:
             return None
@@ -258,32 +259,29 @@ class Chains:
         return CauseLink("power-up", *common, origin.write.mode or "the start of the scan")
 
     def _of_outside(self, origin: CellChange, name: str, now_ns: int) -> CauseLink:
-        inputs = self.causes.inputs(origin.scan)
-        leaf, cell = origin.cell.leaf, origin.cell
-        value: Value | None = None
-        if inputs is not None:
-            for at, index, each in inputs.writes:
-                if Cell(at, index).overlaps(cell):
-                    value = _value(cell, each)
-        if leaf.is_image and not leaf.output and value is None:
-            value = self.causes.image(cell, origin.scan)
+        """Return the link of a change that was made between two scans."""
+        cell, scan = origin.cell, origin.scan
+        leaf, written = cell.leaf, self.causes.written(cell, scan)
+        if leaf.is_image and not leaf.output and not written:
+            value = self.causes.image(cell, scan)
             found = self.outside(origin, name, value)
-            return found or CauseLink("input", name, value, origin.scan, now_ns, where(cell))
-        if inputs is not None and (leaf.ident, cell.index) in (inputs.forces or {}):
-            return CauseLink("force", name, value, origin.scan, now_ns, f"forced to {shown(value)}")
-        if value is not None and leaf.slot is not None:
-            found = self.outside(origin, name, value)
-            return found or CauseLink("incident", name, value, origin.scan, now_ns, f"slot {leaf.slot}")
-        if value is not None:
-            return CauseLink("operator", name, value, origin.scan, now_ns, "set from outside of the program")
-        return CauseLink("force", name, None, origin.scan, now_ns, "its force was removed")
+            return found or CauseLink("input", name, value, scan, now_ns, where(cell))
+        if not written:
+            is_forced = self.causes.force(cell, scan) is not None
+            text = "forced" if is_forced else "its force was removed"
+            return CauseLink("force", name, None, scan, now_ns, text)
+        value = _value(cell, written[-1])
+        if self.causes.force(cell, scan) is not None:
+            return CauseLink("force", name, value, scan, now_ns, f"forced to {shown(value)}")
+        if leaf.slot is None:
+            return CauseLink("operator", name, value, scan, now_ns, "set from outside of the program")
+        found = self.outside(origin, name, value)
+        return found or CauseLink("incident", name, value, scan, now_ns, f"slot {leaf.slot}")
 
-    def _is_set(self, origin: CellChange) -> bool:
-        """Whether a change was made between two scans."""
-        write, inputs = origin.write, self.causes.inputs(origin.scan)
-        if write is None or write.by is not None or inputs is None:
-            return False
-        return any(Cell(leaf, index).overlaps(origin.cell) for leaf, index, _ in inputs.writes)
+    def _is_set_outside(self, origin: CellChange) -> bool:
+        """Whether a tag was set between two scans."""
+        write = origin.write
+        return write is not None and write.by is None and bool(self.causes.written(origin.cell, origin.scan))
 
     # --- places
 
@@ -297,27 +295,23 @@ class Chains:
     def _site(self, entry: StepRun) -> Site:
         return self.lowered.sites[self._outermost(entry).number]
 
-    def _spliced(
-        self, groups: Sequence[tuple[CauseLink, ...]], entry: StepRun, scan: int
+    def _without_calls(
+        self, groups: Sequence[tuple[CauseLink, ...]], entry: StepRun
     ) -> Iterator[tuple[CauseLink, ...]]:
-        """Replace links of the same call of an add-on instruction by their causes."""
+        """Yield groups with the causes of links that are the same call of an add-on instruction."""
         site = self._site(entry)
         inside = not self.deep and (entry.run.instance or entry.parent is not None)
-        for group in groups:
-            found: list[CauseLink] = []
-            for link in group:
-                if inside and link.site is site and link.causes:
-                    if len(group) == 1:
-                        yield from link.causes
-                        continue
-                    found += [each for inner in link.causes for each in inner]
-                else:
-                    found.append(link)
-            if found:
-                yield tuple(found)
+        for group in filter(None, groups):
+            parts = [
+                link.causes if inside and link.site is site and link.causes else ((link,),) for link in group
+            ]
+            if len(parts) == 1:
+                yield from parts[0]
+            else:
+                yield tuple(chain.from_iterable(chain.from_iterable(parts)))
 
     def _text(self, origin: CellChange, entry: StepRun, causes: Sequence[Cause], value: Value) -> str:
-        """Return what decided; before it, what a motion instruction did."""
+        """Return what a motion instruction did, if it is one, and what decided."""
         writes = self.causes.execution(origin.scan).writes
         done, text = motion_text(entry, origin.cell, value, writes), self._decided(entry, causes)
         if not done:
@@ -325,7 +319,7 @@ class Chains:
         return done if text == self.lowered.sites[entry.number].instruction else f"{done}, by {text}"
 
     def _decided(self, entry: StepRun, causes: Sequence[Cause]) -> str:
-        """Return the contacts that changed; the instruction if it waited, or has none."""
+        """Return the contacts that changed; the instruction itself if it waited or has no contacts."""
         outer = self._outermost(entry)
         sites = self.lowered.sites
         if outer is not entry or sites[entry.number].unit != "rung":
@@ -351,7 +345,7 @@ def _value(cell: Cell, value: Value) -> Value:
 
 
 def _operands(entry: StepRun, causes: Sequence[Cause]) -> tuple[Operand, ...]:
-    """Return what the rung and the instruction have read, each value once."""
+    """Return the values that the rung and the instruction read, each once."""
     changed = {each.read.cell for each in causes if each.changed}
     found: dict[str, Operand] = {}
     for run in (*entry.run.steps.values(), *entry.run.heads, *(cause.by for cause in causes)):

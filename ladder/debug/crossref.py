@@ -92,13 +92,12 @@ class CrossReference:
         path = leaf.path.upper()
 
         def matches(operand: Place | Group) -> bool:
-            own = _path(operand)
-            return path == own or path.startswith(f"{own}.") or own.startswith(f"{path}.")
+            return _contain(path, operand.path)
 
         def written(each: Mention) -> bool:
             where = each.where
             if isinstance(where, Group):
-                return path.startswith(f"{_path(where)}.") or path == _path(where)
+                return f"{path}.".startswith(f"{where.path.upper()}.")
             at, bit = where.fixed_index, where.bit
             of_bit = mask is None or not isinstance(bit, Constant) or bool(mask >> int(bit.value) & 1)
             return where.leaf is leaf and (at in (None, index) or each.stretch) and of_bit
@@ -116,22 +115,20 @@ def cross_reference(lowered: LoweredProgram) -> CrossReference:
 
 def overlap(a: Place | Group, b: Place | Group, *, stretch: bool = False) -> bool:
     """Whether two operands may share memory; with `stretch`, `b` extends beyond the named element."""
-    path_a, path_b = _path(a), _path(b)
-    if path_a != path_b and not path_a.startswith(f"{path_b}.") and not path_b.startswith(f"{path_a}."):
+    if not _contain(a.path, b.path) or not (stretch or all(map(_may_be_equal, a.indices, b.indices))):
         return False
-    for one, other in zip(a.indices, b.indices, strict=False):
-        if stretch or not isinstance(one, Constant) or not isinstance(other, Constant):
-            continue
-        if one.value != other.value:
-            return False
-    bits = [each.bit for each in (a, b) if isinstance(each, Place)]
-    if len(bits) == 2 and all(isinstance(bit, Constant) for bit in bits):
-        return bits[0] == bits[1]
-    return True
+    return not isinstance(a, Place) or not isinstance(b, Place) or _may_be_equal(a.bit, b.bit)
 
 
-def _path(operand: Place | Group) -> str:
-    return (operand.leaf.path if isinstance(operand, Place) else operand.path).upper()
+def _contain(one: str, other: str) -> bool:
+    """Whether one of two paths is the other, or contains it."""
+    one, other = f"{one}.".upper(), f"{other}.".upper()
+    return one.startswith(other) or other.startswith(one)
+
+
+def _may_be_equal(one: Resolved | None, other: Resolved | None) -> bool:
+    """Whether two subscripts or bit numbers may be equal: they are not two different constants."""
+    return not isinstance(one, Constant) or not isinstance(other, Constant) or one.value == other.value
 
 
 def _mentions(lowered: LoweredProgram, matches: Callable[[Place | Group], bool]) -> Iterator[Mention]:
@@ -189,21 +186,18 @@ def placed_in(
     if not leaf.root:
         return operand
     base = handed[leaf.root]
-    own = operand.leaf.path if isinstance(operand, Place) else operand.path
-    rest = f".{own}" if leaf.root == OWN else own[len(leaf.root) :]
-    text = f"{base.text}.{operand.text}" if leaf.root == OWN else base.text + operand.text[len(leaf.root) :]
-    path = base.leaf.path if isinstance(base, Place) else base.path
+    rest, shown = operand.path[len(leaf.root) :], operand.text[len(leaf.root) :]
+    if leaf.root == OWN:
+        rest, shown = f".{operand.path}", f".{operand.text}"
+    path, text = base.path + rest, base.text + shown
     inner = tuple(_placed_index(lowered, handed, each) for each in operand.indices)
-    whole = base.dims if isinstance(base, Group) else ()
-    missing = (constant(0),) * (0 if leaf.outer else len(whole))  # a whole array is its first element
+    missing = (constant(0),) * (0 if leaf.outer else len(base.dims))  # a whole array is its first element
     indices = base.indices + missing + inner
     array = operand.array or base.array
     if isinstance(operand, Group):
-        return replace(
-            operand, path=path + rest, indices=indices, layout=lowered.layout, text=text, array=array
-        )
+        return replace(operand, path=path, indices=indices, layout=lowered.layout, text=text, array=array)
     bit = operand.bit if operand.bit is not None or not isinstance(base, Place) else base.bit
-    return Place(lowered.layout.leaf(path + rest), indices, bit, text, array)
+    return Place(lowered.layout.leaf(path), indices, bit, text, array)
 
 
 def _placed_index(lowered: LoweredProgram, handed: Mapping[str, Place | Group], index: Resolved) -> Resolved:

@@ -41,13 +41,20 @@ from .watched import Change, shown
 from .watching import WatchedEngine
 
 When = Literal["true", "changes", "executes"]
-"""What of a rung a breakpoint waits for."""
+"""When a breakpoint on a rung is met."""
+
+_MET: Mapping[str, Callable[[bool | None, bool], bool]] = {
+    "true": lambda before, now: now and before is False,
+    "changes": lambda before, now: before is not None and now != before,
+    "executes": lambda _before, now: now,
+}
+"""Whether a breakpoint is met, by its rung in the scan before, None if unknown, and now."""
 
 Condition = Callable[["Debugger"], Any] | str
 """A condition of a run: a function of the debugger, or the address of a bit."""
 
 PICTURED = 100
-"""Scans that note the power of all rungs after a query: a second of most programs."""
+"""Scans that note the power of all rungs after a query: one second of most programs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,9 +80,9 @@ class Debugger:
     Attributes:
         interpreted: whether every scan is interpreted, as always with routines in Python.
         stops: the breakpoints met in the latest scan.
-        ran: none; the power of rungs says what ran.
-        latest: the inputs of the latest scan; None before the first, and if nothing is remembered or was set
-            from outside.
+        ran: empty; the power of rungs says what ran.
+        latest: the inputs of the latest scan; None before the first one, and if nothing is remembered and
+            nothing was set from outside.
         news: counts changes of `latest` and of forces.
         edits: online edits, each with the number of the first scan after it.
         on_edit: called after each online edit.
@@ -128,11 +135,11 @@ class Debugger:
         self._settle()
 
     def _settle(self) -> None:
-        """Note whether scans need no instrumentation, as long as no tag is set from outside."""
+        """Decide whether scans run without instrumentation while no tag is set from outside."""
         self.news += 1
         copies = self._engine.lowered.written_inputs
-        looking = self._on_rungs or self._on_tags or self._lines or self._pictured is not None
-        self._plain = not (self._remembered or self.interpreted or copies or looking)
+        observed = self._on_rungs or self._on_tags or self._lines or self._pictured is not None
+        self._plain = not (self._remembered or self.interpreted or copies or observed)
 
     def edit(self, program: LadderLogic) -> Edit:
         """Continue with an edited program, between two scans: an online edit, see `carry_over`.
@@ -193,7 +200,7 @@ class Debugger:
         self._do(scan.now_ns, scan.first)
 
     def _rest_until(self, scan: int) -> None:
-        """Count the scans without the program: the key was at program, or a recording begins late."""
+        """Count scans in which the program did not run: program mode, or a recording that begins late."""
         engine, rests = self._engine, ScanInputs(self._engine.now_ns, False, None)
         keeps = bool(self._remembered or self._on_rungs)
         if not engine.scans or not keeps:
@@ -206,9 +213,9 @@ class Debugger:
             self._journal.begin(engine.memory, engine.scans)
 
     def follow(self, scans: Iterable[ScanInputs]) -> Iterator[None]:
-        """Do recorded scans without a rack, and yield after each; no force and no breakpoint is known.
+        """Do recorded scans without a rack, and yield after each; forces and breakpoints do not apply.
 
-        A fault ends a scan, as it did when it was recorded.
+        A fault ends its scan, as in the recording.
         """
         engine, journal = self._engine, self._journal
         cells = [cell.cell_contents.cast("B") for cell in self._images]
@@ -230,7 +237,7 @@ class Debugger:
         self.news += 1
 
     def go_to(self, past: RecordedPast, scan: int) -> None:
-        """Take the snapshot before a scan of a recorded past, which is that of this program from now on."""
+        """Continue from the snapshot before a scan of a recorded past, which becomes this program's past."""
         restore(self._engine.memory, past.snapshot(scan)[0])
         self._engine.scans, self._journal, self._replayer = scan, past, None
 
@@ -279,7 +286,7 @@ class Debugger:
             engine.memory.outside = self._outside
             if keeps:
                 self._journal.begin(engine.memory, engine.scans)
-        self._look()
+        self._evaluate_breakpoints()
 
     def _note_power(self, engine: WatchedEngine) -> None:
         """Record the power of rungs with breakpoints; of all rungs for a while after a query."""
@@ -292,7 +299,7 @@ class Debugger:
         engine.note(tuple(dict.fromkeys((*self._lines, *(line for line, _when in self._on_rungs)))))
 
     def run_until(self, condition: Condition, limit: int, ms: float = STEP_MS) -> bool:
-        """Do scans without a rack until a condition, a breakpoint or the limit; return the condition."""
+        """Do scans without a rack until a condition, a breakpoint or the limit; return whether it holds."""
         for _ in range(limit):
             if self.scan(1, ms) or self.holds(condition):
                 break
@@ -314,9 +321,9 @@ class Debugger:
 
         Args:
             rung: number of the rung, or of the line.
-            when: it is met when the rung becomes `true` up to its last instruction (a line: when it runs,
-                with a true condition, after a scan in which it did not), when that `changes`, or in each scan
-                that `executes` it.
+            when: `true` stops when power newly reaches the rung's last instruction (for a line: when it
+                runs, with a true condition, after a scan in which it did not), `changes` when that changes,
+                `executes` in each scan that executes it.
 
         Raises:
             LadderError: no such rung.
@@ -329,12 +336,12 @@ class Debugger:
         self._settle()
 
     def break_on(self, tag: str) -> None:
-        """Set a breakpoint on a change of a tag from scan to scan; a LadderError without such a tag."""
+        """Set a breakpoint on a change of a tag between scans; a LadderError if there is no such tag."""
         self._on_tags[tag] = self.tags[tag]
         self._settle()
 
     def remove_breakpoint(self, at: str, rung: int | None = None, when: When = "true") -> None:
-        """Remove one breakpoint; the others keep what they have seen.
+        """Remove one breakpoint; the others keep their state.
 
         Args:
             at: the routine of `break_at`, or the tag of `break_on`.
@@ -356,20 +363,12 @@ class Debugger:
         self._on_tags.clear()
         self._settle()
 
-    def _look(self) -> None:
-        """Evaluate the breakpoints."""
-        if not self._on_rungs and not self._on_tags:
-            self.stops = ()
-            return
+    def _evaluate_breakpoints(self) -> None:
         stops = []
         for (line, when), before in self._on_rungs.items():
             now = line in self._noted_truths() if when == "executes" else self._is_true(line)
             self._on_rungs[line, when] = now
-            if (
-                now
-                if when == "executes"
-                else before is not None and now != before and (now or when == "changes")
-            ):
+            if _MET[when](before, now):
                 stops.append(self._stop_text(line, runs=when == "executes", true=now))
         for tag, before in self._on_tags.items():
             value = self.tags[tag]
@@ -388,13 +387,9 @@ class Debugger:
 
     def _stop_text(self, line: LineKey, *, runs: bool, true: bool) -> str:
         routine, rung = self._routine(line[0]), line[1]
-        verb = (
-            "runs"
-            if runs or (true and routine.statements is not None)
-            else "is true"
-            if true
-            else "is not true"
-        )
+        verb = "is true" if true else "is not true"
+        if runs or (true and routine.statements is not None):
+            verb = "runs"
         return f"{routine.name}, {routine.unit} {rung} {verb}: {routine.numbered(rung)}"
 
     # --- forces
@@ -480,15 +475,14 @@ class Debugger:
         mask = 1 << int(place.bit.value) if isinstance(place.bit, Constant) else None
         return (place.leaf.ident, index), mask
 
-    # --- looking
+    # --- power and causes
 
     def truth(self, routine: str) -> list[tuple[bool, ...] | None]:
         """Return the truth of a routine's rungs in the latest scan.
 
         Returns:
-            For each rung the power after each instruction, in order of execution; None for a rung that was
-            not scanned. For each line of structured text, by number, whether it ran and was true; None if it
-            did not run.
+            For each rung the power after each instruction, in order of execution; None if the rung was not
+            scanned. For each line of structured text, by number, whether it was true; None if it did not run.
 
         Raises:
             LadderError: no such routine.
@@ -499,7 +493,7 @@ class Debugger:
         return [truths.get((name, number)) for number in range(max(numbers, default=-1) + 1)]
 
     def note_power(self) -> None:
-        """Note the power of all rungs from the next scan on, for a while or until `truth` asks again."""
+        """Note the power of all rungs in the next `PICTURED` scans; each call of `truth` does so, too."""
         self._pictured = self.scans
 
     def _latest_truths(self) -> Truths:
@@ -515,7 +509,7 @@ class Debugger:
         return self._truths
 
     def _noted_truths(self) -> Truths:
-        """Return the noted truths of the latest scan, without a rung that faulted in the compiled program."""
+        """Return the noted truths of the latest scan; a compiled scan that faulted is run again for them."""
         engine = self._engine
         if not engine.broken_off or engine.watching:
             return engine.truths
@@ -524,7 +518,7 @@ class Debugger:
 
     @property
     def replayer(self) -> Replayer:
-        """Runs remembered scans again, on its own memory."""
+        """Runs remembered scans again, in its own memory."""
         return self._past
 
     @property
@@ -571,11 +565,11 @@ class Debugger:
         return self._inquiry.why(tag)
 
     def waits(self, tag: str) -> list[str]:
-        """Return what would begin or end a step of a chart; nothing of any other tag."""
+        """Return what would begin or end a step of a chart; nothing for any other tag."""
         return list(waits_of(self._engine.lowered, self.tags, self._resolver.named(tag)))
 
     def chains(self, *, deep: bool = False, **hooks: Any) -> Chains:
-        """Return what makes chains of causes; hooks are those of `Chains`."""
+        """Return the builder of chains of causes; `hooks` are the further arguments of `Chains`."""
         return Chains(self._engine.lowered, Causes(self._past), deep, **hooks)
 
     def chain(self, tag: str, *, deep: bool = False) -> CauseLink | None:
@@ -588,7 +582,7 @@ class Debugger:
         """Return the smallest sets of inputs that would give a tag a value within some scans, see `remedies`.
 
         Args:
-            requested: of the tag's type; of a bit the other value by default.
+            requested: the value, of the tag's type; the default for a bit is its other value.
             name: names the terminals of input images.
 
         Raises:
@@ -600,7 +594,7 @@ class Debugger:
         if requested is None and not where.type.is_bool:
             raise ValueError(f"{tag} is of type {where.type.name}: give the value that it should have")
         value = not self.tags[tag] if requested is None else checked(tag, where.type, requested)
-        if where.leaf.slot is not None and not where.leaf.output:
+        if where.leaf.is_input:
             return of_input(tag, value, _terminal_of(where, name))
         trials = Trials(self._engine, self._past, self.cross_reference, name, scans)
         return trials.of(tag, cell_of(where), value)
@@ -622,7 +616,7 @@ class Debugger:
 
 
 def _terminal_of(where: Place, name: Name) -> str | None:
-    """Return the place of a terminal of an input image; None for what a module reports, and for a fault."""
+    """Return the place of a terminal in the rack; None for other values of a module, such as a fault."""
     word, slot = where.fixed_index, where.leaf.slot
     if not where.leaf.is_image or word is None or slot is None:
         return None

@@ -1,10 +1,10 @@
-r"""What one scan executed: its instructions in order, each with its power, its reads and its writes.
+r"""One scan as executed: its instructions in order, each with its power, its reads and its writes.
 
     order   0        1              2            3
             XIC A    reads A = 1    OTE B        writes B: 0 -> 1
             \_____ of the run of one rung _______________/
 
-The interpreter notes it in a scan that is run again for a question, see `causes`; no other scan has a cost.
+The interpreter notes it only in a scan that is run again for a question, see `causes`.
 """
 
 from __future__ import annotations
@@ -40,6 +40,10 @@ class Read:
     value: Value  # of the cell
     text: str  # as the program writes it; in an add-on instruction the name of the tag
 
+    def part(self, cell: Cell) -> Read:
+        """Return the read of a part of the value: a cell of the same place, or some of its bits."""
+        return Read(cell, cell.of(self.value), cell.name if cell.mask else self.text)
+
 
 @dataclass(frozen=True, slots=True)
 class Write:
@@ -49,7 +53,7 @@ class Write:
     cell: Cell  # the whole value
     before: Value
     after: Value
-    by: StepRun | None  # None for what is no instruction
+    by: StepRun | None  # None if no instruction made it
     mode: str  # prescan or postscan if that wrote it, else ""
 
     def changes(self, cell: Cell) -> bool:
@@ -69,7 +73,7 @@ class LineRun:
     instance: str  # in an add-on instruction, its instance
     caller: StepRun | None  # the instruction that runs the routine; None for a main routine
     heads: tuple[StepRun, ...]  # conditions around a statement, outermost first
-    order: int  # of the instruction before it in the order of execution
+    order: int  # of the instruction executed before it
     steps: dict[int, StepRun] = field(default_factory=dict)  # by id of the lowered step
 
 

@@ -1,11 +1,12 @@
-"""Answers after a scan: the last change of a tag, and the cause of its value."""
+"""Answers between scans: the last change of a tag, and the cause of its value."""
 
 from __future__ import annotations
 
 from collections.abc import Container
 
-from ..model.operands import Place
+from ..model.operands import Group, Place
 from ..model.resolver import Resolver
+from ..model.tags import Leaf
 from .cells import cells_of, is_counted
 from .chart_waits import waits_of
 from .crossref import CrossReference
@@ -41,14 +42,14 @@ class Inquiry:
         return most_relevant(changes_of(self._past.again(scan).history, where), where)
 
     def cause(self, tag: str) -> tuple[int, str] | None:
-        """Return the scan of the last change of a tag, and what made it; None if nothing is known."""
+        """Return the scan of a tag's last change, and its cause; None if it has not changed."""
         change = self.last_change(tag)
         return None if change is None else (change.scan, explain_cause(self._engine.lowered, change))
 
     def why(self, tag: str) -> str:
         """Explain a tag's value: scan and rung of its last change, and the false conditions there.
 
-        The answer about a step of a chart has also what would begin or end it.
+        For a step of a chart the answer also says what would begin or end it.
         """
         waits = waits_of(self._engine.lowered, self._engine.tags, self._resolver.named(tag))
         return "\n".join([self._why(tag), *waits])
@@ -59,14 +60,17 @@ class Inquiry:
         address = where.address if isinstance(where, Place) else None
         if self._resolver.base_name(tag) in self._forced or address in self._forced:
             return f"{tag} is {shown(value)} because it is forced."
-        lowered = self._engine.lowered
-        image = where.leaf if isinstance(where, Place) and where.leaf.slot is not None else None
-        is_input = image is not None and not image.output
-        is_written = not is_input or (image is not None and image.ident in lowered.written_inputs)
-        change = self.last_change(tag) if is_written else None
-        if is_input and change is None:
+        lowered, reported = self._engine.lowered, _input_of(where)
+        is_only_reported = reported is not None and reported.ident not in lowered.written_inputs
+        change = None if is_only_reported else self.last_change(tag)
+        if change is not None:
+            return explain_change(lowered, tag, where, change, value)
+        if reported is not None:
             return f"{tag} is {shown(value)} because the module reports it: it is an input image."
-        if change is None:
-            writers = [each for each in self._cross_reference.of(tag) if each.writes]
-            return explain_unchanged(tag, state_of(where, value), writers)
-        return explain_change(lowered, tag, where, change, value)
+        writers = [each for each in self._cross_reference.of(tag) if each.writes]
+        return explain_unchanged(tag, state_of(where, value), writers)
+
+
+def _input_of(where: Place | Group) -> Leaf | None:
+    """Return the input image or fault that a single value is a part of."""
+    return where.leaf if isinstance(where, Place) and where.leaf.is_input else None

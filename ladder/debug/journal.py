@@ -1,4 +1,4 @@
-"""The journal of a debugger: snapshots of its program, and what went into the scans after each of them."""
+"""The journal of a debugger: snapshots of its program, and the inputs of the scans after each snapshot."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ EVERY = 64
 """Scans per snapshot."""
 
 MOST = 8_000
-"""Maximum snapshots, the latest ones: half a million scans."""
+"""Maximum number of snapshots: half a million scans."""
 
 
 @dataclass(slots=True)
 class Chapter:
-    """Scans from a snapshot on; `scan` is the number of the first one."""
+    """A snapshot and the scans after it; `scan` is the number of the first one."""
 
     scan: int
     memory: dict[str, Any]
@@ -55,7 +55,7 @@ class Journal(Source):
             self._chapters.append(Chapter(scan, snapshot(memory), []))
 
     def restart(self, memory: Memory, scan: int) -> None:
-        """Forget all, and take a snapshot: the scans before were not noted."""
+        """Forget all scans, and take a snapshot: the scans in between were not noted."""
         self._chapters.clear()
         self.begin(memory, scan)
 
@@ -64,7 +64,7 @@ class Journal(Source):
         self._chapters[-1].entries.append(entry)
 
     def snapshots(self, scan: int) -> Iterator[int]:
-        """Yield the scans that begin a chapter, back from a scan."""
+        """Yield the scans that begin a chapter, backwards from a scan."""
         return (each.scan for each in reversed(self._chapters) if each.scan <= scan)
 
     def snapshot(self, scan: int) -> tuple[dict[str, Any], Forces]:
@@ -89,10 +89,10 @@ class RecordedPast:
     """The scans of a recording, with its snapshots; see `replay.Source`.
 
     Args:
-        snapshots: values by the number of the scan that follows, in any order; those before scan 0, too.
-        between: returns what went into the scans from one to another.
-        plain: the same as arrays, see `replay.Source`.
-        latest: number of the last scan that is known.
+        snapshots: values by the number of the scan that follows, in any order; scan 0 included.
+        between: returns the inputs of a range of scans.
+        plain: returns them as arrays, see `replay.Source`.
+        latest: number of the last known scan.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class RecordedPast:
         """Do nothing: the recording has its scans."""
 
     def snapshots(self, scan: int) -> Iterator[int]:
-        """Yield the scans with a snapshot before them, back from a scan."""
+        """Yield the scans with a snapshot before them, backwards from a scan."""
         return reversed(self._scans[: bisect_right(self._scans, scan)])
 
     def snapshot(self, scan: int) -> tuple[Mapping[str, Any], Forces]:

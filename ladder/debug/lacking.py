@@ -1,22 +1,23 @@
-"""What an instruction lacked in a scan: the contacts before it that were false, and what they had read.
+"""What an instruction lacked in a scan: the false contacts before it, and the values that they read.
 
-Of contacts in series all that are false are named, of parallel legs those of the leg with the fewest; around
-a statement the first condition that is not as it has to be; of an expression the parts that keep it false.
+Of contacts in series it lacked all false ones, of parallel legs those of the leg with the fewest. Of the
+conditions around a statement it lacked the first unmet one, of an expression the parts that keep it false.
 """
 
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field
-from typing import Any
+from itertools import chain
+from typing import Any, TypeVar
 
 from scanrack.io_images.dataclass import dataclass
 
 from ..model.operands import Calculation, Place
 from ..model.operators import RELATIONS
-from ..model.spec import InstructionKind
 from ..state.lowered import (
+    Act,
     AddOnCall,
     Arms,
     Body,
@@ -35,7 +36,9 @@ from .crossref import Mention
 from .executed import Execution, LineRun, Read, StepRun
 
 Lack = list[tuple[Read, StepRun]]
-"""Reads that are other than they would have to be, each with its instruction."""
+"""Reads with the wrong value, each with its instruction."""
+
+_T = TypeVar("_T")
 
 
 @dataclass(slots=True)
@@ -47,7 +50,7 @@ class Lacking:
     _runs: dict[tuple[int, str], StepRun] = field(default_factory=dict)
 
     def of(self, mention: Mention) -> Lack:
-        """Return what an instruction lacked; nothing if it had all, and has written the value as it is."""
+        """Return what an instruction lacked; nothing if all was met and it wrote the present value."""
         step = mention.step
         assert step is not None
         entry = self._run_of(step, mention.instance)
@@ -68,16 +71,17 @@ class Lacking:
             return
         own = [pair for node in prefix(entry) for pair in self._false(node, entry.run)]
         yield from own
-        if not own and entry.power and entry.step.kind is not InstructionKind.INPUT:
-            yield from ((each, entry) for each in (_blamed(entry) if entry.step.name == ":=" else ()))
-        if not own and entry.run.caller is not None:
+        if own:
+            return
+        if entry.power and entry.step.name == ":=":
+            yield from ((each, entry) for each in _blamed(entry))
+        if entry.run.caller is not None:
             yield from self._of_run(entry.run.caller)
 
     def _false(self, node: Node, run: LineRun) -> list[tuple[Read, StepRun]]:
         """Return the reads of the false contacts of a part of a rung."""
         if isinstance(node, Parallel):
-            legs = [[pair for each in leg for pair in self._false(each, run)] for leg in node.legs]
-            return min(legs, key=len) if all(legs) else []
+            return _fewest([[pair for each in leg for pair in self._false(each, run)] for leg in node.legs])
         entry = run.steps.get(id(node))
         if entry is None or not decides(node) or entry.truth is not False:
             return []
@@ -85,18 +89,20 @@ class Lacking:
 
     def _of_absent(self, step: LoweredStep, instance: str) -> Iterator[tuple[Read, StepRun]]:
         """Yield what kept an instruction from running: a condition around it, a call without power."""
-        for key, routine in self.lowered.routines.items():
-            line = next((each for each in routine.lines if any(one is step for one in each.all_steps)), None)
-            if line is None:
-                continue
-            for head, required in _heads(routine.body or (), line):
-                entry = self._run_of(head.steps[-1], instance)
-                if entry is not None and bool(entry.truth) is not required:
-                    yield from ((each, entry) for each in _blamed(entry))
-                    return
-            for caller in self._callers(key, instance):
-                yield from self._of_run(caller)
+        key, routine, line = next(
+            (key, routine, line)
+            for key, routine in self.lowered.routines.items()
+            for line in routine.lines
+            if any(each is step for each in line.all_steps)
+        )
+        for head, required in _heads(routine.body or (), line) or ():
+            entry = self._run_of(head.steps[-1], instance)
+            if entry is not None and bool(entry.truth) is not required:
+                yield from ((each, entry) for each in _blamed(entry))
                 return
+        for caller in self._callers(key, instance):
+            yield from self._of_run(caller)
+            return
 
     def _callers(self, routine: str, instance: str) -> Iterator[StepRun]:
         self._run_of(_NO_STEP, "")
@@ -116,47 +122,46 @@ def _is_of(call: AddOnCall, routine: str, entry: StepRun, instance: str) -> bool
     return routine in call.routines and instance in (own, f"{entry.instance}.{own}")
 
 
-def _heads(body: Body, line: LoweredLine) -> Iterator[tuple[LoweredLine, bool]]:
-    """Yield the conditions around a line of structured text, outermost first, each with what it has to be."""
-    for each in body:
-        if isinstance(each, Arms):
-            for number, (head, inner) in enumerate(each.arms):
-                if _contains(inner, line):
-                    yield from ((before, False) for before, _ in each.arms[:number])
-                    yield head, True
-                    yield from _heads(inner, line)
-            if _contains(each.otherwise, line):
-                yield from ((head, False) for head, _ in each.arms)
-                yield from _heads(each.otherwise, line)
-        elif isinstance(each, Selection):
-            for inner in (*(choice for _, choice in each.choices), each.otherwise):
-                if _contains(inner, line):
-                    yield each.line, True
-                    yield from _heads(inner, line)
-        elif isinstance(each, Loop) and _contains(each.body, line):
-            yield each.condition, True
-            yield from _heads(each.body, line)
+_Head = tuple[LoweredLine, bool]
+"""A condition around a statement, and the truth that it needs."""
 
 
-def _contains(body: Body, line: LoweredLine) -> bool:
+def _heads(body: Body, line: LoweredLine) -> list[_Head] | None:
+    """Return the conditions around a line of structured text, outermost first; None if it is elsewhere."""
     for each in body:
-        if isinstance(each, Arms):
-            inner = [*(part for _, part in each.arms), each.otherwise]
-        elif isinstance(each, Selection):
-            inner = [*(part for _, part in each.choices), each.otherwise]
-        elif isinstance(each, Loop):
-            inner = [each.body]
-        elif each.line is line:
-            return True
-        else:
+        if isinstance(each, Act):
+            if each.line is line:
+                return []
             continue
-        if any(_contains(part, line) for part in inner):
-            return True
-    return False
+        for heads, inner in _bodies(each):
+            found = _heads(inner, line)
+            if found is not None:
+                return [*heads, *found]
+    return None
+
+
+def _bodies(statement: Arms | Selection | Loop) -> Iterator[tuple[list[_Head], Body]]:
+    """Yield the bodies of a statement, each with the conditions under which it runs."""
+    if isinstance(statement, Arms):
+        passed: list[_Head] = []
+        for head, inner in statement.arms:
+            yield [*passed, (head, True)], inner
+            passed.append((head, False))
+        yield passed, statement.otherwise
+    elif isinstance(statement, Selection):
+        for inner in (*(choice for _, choice in statement.choices), statement.otherwise):
+            yield [(statement.line, True)], inner
+    else:
+        yield [(statement.condition, True)], statement.body
+
+
+def _fewest(options: Sequence[list[_T]]) -> list[_T]:
+    """Return the option that lacks the fewest values; none if one of them lacks nothing."""
+    return min(options, key=len) if all(options) else []
 
 
 def _blamed(entry: StepRun) -> list[Read]:
-    """Return the reads of a false condition, or of an assigned one, that make it so."""
+    """Return the reads that make a condition false, or an assigned expression other than it should be."""
     values = {each.text: each.value for each in entry.reads}
     is_set = entry.step.name == ":="
     expressions = [each for each in entry.step.operands if isinstance(each, Calculation)]
@@ -168,7 +173,7 @@ def _blamed(entry: StepRun) -> list[Read]:
 
 
 def _at_fault(part: Any, required: bool, values: Mapping[str, Value]) -> list[Place]:
-    """Return the places that keep an expression from its required value, as few as possible."""
+    """Return the fewest places that keep an expression from its required value."""
     if isinstance(part, Place):
         return [part] if bool(values.get(part.text, not required)) is not required else []
     if not isinstance(part, Calculation):
@@ -178,11 +183,9 @@ def _at_fault(part: Any, required: bool, values: Mapping[str, Value]) -> list[Pl
     if part.name in ("AND", "OR", "&"):
         parts = [_at_fault(each, required, values) for each in part.operands]
         all_needed = (part.name != "OR") is required
-        if all_needed:
-            return [place for each in parts for place in each]
-        return min(parts, key=len) if all(parts) else []
-    if part.name in RELATIONS:
-        return [] if _holds(part, values) is required else list(_places(part))
+        return list(chain.from_iterable(parts)) if all_needed else _fewest(parts)
+    if part.name in RELATIONS and _holds(part, values) is required:
+        return []
     return list(_places(part))
 
 
@@ -193,7 +196,7 @@ _RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {
 
 
 def _holds(part: Calculation, values: Mapping[str, Value]) -> bool | None:
-    """Return whether a relation of plain operands holds; None if that is not known."""
+    """Return whether a relation of plain operands holds; None if that is unknown."""
     sides = [
         values.get(each.text) if isinstance(each, Place) else getattr(each, "value", None)
         for each in part.operands

@@ -1,9 +1,9 @@
-"""A chain of causes as data: links from a value back to what first made it so.
+"""A chain of causes as data: links from a value back to the first cause.
 
-    Lamp off <- Run off <- Stop on        each link with its instant, its place, and what it had read
+    Lamp off <- Run off <- Stop on        each link with its time, its place, and the values it read
 
-A link has groups of causes: the one link of a group was needed, of several each would have done. Groups and
-alternatives begin with the shortest.
+A link has groups of causes. Each group was needed; one cause of a group was enough. The shortest groups and
+the shortest alternatives come first.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ ROUND = "a round before"
 """What the end of a path says where the machine stood as it stands now."""
 
 NESTED = 8
-"""Most spaces of indentation of a chain as text; further links are left out, but for the last one."""
+"""Maximum indentation of a chain as text, in spaces; of further links only the last one is shown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,20 +57,20 @@ class Operand:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CauseLink:
-    """A change, and what made it; of a chain that comes together again, the same object."""
+    """A change and its causes; where a chain joins again, both ways lead to the same object."""
 
     kind: str  # rung, line, wait, never (a value that has not changed), or one of `ROOTS`
     name: str  # what changed
     value: Value | str | None  # after it
     scan: int
     now_ns: int  # time of the scan, ns since power-up
-    text: str = ""  # what it was, after the place
-    site: Site | None = None  # the place in the user's program; None for what is not of it
+    text: str = ""  # what made the change
+    site: Site | None = None  # the place in the user's program; None outside of it
     operands: tuple[Operand, ...] = ()
     before: Value | str | None = None  # the value before it; None if that is not known
     causes: tuple[tuple[CauseLink, ...], ...] = ()
 
-    depth: int = 1  # links from here to its end, on the shortest way
+    depth: int = 1  # links from here to the end, on the shortest way
 
     def walk(self) -> Iterator[CauseLink]:
         """Yield this link and all its causes, each once, the nearest first."""
@@ -94,8 +94,8 @@ class CauseLink:
     def path(self) -> tuple[CauseLink, ...]:
         """The links from the value to its cause: of several what outranks the program, else the latest.
 
-        A link that repeats an earlier one is of a round before. Such links are left out where the chain comes
-        to what began the rounds; where it does not, the first of them is the last link, of kind "round".
+        A machine that cycles repeats links. Repeated links are left out if the chain reaches what began the
+        cycles. If it does not, the path ends with the first repeated link, of kind "round".
         """
         found, began, known = [self], list[CauseLink](), {self._key}
         link, repeated = self, None
@@ -131,17 +131,17 @@ class CauseLink:
 
     @property
     def since(self) -> dict[str, Any]:
-        """Since when it has its value, and when it was last different, as JSON values.
+        """When it got its value, and the scan in which it was last different, as JSON values.
 
-        The page and `--json` have the same data; its keys stay. `last_different` is None if it never was. A
-        wait has its text as value.
+        The page and `--json` have the same data; its keys stay. `last_different` is None if it never was
+        different. The value of a wait is its text.
         """
         last = None if self.before is None or not self.scan else {"scan": self.scan - 1, "value": self.before}
         value = self.text if self.kind == "wait" else self.value
         return {"scan": self.scan, "now_ns": self.now_ns, "value": value, "last_different": last}
 
     def as_json(self) -> list[dict[str, Any]]:
-        """Return its links in the order of `walk` as JSON values; causes are numbers of that list."""
+        """Return its links in the order of `walk` as JSON values; causes are indices of that list."""
         links = list(self.walk())
         numbers = {link: number for number, link in enumerate(links)}
         return [_as_json(link, numbers) for link in links]
@@ -176,6 +176,11 @@ def _as_json(link: CauseLink, numbers: Mapping[CauseLink, int]) -> dict[str, Any
     }
 
 
+def kind_at(site: Site) -> str:
+    """Return the kind of a link at a place of the program: rung or line."""
+    return "rung" if site.unit == "rung" else "line"
+
+
 def linked(groups: Iterable[tuple[CauseLink, ...]], **parts: Any) -> CauseLink:
     """Return a link with its causes in order; `parts` are its other fields."""
     causes = ordered(groups)
@@ -183,7 +188,7 @@ def linked(groups: Iterable[tuple[CauseLink, ...]], **parts: Any) -> CauseLink:
 
 
 def ordered(groups: Iterable[tuple[CauseLink, ...]]) -> tuple[tuple[CauseLink, ...], ...]:
-    """Return groups and their alternatives, the shortest first, each link once."""
+    """Return groups without duplicates, the shortest groups and the shortest alternatives first."""
     found: dict[tuple[CauseLink, ...], None] = {}
     for group in groups:
         unique = tuple(dict.fromkeys(sorted(group, key=lambda link: link.depth)))
@@ -193,7 +198,7 @@ def ordered(groups: Iterable[tuple[CauseLink, ...]]) -> tuple[tuple[CauseLink, .
 
 
 def link_text(link: CauseLink, routine: str = "") -> str:
-    """Return one link: `Run off (20.002 s, rung 3: XIC(Stop))`; its routine unless it is `routine`."""
+    """Return one link: `Run off (20.002 s, rung 3: XIC(Stop))`; with its routine unless that is `routine`."""
     site = link.site
     at = f"{seconds(link.now_ns)} s"
     where = "" if site is None else site.spot if site.file and not site.routine else site.place
@@ -216,14 +221,20 @@ def _lines(link: CauseLink, routine: str, indent: str, seen: set[CauseLink]) -> 
         routine = link.site.routine if link.site else routine
         (link,) = link.causes[0]
         line += f" <- {link_text(link, routine)}"
-    if len(indent) > NESTED and link.causes:
-        yield f"{line} <- ... <- {link_text(link.first)}"
+    if link.causes and len(indent) > NESTED:
+        line += f" <- ... <- {link_text(link.first)}"
+    elif link.causes and link in seen:
+        line += " <- as above"
+    else:
+        yield line
+        yield from _branches(link, routine, indent, seen)
         return
-    if link in seen and link.causes:
-        yield f"{line} <- as above"
-        return
-    seen.add(link)
     yield line
+
+
+def _branches(link: CauseLink, routine: str, indent: str, seen: set[CauseLink]) -> Iterator[str]:
+    """Yield the lines of the causes of a link: groups joined by `and`, alternatives by `or`."""
+    seen.add(link)
     routine = link.site.routine if link.site else routine
     for place, group in enumerate(link.causes):
         for number, each in enumerate(group):

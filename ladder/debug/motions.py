@@ -1,8 +1,8 @@
 """Motion in chains of causes: the instruction that moves an axis, ends its motion, or is refused.
 
-Status bits and positions of an axis change after a scan, when no instruction runs. A course names the
-instruction that it is for, see `instructions.motion.courses`: one that began or ended in the scan of the
-change is the cause, else those that are under way.
+Status bits and positions of an axis change between scans, when no instruction runs. Each course names its
+instruction, see `instructions.motion.courses`. The cause is the instruction whose course began or ended in
+the scan of the change, else those whose courses are under way.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ class Motions:
         return next((each for each in parts if each.path == path and each.index == cell.index), None)
 
     def _courses(self, axis: MotionPart, cell: Cell) -> Iterator[str]:
-        """Yield the names in front of the members of courses: of the one that a status bit shows, or all."""
+        """Yield the prefixes of the members of courses: of the course that a status bit shows, or of all."""
         host = cell.leaf.path.rpartition(".")[2]
         bit = _NAMES.get(f"{host}.{cell.mask.bit_length() - 1}", "") if cell.mask else ""
         for planner in (PLANNER_OF[bit],) if bit in PLANNER_OF else PLANNERS:
@@ -118,8 +118,8 @@ class Motions:
 def motion_text(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write]) -> str:
     """Return what a motion instruction did to a cell; "" for any other instruction.
 
-    It is named by axis and control, `MAM(Feed,Go)`. It may have been refused, with its error in words, or
-    have ended another one's motion.
+    The text names axis and control, `MAM(Feed,Go)`, and says whether the instruction was refused, with its
+    error, or ended the motion of another.
 
     Args:
         writes: of the scan.

@@ -1,8 +1,8 @@
-"""Why a value has not changed: what the instructions that could write it lack, back to what is at rest.
+"""Why a value has never changed: what the instructions that could write it lack, back to inputs at rest.
 
-The instruction that lacks the fewest contacts came nearest, see `lacking`. Each of these contacts has a chain
-of its own if it ever changed; else the same question is put to it, down to an input, a timer that runs, or a
-tag that has not been set.
+The instruction that lacks the fewest contacts came nearest, see `lacking`. A contact that changed at some
+time has a chain of its own. For any other contact the question is asked again, until the answer is an input,
+a running timer, or a tag that was never set.
 """
 
 from __future__ import annotations
@@ -21,32 +21,32 @@ from .cells import Cell
 from .crossref import CrossReference, Mention
 from .executed import Read
 from .lacking import Lack, Lacking
-from .links import CauseLink, Operand, linked
+from .links import CauseLink, Operand, kind_at, linked
 
 DEEPEST = 24
-"""Most links of a chain, one the cause of the other."""
+"""Maximum depth of a chain, in links."""
 
 PULSE = 2
-"""Most scans of a pulse."""
+"""Maximum length of a pulse, in scans."""
 
 ONLY_ON, ONLY_OFF = frozenset({"OTL"}), frozenset({"OTU", "RES", "CLR"})
-"""Instructions that write a bit in one way only."""
+"""Instructions that only set, or only clear, a bit."""
 
 ChainOfChange = Callable[[CellChange, str], CauseLink]
 """Returns the chain of a change."""
 
 AtRest = Callable[[Cell, str, Value, int], CauseLink | None]
-"""Explains an input that has not changed, by cell, name, value and scan; None if nothing is known."""
+"""Explains an input that has not changed, by cell, name, value and scan; None if it can't."""
 
 
 class Blocks(Protocol):
     """Explains the blocks of an axis, by what its module does."""
 
     def waiting(self, path: str, scan: int) -> CauseLink | None:
-        """Return what a block that is busy waits for; None of any other structure."""
+        """Return what a busy block waits for; None for any other structure."""
 
     def failed(self, path: str, since: int, scan: int) -> CauseLink | None:
-        """Return the rule of the module that made an error of a block between two scans, or None."""
+        """Return the module's rule that ended a block with an error between two scans, or None."""
 
 
 class NoBlocks:
@@ -71,13 +71,14 @@ def at_rest_unknown(_cell: Cell, _name: str, _value: Value, _scan: int) -> Cause
 
 @dataclass(slots=True)
 class Never:
-    """Explains values that have not changed up to a scan.
+    """Explains values that have not changed before the end of a scan.
 
     Args:
-        causes: of the program's past.
+        causes: finds causes in the program's past.
         scan: the scan of the question.
-        chain_of: makes the chain of a change.
+        chain_of: builds the chain of a change.
         at_rest: explains inputs.
+        blocks: explains the blocks of an axis.
     """
 
     causes: Causes
@@ -91,10 +92,9 @@ class Never:
     def of(self, cell: Cell, name: str, seen: tuple[Cell, ...] = ()) -> CauseLink:
         """Return the link of a value that has not changed; `seen` are the values that led to it."""
         value = self._value(cell)
-        leaf = cell.leaf
-        if leaf.slot is not None and not (leaf.is_image and leaf.output):
+        if cell.leaf.is_input:
             found = self.at_rest(cell, name, value, self.scan)
-            return found or self._root("input", name, value, f"slot {leaf.slot}")
+            return found or self._root("input", name, value, f"slot {cell.leaf.slot}")
         found = self._counted(cell, name, value) or self._of_block(cell, value, seen)
         return found or self._of_writers(cell, name, value, seen)
 
@@ -108,7 +108,7 @@ class Never:
         return found or self._of_block(cell, value, seen) or self.chain_of(origins[0], name)
 
     def _of_block(self, cell: Cell, value: Value, seen: tuple[Cell, ...]) -> CauseLink | None:
-        """Return what a block that is busy waits for, or its error; None of any other value."""
+        """Return what a busy block waits for, or its error; None for any other value."""
         path, _, member = cell.leaf.path.rpartition(".")
         if member.upper() not in ("BUSY", "DONE", "ACTIVE", "INVELOCITY"):
             return None
@@ -122,14 +122,11 @@ class Never:
         return None
 
     def _of_number(self, origin: CellChange, name: str, seen: tuple[Cell, ...]) -> CauseLink | None:
-        """Return the link of a number that was made of settings; None of any other change."""
+        """Return the link of a number that was computed from settings; None for any other change."""
         write = origin.write
-        if (
-            write is None
-            or write.by is None
-            or isinstance(self._value(origin.cell), bool)
-            or len(seen) > DEEPEST
-        ):
+        if write is None or write.by is None or isinstance(self._value(origin.cell), bool):
+            return None
+        if len(seen) > DEEPEST:
             return None
         settings = [
             each for each in write.by.reads if not isinstance(each.value, bool) and self._is_setting(each)
@@ -139,7 +136,7 @@ class Never:
         site = self._engine.lowered.sites[write.by.number]
         causes = [(self.of(each.cell, each.text, (*seen, origin.cell)),) for each in reversed(settings)]
         return linked(
-            causes, kind="rung" if site.unit == "rung" else "line", name=name, value=write.after,
+            causes, kind=kind_at(site), name=name, value=write.after,
             scan=origin.scan, now_ns=self.causes.now_ns(origin.scan), text=site.instruction, site=site,
         )  # fmt: skip
 
@@ -152,25 +149,24 @@ class Never:
     # --- timers and counters
 
     def _counted(self, cell: Cell, name: str, value: Value) -> CauseLink | None:
-        """Return the link of a timer that runs, or a counter that has begun, if the value is its DN."""
+        """Return the link of a running timer or of a counter above 0, if the value is its DN."""
         path, _, member = cell.leaf.path.rpartition(".")
         if member.upper() not in ("DN", "Q") or value:
             return None
-        parts = {
-            each: self._member(path, each, cell.index) for each in ("ACC", "PRE", "EN", "CU", "CD", "TT")
-        }
-        if parts["ACC"] is None or parts["PRE"] is None:
+        counted, preset, enabled, up, down = (
+            self._member(path, each, cell.index) for each in ("ACC", "PRE", "EN", "CU", "CD")
+        )
+        if counted is None or preset is None:
             return None
         own = name.rpartition(".")[0]
-        acc, pre = int(parts["ACC"][1]), int(parts["PRE"][1])
-        if parts["EN"] is not None and parts["EN"][1] and acc < pre:
-            return self._running(parts["EN"][0], own, acc, pre)
-        counts = parts["EN"] is None and (parts["CU"] is not None or parts["CD"] is not None)
-        if counts and 0 < acc < pre:
-            origins = self.causes.origins([parts["ACC"][0]], self.scan)
-            last = f", the last at {seconds(self.causes.now_ns(origins[0].scan))} s" if origins else ""
-            return self._root("timer", own, None, f"has counted {acc:,} of {pre:,}{last}")
-        return None
+        acc, pre = int(counted[1]), int(preset[1])
+        if enabled is not None:
+            return self._running(enabled[0], own, acc, pre) if enabled[1] and acc < pre else None
+        if not (up or down) or not 0 < acc < pre:
+            return None
+        origins = self.causes.origins([counted[0]], self.scan)
+        last = f", the last at {seconds(self.causes.now_ns(origins[0].scan))} s" if origins else ""
+        return self._root("timer", own, None, f"has counted {acc:,} of {pre:,}{last}")
 
     def _running(self, enabled: Cell, own: str, acc: int, pre: int) -> CauseLink:
         origins = self.causes.origins([enabled], self.scan)
@@ -217,14 +213,15 @@ class Never:
         )
 
     def _possible_writers(self, cell: Cell, value: Value) -> list[Mention]:
-        """Return what could change a value; calls of add-on instructions only if nothing else could."""
+        """Return what could change a value; calls of add-on instructions count only if nothing else could."""
         writers = [each for each in self._writers(cell) if _could_change(each, value)]
         return [each for each in writers if each.step is None or each.step.name != ADD_ON] or writers
 
     def _nearest_writer(self, writers: Sequence[Mention], own: Set[Cell]) -> tuple[Mention, Lack]:
         """Return the instruction that lacks the fewest values in the scan of the question.
 
-        One that lacks a value of the chain itself (`own`) explains nothing: it counts only if all do.
+        An instruction that lacks a value of the chain itself (`own`) explains nothing; it counts only if all
+        of them do.
         """
         found = [(each, self._lack(each)) for each in writers]
         others = [(each, lack) for each, lack in found if own.isdisjoint(read.cell for read, _ in lack)]
@@ -238,8 +235,8 @@ class Never:
     def _nearest(self, mention: Mention, lack: Lack) -> tuple[int, Lack]:
         """Return the scan in which an instruction came nearest to acting, and what it lacked then.
 
-        Besides the scan of the question those are tried in which a contact that is false now was true last,
-        for a scan or two: a pulse that came when something else was lacking.
+        A pulse may have come while something else was lacking. So for each false contact the scan is tried
+        in which it was last true, if it was true for a scan or two only.
         """
         best = self.scan, lack
         for read, _ in lack if len(lack) > 1 else ():
@@ -261,7 +258,7 @@ class Never:
                 value,
                 f"never {'off' if value else 'on'}: no rung writes it, and no one has set it",
             )
-        return self._root("setting", name, value, "as the program begins with it: no rung writes it")
+        return self._root("setting", name, value, "its initial value: no rung writes it")
 
     def _root(self, kind: str, name: str, value: Value | None, text: str) -> CauseLink:
         return CauseLink(kind, name, value, 0, self.causes.now_ns(0), text)

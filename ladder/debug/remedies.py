@@ -1,7 +1,7 @@
-"""What it would take: the smallest sets of inputs that give a value, found by running scans with them.
+"""The smallest changes of inputs that give a tag a value, found by running scans with them.
 
-Sets of one input are tried first, then of two and three. Of a number the value nearest to the present one is
-given that does it: between the two it is searched by halves, each half a run.
+Sets of one input are tried first, then sets of two and three. For a number, bisection finds the nearest
+value that works.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ from ..state.memory import Value
 from .watched import shown
 
 MOST_INPUTS = 3
-"""Most inputs of a set."""
+"""Maximum number of inputs in a set."""
 
 MOST_TRIES = 3_000
-"""Most sets that are tried."""
+"""Maximum number of sets to try."""
 
 MOST_CANDIDATES = 64
-"""Most inputs that are tried, the ones nearest to the tag."""
+"""Maximum number of inputs to try, the nearest to the tag."""
 
 MOST_VALUES = 12
-"""Most other values of a number that are tried, the ones nearest to the present one."""
+"""Maximum number of values of a number to try, the nearest to the present value."""
 
 
 @dataclass(frozen=True, slots=True)
 class InputChange:
-    """An input and its other value."""
+    """An input and its new value."""
 
-    cell: Any  # its place, for those who try it
+    cell: Any  # its place in memory
     name: str
     place: str  # in the rack, such as `slot 2 input 3`; "" for a tag
     value: Value
@@ -65,17 +65,17 @@ class Candidate:
 
 
 def bit(cell: Any, name: str, place: str, now: bool) -> Candidate:
-    """Return a bit that may be other than it is."""
+    """Return a bit as a candidate."""
     return Candidate(cell, name, place, now, (not now,))
 
 
 def number(
     cell: Any, name: str, place: str, now: float, limits: tuple[float, float], compared: Iterable[float]
 ) -> Candidate:
-    """Return a number that may be any other one within limits.
+    """Return a number within limits as a candidate.
 
     Args:
-        compared: constants that it may be compared with; they and their neighbors are tried, and the limits.
+        compared: constants that it may be compared with: they, their neighbors and the limits are tried.
     """
     low, high = limits
     near = {each + by for each in compared for by in (-1, 0, 1)}
@@ -89,10 +89,10 @@ def number(
 
 @dataclass(frozen=True, slots=True)
 class Remedy:
-    """A set of inputs that gives the value; none if it comes by itself."""
+    """A set of inputs that gives the value; an empty one if no input has to change."""
 
     changes: tuple[InputChange, ...]
-    scans: int  # until then
+    scans: int  # scans that it takes
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,8 +101,8 @@ class Remedies:
 
     Attributes:
         tried: number of sets that were tried.
-        left: whether sets of up to `MOST_INPUTS` were left out.
-        terminal: of an input, where it is wired; "" for what a module reports, None for any other value.
+        left: whether the search stopped before it had tried all sets.
+        terminal: where an input is wired; "" for other values of a module, None for any other tag.
     """
 
     tag: str
@@ -144,16 +144,16 @@ class Remedies:
 
 
 def of_input(tag: str, requested: Value, terminal: str | None) -> Remedies:
-    """Return the answer for an input: nothing of the program gives it a value.
+    """Return the answer for an input, which the program does not write.
 
     Args:
-        terminal: where it is wired; None for what a module reports.
+        terminal: where it is wired; None for other values of a module.
     """
     return Remedies(tag, requested, (), (), 0, left=False, terminal=terminal or "")
 
 
 Attempt = Callable[[Sequence[InputChange]], int | None]
-"""Runs scans with other inputs; returns after how many a value is as wished, None if it is not."""
+"""Runs scans with other inputs; returns after how many the tag has the value, None if it does not get it."""
 
 
 @dataclass(slots=True)
@@ -170,7 +170,7 @@ class Search:
     tried: int = 0
 
     def among(self, candidates: Sequence[Candidate]) -> Remedies:
-        """Return the smallest sets; no set that has another one in it."""
+        """Return the smallest sets: none contains another."""
         found: list[Remedy] = []
         names = tuple(each.name for each in candidates)
         for size in range(MOST_INPUTS + 1):
@@ -184,7 +184,7 @@ class Search:
         return Remedies(self.tag, self.requested, tuple(found), names, self.tried, left=False)
 
     def _with(self, chosen: Sequence[Candidate]) -> Iterator[Remedy]:
-        """Yield the first values of some inputs that do it, if any."""
+        """Yield the first combination of values that works, if there is one."""
         for values in product(*(each.others for each in chosen)):
             changes = [each.change(value) for each, value in zip(chosen, values, strict=True)]
             scans = self._try(changes)
@@ -197,7 +197,7 @@ class Search:
         return self.attempt(changes)
 
     def _nearest(self, chosen: Sequence[Candidate], changes: list[InputChange], scans: int) -> Remedy:
-        """Return the set with each number as near to the present one as does it."""
+        """Return a set whose numbers are as near to their present values as possible."""
         for at, each in enumerate(chosen):
             if isinstance(each.now, bool):
                 continue
@@ -213,7 +213,7 @@ class Search:
 
 
 def _between(one: Value, other: Value) -> Value | None:
-    """Return a number half-way between two; None if there is none."""
+    """Return the number halfway between two; None if they are neighbors."""
     if isinstance(one, float):
         middle: Value = real((one + other) / 2)
     else:

@@ -1,6 +1,6 @@
-"""Repeats scans of a program on its own memory.
+"""Repeats scans of a program in a separate memory.
 
-A program is deterministic: its memory, the input images and the time make the next memory. So it runs
+A program is deterministic: its memory, the input images and the time determine its next memory. So it runs
 compiled, and a question about a scan is answered by running that scan again from a snapshot before it:
 
     snapshot      inputs inputs inputs ...      snapshot      inputs ...
@@ -34,16 +34,16 @@ Truths = Mapping[LineKey, tuple[bool, ...]]
 
 
 ONE_BY_ONE = 24
-"""Most stretches with equal values at their ends that are searched one by one."""
+"""Maximum number of stretches with equal values at both ends that are searched one by one."""
 
 FIRST_ONE_BY_ONE = 4
-"""The latest of more stretches: they are searched one by one before the others are searched at once."""
+"""If there are more, this many of the latest are searched one by one, and the others side by side."""
 
 MOST_FOUND = 256
-"""Most results of searches that are kept."""
+"""Maximum number of search results in memory."""
 
 SIDE_BY_SIDE = 5_000
-"""Most stretches that are searched at once."""
+"""Maximum number of stretches in one search side by side."""
 
 
 class Source(Protocol):
@@ -59,7 +59,7 @@ class Source(Protocol):
         """Return the number of contiguous known scans from `first` on, and their inputs."""
 
     def plain(self, first: int, last: int) -> PlainInputs | None:
-        """Return the inputs of scans as arrays; None if they are not plain, or not known."""
+        """Return the inputs of scans as arrays; None if they are not plain, or unknown."""
         count, known = self.inputs(first, last)
         return plain_inputs(list(known)) if count == last - first + 1 else None
 
@@ -68,10 +68,10 @@ class Replayer:
     """Runs scans again.
 
     Args:
-        engine: runs the program; its memory is used for nothing else.
-        source: what went into the program.
-        most: scans that are run at once to get to one.
-        stretches: latest snapshots from which a change is searched.
+        engine: runs the program; its memory has no other use.
+        source: the program's snapshots and inputs.
+        most: maximum number of scans to run to reach one.
+        stretches: number of the latest snapshots from which changes are searched; None for all.
     """
 
     def __init__(
@@ -94,8 +94,8 @@ class Replayer:
 
         Args:
             scan: the scan.
-            noted: note its power in the compiled program, which is faster and tells nothing else; a scan with
-                a fault is watched all the same.
+            noted: only note its power, in the compiled program, which is faster; a scan with a fault is
+                watched anyway.
 
         Raises:
             ValueError: it can't be repeated.
@@ -106,20 +106,20 @@ class Replayer:
         return self.again(scan) if noted and self.engine.broken_off else self.engine
 
     def inputs(self, scan: int) -> ScanInputs | None:
-        """Return what went into a scan; None if it is not known."""
+        """Return the inputs of a scan; None if they are unknown."""
         count, known = self.source.inputs(scan, scan)
         return next(known, None) if count == 1 else None
 
     def walk(self, first: int, last: int, *, noted: bool = False) -> Iterator[int]:
-        """Run scans in turn; after each yield its time, ns, while the engine is at its end.
+        """Run scans in turn; after each, with the engine in the state at its end, yield its time, ns.
 
-        It ends before the first scan that can't be repeated.
+        Stop before the first scan that can't be repeated.
 
         Args:
             noted: note the power of all lines.
         """
         if self.at == first:
-            self.at = None  # its values are there, but it has to run again
+            self.at = None  # the engine is at its end already, but it has to run again
         start = self._start(first)
         count, known = (0, iter(())) if start is None else self.source.inputs(start, last)
         if start is None or not count:
@@ -134,11 +134,10 @@ class Replayer:
                 yield inputs.now_ns
 
     def last_change(self, read: Callable[[WatchedEngine], Any], end: int) -> int | None:
-        """Return the last scan that changed a value, up to one; None without one.
+        """Return the last scan up to `end` that changed a value; None if there is none.
 
         Args:
             read: reads the value.
-            end: the last scan that counts.
         """
         for start in islice(self.source.snapshots(end), self._stretches):
             if start <= end:
@@ -149,13 +148,13 @@ class Replayer:
         return None
 
     def looked_back(self, end: int) -> int:
-        """Return the scan before those in which `last_change` looks up to one; that one if there are none."""
+        """Return the last scan that `last_change` does not search."""
         return min(islice(self.source.snapshots(end), self._stretches), default=end + 1) - 1
 
     def last_change_of(self, cells: Sequence[Cell], end: int) -> int | None:
-        """Return the last scan that changed one of some values, up to one; None without one.
+        """Return the last scan up to `end` that changed one of the cells; None if there is none.
 
-        What was found is kept: a sentence and a chain need the same.
+        Results are kept: `why` and a chain ask for the same cells.
         """
         until, found = self._found.get(tuple(cells), (-1, None))
         none_left = found is None and self._stretches is not None and end < until
@@ -167,10 +166,10 @@ class Replayer:
         return found
 
     def _search(self, cells: Sequence[Cell], end: int) -> int | None:
-        """Return the last change, without what was found before.
+        """Search the last change.
 
-        A stretch whose snapshots have other values holds a change. In the stretches after it the values can
-        only have changed and changed back.
+        A stretch whose two snapshots differ contains a change. In the stretches after it the values can only
+        have changed and changed back.
         """
 
         def read(engine: WatchedEngine) -> list[Value]:
@@ -196,7 +195,7 @@ class Replayer:
         return None
 
     def _changing_stretches(self, cells: Sequence[Cell], starts: Sequence[int]) -> Iterator[int]:
-        """Yield the numbers of the stretches whose two snapshots have other values, the latest first."""
+        """Yield the numbers of the stretches whose two snapshots differ, the latest first."""
         places = [place_in_snapshot(self.engine.memory, each) for each in cells]
         after: list[Value] | None = None
         for number, start in enumerate(starts if None not in places else ()):
@@ -213,7 +212,7 @@ class Replayer:
     def _change_in_many(
         self, starts: Sequence[int], cells: Sequence[Cell], read: Callable[[WatchedEngine], Any]
     ) -> int | None:
-        """Return the last change in the stretches that begin at the second and the further snapshots."""
+        """Return the last change in the stretches that begin at all snapshots but the first."""
         stretches = [self._stretch(start, end) for end, start in pairwise(starts)]
         for stretch, known in zip(stretches, self._lanes.last_changes(cells, stretches), strict=True):
             found: int | None = known.scan
@@ -322,12 +321,8 @@ def plain_inputs(inputs: Sequence[ScanInputs]) -> PlainInputs | None:
     """Return the inputs of some scans as arrays; None if they are not plain."""
     import numpy as np  # most runs ask nothing
 
-    images = [each.images for each in inputs if each.images is not None]
-    if (
-        not inputs
-        or len(images) < len(inputs)
-        or any(each.first or each.writes or each.forces for each in inputs)
-    ):
+    images = [each.images for each in inputs if each.images is not None and each.is_plain]
+    if not images or len(images) < len(inputs):
         return None
     words = (
         np.frombuffer(b"".join(rows), np.int16).reshape(len(rows), -1) for rows in zip(*images, strict=True)

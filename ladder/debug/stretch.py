@@ -1,4 +1,4 @@
-"""Scans to repeat: what came in from outside of the program, and stretches between snapshots."""
+"""Scans to repeat: what came in from outside of the program, and the scans between two snapshots."""
 
 from __future__ import annotations
 
@@ -22,9 +22,14 @@ class ScanInputs(NamedTuple):
     writes: tuple[Write, ...] = ()
     forces: Forces | None = None  # None = as before, without external writes
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether nothing came in but images."""
+        return not (self.first or self.writes or self.forces)
+
 
 class PlainInputs(NamedTuple):
-    """The inputs of successive scans with nothing from outside but images, as arrays with a row for each."""
+    """The inputs of successive scans whose only inputs are images, as arrays with a row per scan."""
 
     times: Any  # ns
     images: Sequence[Any]  # words by scan, of each image in layout order

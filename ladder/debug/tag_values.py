@@ -22,8 +22,9 @@ from scanrack.io_images.tag_names import TEXT, NamesByPattern, element_of, norma
 
 from ..model.errors import LadderError
 from ..model.expressions import parse_address
-from ..model.operands import Constant, Group, Place
+from ..model.operands import Constant, Place, first_leaf, fixed_index_in
 from ..model.resolver import AmbiguousTagError, Resolver
+from ..model.stretches import Spot
 from ..model.tags import Alias, Layout, Leaf
 from ..model.tree import Address, BitStep
 from ..model.types import DataType, Elementary, Member, Structure, count_of
@@ -77,12 +78,13 @@ class TagValues:
                 f"{address} is a part of slot {where.leaf.slot}'s images, which a trace has anyway: "
                 f"leave it out, and ask for slot{where.leaf.slot}.in and slot{where.leaf.slot}.out"
             )
-        if isinstance(where, Place) and where.fixed_index is not None:
+        at = fixed_index_in(first_leaf(where).dims, where.indices)
+        if at is None:
+            raise LadderError(f"{address} is not a whole tag")
+        if isinstance(where, Place):
             return [_placed(layout, resolver.full_name(str(address)), where)]
-        if isinstance(where, Group) and all(isinstance(index, Constant) for index in where.indices):
-            name = f"{resolver.full_name(str(address))}{_ranges(layout, where.dims)}"
-            return list(_values(layout, where.path, name, where.type, _flat(layout, where), where.dims))
-        raise LadderError(f"{address} is not a whole tag")
+        name = f"{resolver.full_name(str(address))}{_ranges(layout, where.dims)}"
+        return list(_values(layout, where.path, name, where.type, at, where.dims))
 
 
 def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
@@ -97,14 +99,17 @@ def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
         except AmbiguousTagError:
             raise
         except LadderError as error:
-            names = {each.name.upper(): each.name for each in values.known}
-            close = get_close_matches(pattern.upper(), names, 1)
-            hint = f"; did you mean {names[close[0]]}?" if close else ""
-            raise LadderError(f"no tag matches {pattern!r}{hint}") from error
-        found.update((each.name, each) for each in matches if each.name not in found)
-    arrays = [each for each in found.values() if each.length]
-    elements = {element_of(each.name, place) for each in arrays for place in range(each.length)}
+            raise _no_match(pattern, values.known) from error
+        for each in matches:
+            found.setdefault(each.name, each)
+    elements = {element_of(each.name, place) for each in found.values() for place in range(each.length)}
     return [each for each in found.values() if each.name not in elements]
+
+
+def _no_match(pattern: str, known: Sequence[TagValue]) -> LadderError:
+    names = {each.name.upper(): each.name for each in known}
+    close = get_close_matches(pattern.upper(), names, 1)
+    return LadderError(f"no tag matches {pattern!r}{f'; did you mean {names[close[0]]}?' if close else ''}")
 
 
 def _all_values(layout: Layout) -> Iterator[TagValue]:
@@ -193,17 +198,6 @@ def source_of(layout: Layout, where: Place) -> str:
     return _placed(layout, where.text, where).source
 
 
-def _flat(layout: Layout, group: Group) -> int:
-    """Return the flat index of a group in the settled dimensions."""
-    path = group.path.upper()
-    leaf = next(leaf for name, leaf in layout.leaves.items() if name == path or name.startswith(f"{path}."))
-    flat = 0
-    for index, length in zip(group.indices, leaf.dims, strict=False):
-        assert isinstance(index, Constant)
-        flat = flat * length + int(index.value)
-    return flat
-
-
 def _value(layout: Layout, name: str, leaf: Leaf, start: int, length: int) -> TagValue:
     return TagValue(_named(layout, name), leaf.type.name, length, _source(layout, leaf, start, length))
 
@@ -220,12 +214,16 @@ def _text(layout: Layout, path: str, name: str, at: int) -> TagValue:
 
 def _source(layout: Layout, leaf: Leaf, start: int, length: int) -> str:
     spot = layout.spot(leaf)
-    if spot is None:
-        if not leaf.dims:
-            return leaf.ident
-        if not length:
-            return f"{leaf.ident}[{start}]"
-        return f"*{leaf.ident}" if length == leaf.size else f"*{leaf.ident}[{start}:{start + length}]"
+    if spot is not None:
+        return _source_in_bytes(spot, start, length)
+    if not leaf.dims:
+        return leaf.ident
+    if not length:
+        return f"{leaf.ident}[{start}]"
+    return f"*{leaf.ident}" if length == leaf.size else f"*{leaf.ident}[{start}:{start + length}]"
+
+
+def _source_in_bytes(spot: Spot, start: int, length: int) -> str:
     places = [spot.at(start + number) for number in range(length or 1)]
     if spot.unit == 1:
         bits = [f"{spot.variable}[{place >> 3}] >> {place & 7} & 1" for place in places]

@@ -1,11 +1,12 @@
 """Tries other inputs on a copy of a ladder program, for `remedies`.
 
-The program is copied as it is after a scan, the inputs are held as they are then, and some are changed: those
-of input images, and tags that no rung writes.
+The copy starts in the program's state after a scan. Its inputs keep their values of that scan, except for
+those that are changed: terminals of input images, and tags that no rung writes.
 """
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import field
@@ -26,7 +27,7 @@ from .replay import Replayer
 from .watching import WatchedEngine
 
 Name = Callable[[int, int, int | None], str | None]
-"""Names the terminal at slot, word and bit of an input image, None for the word; None for what is none."""
+"""Names the terminal at slot, word and bit of an input image, or the word if the bit is None; else None."""
 
 
 @dataclass(slots=True)
@@ -35,9 +36,9 @@ class Trials:
 
     Args:
         live: the program, between two scans.
-        past: runs its scans again, on its own memory.
-        scans: most scans of a try.
+        past: runs its scans again, in a separate memory.
         name: names the terminals of input images.
+        scans: maximum length of a try, in scans.
     """
 
     live: WatchedEngine
@@ -50,9 +51,9 @@ class Trials:
     _period_ns: int = 10_000_000
 
     def of(self, tag: str, cell: Cell, requested: Value) -> Remedies:
-        """Return the smallest sets of inputs after which a tag has a value; `cell` is the tag's.
+        """Return the smallest sets of inputs that give a tag a value; `cell` is the tag's.
 
-        What modules report is tried if no terminal and no tag does it.
+        Other values that modules report are tried only if no set of terminals and tags works.
         """
         self._begin()
         search = Search(tag, requested, lambda changes: self._try(changes, cell, requested))
@@ -72,7 +73,7 @@ class Trials:
             self._period_ns = self.live.now_ns - before.now_ns
 
     def _try(self, changes: Sequence[InputChange], cell: Cell, requested: Value) -> int | None:
-        """Return after how many scans a cell has a value; None if it has not."""
+        """Return after how many scans a cell gets a value; None if it does not."""
         engine = self.past.engine
         engine.hold({})
         restore(engine.memory, self._values)
@@ -112,29 +113,33 @@ class Trials:
 
     def candidates(self, tag: str, requested: Value) -> Iterator[Candidate]:
         """Yield the inputs that a tag depends on by the text of the program, the nearest first."""
-        mentions = self.cross_reference.mentions
-        by_line: dict[tuple[str, int | None], list[Mention]] = {}
-        for each in mentions:
-            by_line.setdefault((each.site.routine, each.site.rung), []).append(each)
-        written = [each for each in mentions if each.writes]
-        ahead: list[Place | Group] = [each.where for each in self.cross_reference.of(tag) if each.writes]
-        seen: dict[str, Place | Group] = {}
         compared = [] if isinstance(requested, bool) else [requested]
+        read: dict[str, Place | Group] = {}
+        reads = self._reads()
+        ahead: list[Place | Group] = [each.where for each in self.cross_reference.of(tag) if each.writes]
         while ahead:
-            where = ahead.pop(0)
-            lines = {
-                (each.site.routine, each.site.rung)
-                for each in written
-                if overlap(where, each.where, stretch=True)
-            }
-            for key in sorted(lines, key=str):
-                compared += self._constants(*key)
-                for each in by_line[key]:
-                    if each.reads and each.where.text not in seen:
-                        seen[each.where.text] = each.where
-                        ahead.append(each.where)
-        for where in seen.values():
-            yield from self._candidate(where, written, compared)
+            for line in self._lines_writing(ahead.pop(0)):
+                compared += self._constants(*line)
+                for where in reads[line]:
+                    if where.text not in read:
+                        read[where.text] = where
+                        ahead.append(where)
+        for where in read.values():
+            yield from self._candidate(where, compared)
+
+    def _reads(self) -> Mapping[_Line, list[Place | Group]]:
+        """Return the operands that each rung or line reads."""
+        found = defaultdict[_Line, list[Place | Group]](list)
+        for each in self.cross_reference.mentions:
+            if each.reads:
+                found[_line_of(each)].append(each.where)
+        return found
+
+    def _lines_writing(self, where: Place | Group) -> list[_Line]:
+        """Return the rungs and lines that may write an operand."""
+        writers = [each for each in self.cross_reference.mentions if each.writes]
+        found = {_line_of(each) for each in writers if overlap(where, each.where, stretch=True)}
+        return sorted(found, key=str)
 
     def _constants(self, routine: str, rung: int | None) -> Iterator[float]:
         """Yield the numbers in a rung or line."""
@@ -143,30 +148,35 @@ class Trials:
             if line.number == rung:
                 yield from (each for step in line.steps for each in _numbers(step.operands))
 
-    def _candidate(
-        self, where: Place | Group, written: Sequence[Mention], compared: Sequence[float]
-    ) -> Iterator[Candidate]:
+    def _candidate(self, where: Place | Group, compared: Sequence[float]) -> Iterator[Candidate]:
+        """Yield an operand with its present value if it is an input."""
         if not isinstance(where, Place) or where.can_fault:
             return
-        cell, leaf = cell_of(where), where.leaf
+        cell, kind, place = cell_of(where), where.leaf.type, self._place_of_input(where)
         now = _read(self.live.memory, cell)
+        if place is not None and isinstance(now, bool):
+            yield bit(cell, where.text, place, now)
+        elif place is not None:
+            limits = (-FARTHEST, FARTHEST) if isinstance(now, float) else (kind.lowest, kind.highest)
+            yield number(cell, where.text, place, now, limits, compared)
+
+    def _place_of_input(self, where: Place) -> str | None:
+        """Return the place of an input in the rack, "" for a tag that no rung writes; None for no input."""
+        leaf = where.leaf
         if leaf.is_image and not leaf.output:
             at = int(where.bit.value) if isinstance(where.bit, Constant) else None
-            place = self.name(leaf.slot or 0, cell.index, at)
-            place = f"slot {leaf.slot}{REPORTED}" if place is None else place
-        elif leaf.slot is None and not leaf.path.startswith(("S:", "~")):
-            place = ""
-            if any(overlap(where, each.where, stretch=True) for each in written):
-                return
-        else:
-            return
-        if isinstance(now, bool):
-            yield bit(cell, where.text, place, now)
-        else:
-            limits = (
-                (-FARTHEST, FARTHEST) if isinstance(now, float) else (leaf.type.lowest, leaf.type.highest)
-            )
-            yield number(cell, where.text, place, now, limits, compared)
+            place = self.name(leaf.slot or 0, where.fixed_index or 0, at)
+            return f"slot {leaf.slot}{REPORTED}" if place is None else place
+        is_tag = leaf.slot is None and not leaf.path.startswith(("S:", "~"))
+        return "" if is_tag and not self._lines_writing(where) else None
+
+
+_Line = tuple[str, int | None]
+"""Routine and number of a rung or line."""
+
+
+def _line_of(mention: Mention) -> _Line:
+    return mention.site.routine, mention.site.rung
 
 
 REPORTED = ", as the module reports it"

@@ -1,4 +1,4 @@
-"""A program watched in the interpreter: the truth of its rungs, and all changes of memory."""
+"""A program watched in the interpreter: the power of its rungs, and all changes of memory."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ def shown(value: object) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Blocker:
-    """A condition that ended the power of a rung."""
+    """A condition that blocked the power of a rung."""
 
     instruction: str  # as text
-    values: tuple[tuple[str, Value], ...]  # its tags with their values then
+    values: tuple[tuple[str, Value], ...]  # its tags with their values at that time
 
     def __str__(self) -> str:
         values = ", ".join(f"{tag} = {shown(value)}" for tag, value in self.values)
@@ -73,11 +73,11 @@ class WatchedMemory(Memory):
     """Memory that reports changes and holds forces.
 
     Attributes:
-        watcher: called at changes of a watched scan.
+        watcher: called for each change in a watched scan.
         outside: collects external writes between scans, or None.
         on_outside: called after each external write.
-        forces: replaced, never changed, see `hold`.
-        held: the same with leaves.
+        forces: the forces; `hold` replaces the mapping and never changes it.
+        held: the same by leaf.
     """
 
     watcher: Callable[[Leaf, int, Value, Value], None] | None = None
@@ -198,7 +198,7 @@ class WatchedInterpreter(Interpreter):
 
     def _ran(self, running: _CurrentRung, key: tuple[str, int]) -> tuple[bool, ...]:
         """Whether a line of structured text was true: in any statement and any pass of a loop."""
-        left = not running.truth  # by EXIT or RETURN, or because of a fault
+        left = not running.truth  # by EXIT, RETURN or a fault
         return (left or running.truth[-1] or self.truths.get(key, (False,))[-1],)
 
     def _inside(self, head: LoweredLine, body: Body, inputs: Sequence[Passed]) -> None:
@@ -228,7 +228,7 @@ class WatchedInterpreter(Interpreter):
         return power_after
 
     def _branch(self, branch: Parallel, power: bool) -> bool:
-        """Where one leg conducts, the others do not block."""
+        """Run a branch; where one leg conducts, the others do not block."""
         if self._silent:
             return super()._branch(branch, power)
         blocked = self.running[-1].blocked
@@ -239,7 +239,7 @@ class WatchedInterpreter(Interpreter):
         return power_after
 
     def copy_parameters(self, copies: tuple[tuple[Node, ...], ...], *, prescan: bool = False) -> None:
-        """Copy parameters without noting them: those rungs are no part of the program."""
+        """Copy parameters without noting it: these rungs are not part of the program."""
         self._silent += 1
         try:
             super().copy_parameters(copies, prescan=prescan)
@@ -247,7 +247,7 @@ class WatchedInterpreter(Interpreter):
             self._silent -= 1
 
     def blockers(self) -> tuple[Blocker, ...]:
-        """Return the conditions of the current rung that ended power so far."""
+        """Return the conditions of the current rung that have blocked power so far."""
         return tuple(map(self._blocker, self.running[-1].blocked)) if self.running else ()
 
     def _blocker(self, step: LoweredStep) -> Blocker:
@@ -265,7 +265,7 @@ class WatchedInterpreter(Interpreter):
                 {each.text: self.get(each) for each in shown_places if HIDDEN not in each.leaf.path}.items()
             )
         except LadderFault:
-            return ()  # a subscript is out of range: the step itself stops the scan
+            return ()  # a subscript is out of range: the step itself will fault
         finally:
             self.site = site
 

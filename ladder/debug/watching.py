@@ -85,7 +85,7 @@ class WatchedEngine(Engine):
 
     @property
     def notes(self) -> Sequence[object]:
-        """What the latest scan has noted; while it is equal, so are the `truths`."""
+        """What the latest scan has noted; equal notes mean equal `truths`."""
         return list(self.interpreter.truths.items()) if self.watching else self._notes
 
     @property
@@ -138,12 +138,12 @@ class WatchedEngine(Engine):
             self._do(now_ns, first=first)
             return
         if self._blank:
-            self._notes[: len(self._blank)] = self._blank  # further places say nothing without the first
+            self._notes[: len(self._blank)] = self._blank  # the other places count only beside these
         scheduler = self.scheduler
         handled = 0 if scheduler is None else scheduler.handled
         self.broken_off = True
         try:
-            Engine._do(self, now_ns, first)  # what is observed is that of the scan before
+            Engine._do(self, now_ns, first)  # it observes the same as in the scan before
             self.broken_off = scheduler is not None and handled != scheduler.handled
         finally:
             self.scans += 1
@@ -152,7 +152,7 @@ class WatchedEngine(Engine):
         self.history.clear()
         self.interpreter.truths.clear()
         self.now_ns = now_ns
-        self._notes[: len(self._blank)] = self._blank  # further places say nothing without the first
+        self._notes[: len(self._blank)] = self._blank  # the other places count only beside these
         if self.watching:
             self._scan, self.call_routine = self.interpreter.scan, self.interpreter.run
         else:

@@ -1,4 +1,4 @@
-"""The explain_cause of a tag's value in a sentence, from its last change."""
+"""Sentences that explain a tag's value by its last change."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from scanrack.io_images.times import seconds
 
-from ..model.operands import Constant, Group, Place
-from ..model.types import HIDDEN
+from ..model.operands import Constant, Group, Place, fixed_index_in
+from ..model.types import HIDDEN, count_of
 from ..state.lowered import LoweredProgram
 from ..state.memory import element_text
 from .cells import is_counted
@@ -21,7 +21,7 @@ def changes_of(history: Iterable[Change], where: Place | Group) -> list[Change]:
 
 
 def most_relevant(changes: Sequence[Change], where: Place | Group) -> Change | None:
-    """Return the most relevant change: of a timer or counter the last one of a status bit, else the last."""
+    """Return the most relevant change: the last one, for a timer or counter the last one of a status bit."""
     bits = [each for each in changes if each.leaf.type.is_bool] if is_counted(where) else []
     ranked = bits or changes
     return ranked[-1] if ranked else None
@@ -49,15 +49,9 @@ def _concerns(change: Change, where: Place | Group) -> bool:
 
 def _same_element(change: Change, group: Group) -> bool:
     """Whether a change concerns an element of the group."""
-    dims, fixed = change.leaf.dims, group.indices
-    if not fixed or not all(isinstance(each, Constant) for each in fixed):
-        return True
-    place, rest = 0, 1
-    for length in dims[len(fixed) :]:
-        rest *= length
-    for each, length in zip(fixed, dims, strict=False):
-        place = place * length + (int(each.value) if isinstance(each, Constant) else 0)
-    return change.index // rest == place
+    dims = change.leaf.dims
+    place = fixed_index_in(dims, group.indices)
+    return place is None or change.index // count_of(dims[len(group.indices) :]) == place
 
 
 def explain_unchanged(tag: str, value: object, writers: Sequence[Mention]) -> str:
@@ -104,7 +98,7 @@ def explain_cause(lowered: LoweredProgram, change: Change) -> str:
 
 
 def _by_statement(change: Change, head: str) -> Iterator[str]:
-    """Report what a statement has read, and the conditions around it."""
+    """Yield a line with the values that a statement read, and one for each condition around it."""
     values = ", ".join(f"{tag} = {shown(value)}" for tag, value in change.read)
     yield f"{head}, with {values}" if values else head
     yield from (f"  inside of {each}" for each in reversed(change.inside))

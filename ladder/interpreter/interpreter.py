@@ -254,20 +254,19 @@ class Interpreter(PlaceValues):
             outer = self.frame[leaf.root]
             assert isinstance(outer, InterpretedAddOnStore)
             path, left, first, bit = outer.path, outer.left, outer.first, outer.bit
-        open_dims = operand.dims if isinstance(operand, Group) else ()
         settled = dims[: len(operand.indices)]
         flat = 0
         for index, length in zip(operand.indices, settled, strict=True):
             flat = flat * length + self.subscript(index, length, operand.text)
-        flat *= count_of(open_dims)
-        name = leaf.path if isinstance(operand, Place) else operand.path
+        flat *= count_of(operand.dims)
+        name = operand.path
         rest = leaf.rest[: len(leaf.rest) - len(leaf.path) + len(name)] if leaf.root else name
         if leaf.root != name.upper():
-            array = count_of(open_dims or operand.array)
+            array = count_of(operand.dims or operand.array)
             left = array - flat % array
         else:
             left -= flat
-        inner = count_of((*settled, *open_dims)[leaf.outer :])
+        inner = count_of((*settled, *operand.dims)[leaf.outer :])
         if isinstance(operand, Place) and operand.bit is not None:
             bit = self.subscript(operand.bit, leaf.type.bits, operand.text)
         return self.argument_type(self.memory, path + rest, first * inner + flat, left, bit)

@@ -160,8 +160,7 @@ def _number(lowered: LoweredProgram, settings: Mapping[str, AxisSettings], data:
 
 
 def _has_motion(lowered: LoweredProgram) -> bool:
-    lines = (line for routine in lowered.routines.values() for line in routine.lines)
-    return any(Use.MOTION in step.uses for line in lines for step in line.all_steps)
+    return any(Use.MOTION in step.uses for step in lowered.all_steps)
 
 
 def _presets(parts: Sequence[MotionPart]) -> dict[tuple[str, int], int]:

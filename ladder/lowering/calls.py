@@ -96,7 +96,7 @@ def _check(definition: AddOn, required: Tag, argument: Address, given: Place | G
 
 
 def _has_dims(required: tuple[int, ...], given: Place | Group) -> bool:
-    dims = given.dims if isinstance(given, Group) else ()
+    dims = given.dims
     if len(required) == 1:
         return len(dims) == 1 and (required[0] == OPEN or required[0] <= dims[0])
     # a whole array means its first element, as in COP

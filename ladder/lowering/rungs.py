@@ -498,7 +498,7 @@ def is_input(operand: Place | Group) -> bool:
     """Whether a module writes the operand."""
     if isinstance(operand, Group) and tag_in(operand.path).upper() in operand.layout.declarations:
         return False  # a tag has memory of its own
-    return any(leaf.slot is not None and not leaf.output for leaf in leaves_in(operand))
+    return any(leaf.is_input for leaf in leaves_in(operand))
 
 
 def pass_bits_on(lowered: LoweredProgram) -> None:

@@ -44,10 +44,8 @@ _Root = tuple[str, str]
 def choose_bytes(lowered: LoweredProgram) -> None:
     """Lay out as bytes what gains by it."""
     uses = _Uses()
-    for routine in lowered.routines.values():
-        for line in routine.lines:
-            for step in line.all_steps:
-                uses.step(step)
+    for step in lowered.all_steps:
+        uses.step(step)
     layout = lowered.layout
     layout.make_bytes([each.name.upper() for each in layout.unused if _is_large(each)])
     if uses.gain:
@@ -200,7 +198,7 @@ def _root_of(operand: Place | Group) -> _Root:
 
 def _count(operand: Place | Group, step: LoweredStep) -> int:
     """Return the number of elements of a copy, as far as it is known."""
-    most = count_of((operand.dims if isinstance(operand, Group) else ()) or operand.array)
+    most = count_of(operand.dims or operand.array)
     length = step.operands[-1]
     if isinstance(length, Constant) and isinstance(length.value, int):
         return max(1, min(length.value, most))

@@ -46,6 +46,16 @@ class Place:
         return self.leaf.type if self.bit is None else BOOL
 
     @property
+    def path(self) -> str:
+        """Tag and members, without subscripts."""
+        return self.leaf.path
+
+    @property
+    def dims(self) -> tuple[int, ...]:
+        """The remaining dimensions: none."""
+        return ()
+
+    @property
     def frame(self) -> str:
         """The add-on instruction that it is a part of, in capitals; "" in a program."""
         return self.leaf.frame
@@ -58,12 +68,7 @@ class Place:
     @property
     def fixed_index(self) -> int | None:
         """Flat index in the leaf, 0 for a single value; None if it is computed."""
-        flat = 0
-        for index, length in zip(self.indices, self.leaf.dims, strict=True):
-            if not isinstance(index, Constant):
-                return None
-            flat = flat * length + int(index.value)
-        return flat
+        return fixed_index_in(self.leaf.dims, self.indices)
 
     @property
     def address(self) -> str | None:
@@ -124,6 +129,16 @@ class StringConstant:
 
 
 Resolved = Constant | Place | Group | Calculation | StringConstant
+
+
+def fixed_index_in(dims: tuple[int, ...], indices: tuple[Resolved, ...]) -> int | None:
+    """Return the flat index of subscripts in the first dimensions, 0 for none; None if one is computed."""
+    flat = 0
+    for index, length in zip(indices, dims, strict=False):
+        if not isinstance(index, Constant):
+            return None
+        flat = flat * length + int(index.value)
+    return flat
 
 
 MOST_CHARACTERS = 8

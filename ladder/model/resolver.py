@@ -229,8 +229,7 @@ class Resolver:
         declaration = self._layout.declaration(address.name.upper(), self._program)
         if not isinstance(declaration, Tag):
             return str(address if declaration is None else replace(address, name=declaration.name))
-        path = where.leaf.path if isinstance(where, Place) else where.path
-        members = path.removeprefix(declaration.name).split(".")[1:]
+        members = where.path.removeprefix(declaration.name).split(".")[1:]
         return str(Address(declaration.name, tuple(self._spelled(address.steps, members))))
 
     def base_name(self, text: str) -> str:

@@ -95,6 +95,11 @@ class Leaf:
         """Whether it is a slot's image: words in the rack's memory."""
         return self.slot is not None and bool(self.dims)
 
+    @property
+    def is_input(self) -> bool:
+        """Whether a module sets it: an input image, or the fault of a connection."""
+        return self.slot is not None and not self.output
+
 
 STATUS_FLAGS = {
     "S:FS": "first scan",

@@ -19,6 +19,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import field
 from functools import cached_property, lru_cache
+from math import prod
 
 from scanrack.io_images.dataclass import dataclass
 from scanrack.io_images.records import record
@@ -445,10 +446,7 @@ def count_of(dims: tuple[int, ...]) -> int:
     >>> count_of((2, 3)), count_of(())
     (6, 1)
     """
-    total = 1
-    for length in dims:
-        total *= length
-    return total
+    return prod(dims)
 
 
 def leaves_of(

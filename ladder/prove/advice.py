@@ -1,4 +1,4 @@
-"""What to do about a claim that is unknown: one sentence, by what is to blame."""
+"""What to do about an undecided claim: one sentence, by the reason."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 
 MOST_NAMES = 3
-"""Tags that a sentence names."""
+"""Maximum number of tags in a sentence."""
 
 _WAYS: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (
@@ -57,11 +57,11 @@ _WAYS: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         lambda found, _: f"the relation does not follow {found['what']}: state no property of what it writes",
     ),
 )
-"""Patterns of what is to blame, the worst first, and what to do."""
+"""Patterns of reasons, the most severe first, with what to do."""
 
 
 def advice(blame: Sequence[str], deciding: Sequence[str]) -> str:
-    """Return what to do, "" if nothing is to blame.
+    """Return what to do, "" without a reason.
 
     >>> advice(["the limit of work, in scan 31"], ["Boxes", "Full"])
     'no run breaks it within the limit and no induction proves it: say with assume = ["..."] what bounds \

@@ -1,4 +1,4 @@
-"""Answers: a claim, its verdict, and the run that breaks it in words.
+"""Answers: a claim, its verdict, and the scans that break it in words.
 
 >>> from scanrack.ladder import BOOL, OTE, XIC, Program
 >>> motor = Program("motor")
@@ -40,18 +40,18 @@ from .system.happenings import PROGRAM_MODE
 LIMITS = Limits()
 
 KEY_TEXT = "the key was turned to program and back to run"
-"""What a scenario says of a scan before which it was."""
+"""Text of a scenario for a scan after a change to program mode and back."""
 
 AGAIN_TEXT = "the run ended, and the next one began with its tags"
-"""What a scenario says of the first scan of a run with retained tags."""
+"""Text of a scenario for the first scan of a run with retained tags."""
 
 REACHED = "reached"
-"""The word for a claim `reachable` that a run makes true."""
+"""The verdict on a claim `reachable` that some run makes true."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScenarioStep:
-    """A scan of a scenario: ms since the scan before, and what changes before it, by tag.
+    """A scan of a scenario: ms since the scan before, and the changes before it, by tag.
 
     `turned` and `again`: see `ScanOf`.
     """
@@ -65,7 +65,7 @@ class ScenarioStep:
         return self.text([value_text(name, value) for name, value in self.changes])
 
     def text(self, changes: Sequence[str]) -> str:
-        """Return it as text, with texts of its changes."""
+        """Return it as text, with the given texts of its changes."""
         parts = [f"{self.ms:,} ms later"] if self.ms else []
         parts += [KEY_TEXT] * self.turned + [AGAIN_TEXT] * self.again
         return ", ".join([*parts, *changes]) or "power-up"
@@ -73,18 +73,18 @@ class ScenarioStep:
 
 @dataclass(frozen=True)
 class Answer:
-    """What is known of a claim; true if it holds.
+    """The answer about a claim; true if the claim holds.
 
     Attributes:
-        claim: the claim that is decided.
-        verdict: of its condition, see `induction`; of `reachable`, refuted means reached.
+        claim: the claim.
+        verdict: the verdict on its condition, see `induction`; for `reachable`, refuted means reached.
         scans: the run that breaks or reaches it, confirmed on the compiled program, see `smallest`.
-        steps: its scans with the names of the tags.
-        end: what is special about its last scan: a major fault, a condition that can't be computed.
+        steps: these scans with the names of the tags.
+        end: what is special about the last scan: a major fault, or a condition that can't be computed.
         held: numbers that nothing writes, with the values that the proof assumes.
-        assumed: what else it assumes, a sentence each.
-        deciding: number of values that decide it.
-        tags: number of the program's values.
+        assumed: the other assumptions, a sentence each.
+        deciding: number of values that decide the claim.
+        tags: number of values of the program.
     """
 
     claim: Claim
@@ -95,7 +95,7 @@ class Answer:
     assumed: tuple[str, ...]
     deciding: int
     tags: int
-    advice: str = ""  # what to do if it is unknown
+    advice: str = ""  # what to do if the verdict is unknown
     end: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
@@ -103,7 +103,7 @@ class Answer:
 
     @property
     def word(self) -> str:
-        """Proved, refuted, unknown; of a claim `reachable` reached, refuted, unknown."""
+        """Proved, refuted or unknown; for a claim `reachable`, reached, refuted or unknown."""
         kind = self.verdict.kind
         if self.claim.kind is not ClaimKind.REACHABLE or kind is VerdictKind.UNKNOWN:
             return kind
@@ -151,7 +151,7 @@ def answer(
 
 
 def _end_of(program: LadderLogic, scans: Sequence[ScanOf], bit: Key) -> Iterator[str]:
-    """Yield what is special about the last scan of a run."""
+    """Yield sentences about a fault at the end of a run."""
     if not scans:
         return
     engine, fault = done_by(program, scans)
@@ -162,7 +162,7 @@ def _end_of(program: LadderLogic, scans: Sequence[ScanOf], bit: Key) -> Iterator
 
 
 def _numbers_in(problem: ProgramSystem, cone: Mapping[str, T]) -> list[str]:
-    """Return the tags of the numbers that a scan changes and that decide a claim, the nearest first."""
+    """Return the tags of the changing numbers that decide a claim, the nearest first."""
     layout, found = problem.lowered.layout, []
     for name, v in cone.items():
         key = problem.key_of.get(name)
@@ -200,13 +200,13 @@ def ask(
         assume=watched.assume,
         happenings=Happenings.of(happens),
     )
-    asked = next(each for each in watched.properties if each.claim is claim)
-    return answer(problem, watched, asked, limits)
+    own = next(each for each in watched.properties if each.claim is claim)
+    return answer(problem, watched, own, limits)
 
 
 @contextmanager
 def _assuming(problem: ProgramSystem, bits: Sequence[Key]) -> Iterator[None]:
-    """Let bits be true after each scan of the runs in question."""
+    """Assume that bits are true after each scan."""
     kept = problem.contract, problem.assume
     try:
         for each in bits:
@@ -218,7 +218,7 @@ def _assuming(problem: ProgramSystem, bits: Sequence[Key]) -> Iterator[None]:
 
 
 def steps_of(layout: Layout, scans: Sequence[ScanOf]) -> Iterator[ScenarioStep]:
-    """Yield the scans of a run with the names of what changes."""
+    """Yield the scans of a run with the names of the tags that change."""
     for each in scans:
         changes = tuple((tag_text(layout, key), value) for key, value in sorted(each.inputs.items()))
         yield ScenarioStep(each.ms, changes, each.turned, each.again)

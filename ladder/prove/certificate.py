@@ -1,8 +1,8 @@
 """The certificate of a proof: the relation of one scan as SMT-LIB text, and the induction that proves it.
 
-`proof.smt2` declares each value before a scan and defines terms of them. `proof.json` says which of these
-terms is what: the next value of each state, its initial value, what is assumed in each scan, what never
-holds, and the invariants that help. A checker that has these two needs nothing of the prover: it writes
+`proof.smt2` declares the values before a scan and defines terms of them. `proof.json` names the roles of
+these terms: the next value and the initial value of each state, what is assumed in each scan, what never
+holds, and the invariants. With these two files a checker needs nothing of the prover: it writes
 consecutive scans and lets another solver decide.
 """
 
@@ -31,7 +31,7 @@ class Certificate:
     Attributes:
         says: what is proved, in words.
         next: the next value of each state that decides it, by name.
-        initial: values of states and held values, and of late ones.
+        initial: initial values of states, held variables and late ones.
         held: names of variables that keep their initial value.
         late: names of free variables that have their initial value in the first scan.
         contract: what holds in each scan.
@@ -52,7 +52,7 @@ class Certificate:
 
     @classmethod
     def of(cls, system: System, says: str, bad: T, k: int, found: Sequence[Invariant] = ()) -> Certificate:
-        """Return that of a proof about a system, with its present contract."""
+        """Return the certificate of a proof about a system with its present contract."""
         cone = system.cone([bad, *[each.term for each in found]])
         states = {name: system.next[name] for name in cone if name in system.next}
         initial = {name: system.initial[name] for name in cone if name in system.initial}
@@ -80,7 +80,7 @@ class _ScriptWriter:
         self._seen: set[str] = set()
 
     def part(self, each: Certificate) -> dict[str, Any]:
-        """Write what a proof speaks of; return what is what."""
+        """Write the terms of a proof; return their roles."""
         self._memo = {}  # another part may hold other values
         contract, bad = self._term(each, each.contract), self._term(each, each.bad)
         found = [{"term": self._term(each, one.term), "text": one.text} for one in each.invariants]
@@ -123,7 +123,7 @@ class _ScriptWriter:
             self.ranges += [{"of": name, "term": text, "state": is_state} for text in within]
 
     def _within(self, v: T, made: Text) -> Iterable[str]:
-        """Yield what says that a number lies in its interval, where that is less than its bits."""
+        """Yield the bounds of a number whose interval is narrower than its bits."""
         bits, script = width(v), self.script
         if v.lo != -(1 << bits - 1):
             yield script.apply("bvsle", [script.value(bits, v.lo), made]).text

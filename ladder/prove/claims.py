@@ -71,7 +71,7 @@ def claims_in(lowered: LoweredProgram) -> list[Claim]:
 
 
 def named_apart(claims: Iterable[Claim]) -> list[Claim]:
-    """Return claims with a number after each name that has been used: `never Fwd`, `never Fwd (2)`.
+    """Return claims with a number after repeated names: `never Fwd`, `never Fwd (2)`.
 
     >>> twice = [Claim(name, ClaimKind.NEVER, "Fwd") for name in ("one way", "One way")]
     >>> [each.name for each in named_apart(twice)]

@@ -1,21 +1,21 @@
-"""Contracts of modules as terms: what the inputs of a slot never do, in each scan of a run in question.
+"""Contracts of modules as terms: what the inputs of a slot never do in a scan.
 
-Images that are exchanged in each scan, as by a MicroLogix:
+A MicroLogix exchanges images in each scan:
 
     scan        n-1            n
     inputs      was            now
-    outputs        told ------->     what scan n-1 left: in force until the inputs of scan n
+    outputs        sent ------->     what scan n-1 left: in force until the inputs of scan n
 
-Images that are exchanged every RPI, with scans that are no longer, as by a CompactLogix: a scan sees the
-exchange before it, or the inputs have not changed. Outputs wait for an exchange and are in force to the next.
+A CompactLogix exchanges images every RPI, which is at least as long as a scan. A scan sees the inputs of the
+exchange before it, else they have not changed. Outputs wait for an exchange and are in force until the next.
 
     exchange             |                   |                   |
     scan          n-1         n       n+1         n+2
     inputs        was         now     (now)
-    outputs       left ->| waits: told from here to the next exchange
+    outputs       left ->| waits: sent from here to the next exchange
 
-In the first scan `was` is an image that no module shows, so a contract of two images says nothing of it: the
-axis moves both ways, and Module OK is clear.
+In the first scan `was` is an image that no module shows: the axis moves both ways, and Module OK is clear. So
+a contract of two images says nothing about that scan.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ class Sight(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class KeptBy:
-    """What makes the truth that a slot's images keep contracts.
+    """Builds the term for whether a slot's images keep contracts.
 
     Attributes:
         slot: number of the slot.
-        contracts: those that its module keeps in this rack, see `contracts_of`.
+        contracts: the contracts that its module keeps in this rack, see `contracts_of`.
         at_rpi: whether images are exchanged every RPI, and no scan is longer.
     """
 
@@ -76,18 +76,18 @@ class KeptBy:
         return images.in_scan(kept)
 
     def watch(self, engine: Engine) -> Callable[[], bool]:
-        """Return what tells, once before each scan of an engine, whether its images keep the contracts."""
+        """Return a function that says whether the images keep the contracts; call it before each scan."""
         layout, memory = engine.lowered.layout, engine.memory
         images = [layout.image(self.slot, output=output) for output in (False, True)]
         was: Words = NO_IMAGE
-        in_force: set[Words] = {(0,) * 8}  # outputs that may be, with exchanges that no image shows
+        in_force: set[Words] = {(0,) * 8}  # possible outputs: no image shows when exchanges happen
 
         def keeps() -> bool:
             nonlocal was, in_force
-            now, told = (tuple(int(memory.read(leaf, word)) for word in range(8)) for leaf in images)
-            known = in_force if self.at_rpi else {told}
+            now, sent = (tuple(int(memory.read(leaf, word)) for word in range(8)) for leaf in images)
+            known = in_force if self.at_rpi else {sent}
             exchanged = any(self._kept(now, was, each) for each in known)
-            in_force = {told} if exchanged else set()
+            in_force = {sent} if exchanged else set()
             if self.at_rpi and now == was:
                 in_force |= known
             was = now
@@ -95,8 +95,8 @@ class KeptBy:
 
         return keeps
 
-    def _kept(self, now: Words, was: Words, told: Words) -> bool:
-        return all(each.fact.holds(now, was, told) for each in self.contracts)
+    def _kept(self, now: Words, was: Words, sent: Words) -> bool:
+        return all(each.fact.holds(now, was, sent) for each in self.contracts)
 
 
 class _Terms(Reading[T]):
@@ -127,7 +127,7 @@ class _Terms(Reading[T]):
         return not_(truth)
 
     def _bit(self, side: Side, word: int, number: int) -> T:
-        """Return a bit; one of the scan before is its own truth, so that invariants speak of it."""
+        """Return a bit; a bit of the scan before is a state of its own, so that invariants can use it."""
         path, value = self.word(side, word)
         here = bit(value, number)
         if side is not Side.WAS:
@@ -135,12 +135,12 @@ class _Terms(Reading[T]):
         return self._program.before(f"{path}[{word}].{number}", here, NO_IMAGE[word] >> number & 1 == 1)
 
     def word(self, side: Side, word: int) -> tuple[str, T]:
-        """Return path and value of a word that is there before the scan."""
-        path = self._paths[side is Side.TOLD]
+        """Return the path of a word and its value before the scan."""
+        path = self._paths[side is Side.SENT]
         return path, self._program.now((path, word))
 
     def in_scan(self, kept: T) -> T:
-        """Return the truth of a scan, of the truth that its exchange keeps the contracts."""
+        """Return the truth of a scan, given the truth that its exchange keeps the contracts."""
         return kept
 
 
@@ -155,14 +155,14 @@ class _TermsAtRpi(_Terms):
 
     def _in_force(self, slot: int, word: int) -> T:
         """Return a word of the outputs in force before the exchange of a scan."""
-        left = super().word(Side.TOLD, word)[1]
+        left = super().word(Side.SENT, word)[1]
         sent = var(f"~was:~sent:{slot}[{word}]", INT, left.lo, left.hi)
         return self._program.before(f"~sent:{slot}[{word}]", ite(self._exchanged, left, sent), 0)
 
     def word(self, side: Side, word: int) -> tuple[str, T]:
-        """Return path and value of a word; of the outputs those in force."""
+        """Return the path and the value of a word; of an output the value in force."""
         path, value = super().word(side, word)
-        return path, self._sent[word] if side is Side.TOLD else value
+        return path, self._sent[word] if side is Side.SENT else value
 
     def in_scan(self, kept: T) -> T:
         """Return that an exchange keeps the contracts, or that no input changes."""

@@ -19,8 +19,8 @@ from .system import (
     FIRST_SCAN,
     OFF,
     RETAINED,
-    TOLD,
     TURNED,
+    WRITTEN,
     Key,
     ProgramSystem,
     Runnable,
@@ -132,7 +132,7 @@ class Run:
         """Write the bits that are written from outside after the scan before."""
         self.set_bits = {}
         for key, mask in self.problem.open.items():
-            bits = self._chosen.get(f"{TOLD}{self.problem.machine.vars[key].val}")
+            bits = self._chosen.get(f"{WRITTEN}{self.problem.machine.vars[key].val}")
             leaf = self.problem.machine.kinds[key]
             if bits is None:
                 continue

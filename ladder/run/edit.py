@@ -150,7 +150,7 @@ def started_again(old: Engine, new: Engine) -> Engine:
     """Give the values of tags to a fresh engine of the program, see `retain`; inputs are as they were."""
     layout = new.lowered.layout
     for leaf in layout.leaves.values():
-        if is_retained(layout, leaf) or (leaf.slot is not None and not leaf.output and new.memory.has(leaf)):
+        if is_retained(layout, leaf) or (leaf.is_input and new.memory.has(leaf)):
             for index in range(leaf.size):
                 new.memory.write(leaf, index, old.memory.read(leaf, index))
     return new

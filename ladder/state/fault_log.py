@@ -42,7 +42,7 @@ class FaultLog:
         self.depth = 0  # nested calls of recursive routines
         self.checked: set[int] = set()  # the ASSERTs that were reached so far
         self._lowered, self._memory = lowered, memory
-        self._told: set[int] = set()
+        self._recorded: set[int] = set()
         self._overflow = memory.layout.leaf("S:V")
         self._any = memory.layout.leaf("S:MINOR")
 
@@ -51,8 +51,8 @@ class FaultLog:
         self.now_ns = now_ns
         self._jumps = 0
         self.depth = 0
-        if self._told:
-            self._told.clear()
+        if self._recorded:
+            self._recorded.clear()
 
     def overflow(self, site: int, text: str = "the result does not fit") -> None:
         """Set S:V and record a minor fault, type 4 code 4."""
@@ -64,8 +64,8 @@ class FaultLog:
     def record(self, site: int, text: str, code: int) -> None:
         """Record a minor fault, type 4."""
         self._memory.write(self._any, 0, True)
-        if site not in self._told:
-            self._told.add(site)
+        if site not in self._recorded:
+            self._recorded.add(site)
             self.minor.append(MinorFault(self._lowered.sites[site], self.now_ns, text, code=code))
 
     def zero_divisor(self, site: int) -> None:

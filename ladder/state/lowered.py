@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field
 from functools import cached_property
+from itertools import chain
 from typing import Any, Protocol
 
 from scanrack.io_images.dataclass import dataclass
@@ -350,6 +351,12 @@ class LoweredProgram:
         """Names of its ideal axes and coordinate systems."""
         parts = (*self.ideal.axes, *self.ideal.systems) if self.ideal else ()
         return tuple(part.name for part, _ in parts)
+
+    @property
+    def all_steps(self) -> Iterator[LoweredStep]:
+        """All instructions, with the copies of add-on parameters."""
+        lines = (line for routine in self.routines.values() for line in routine.lines)
+        return chain.from_iterable(line.all_steps for line in lines)
 
     @property
     def roots(self) -> frozenset[str]:

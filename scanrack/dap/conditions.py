@@ -4,6 +4,8 @@
 
 Names are tags of the program, read from the variables of its compiled scan, and words and bits of images. A
 condition therefore costs a scan little more than the comparison.
+
+A number may have the unit that the page shows with a tag, `Position > 4000 steps`; times are converted to it.
 """
 
 from __future__ import annotations
@@ -11,17 +13,18 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from types import CellType, CodeType, FunctionType
+from types import CellType, CodeType, FunctionType, MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
 from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedInput, VisitError
 from scanrack.io_images.addresses import parse_address
 from scanrack.io_images.module_words import ModuleWords
-from scanrack.io_images.times import parse_time
+from scanrack.io_images.times import UNITS_NS, parse_time
 from scanrack.ladder.debug.tag_values import source_of
 from scanrack.ladder.debug.watching import WatchedEngine
 from scanrack.ladder.model.operands import Place
+from scanrack.ladder.model.types import TIMER
 from scanrack.traces.query.expression import number_of
 from scanrack.traces.query.grammar import GRAMMAR
 
@@ -38,6 +41,7 @@ class ScanContext(NamedTuple):
     image: Callable[[int, str, int], int]  # a word of an image: slot, "I" or "O", word
     now_ns: Read  # the time of the scan, ns
     scan: Read  # its number
+    units: Mapping[str, str] = MappingProxyType({})  # of tags on the page, by name in capitals
 
 
 class Values(Protocol):
@@ -48,6 +52,9 @@ class Values(Protocol):
 
     def source(self, name: str) -> str:
         """Return the expression of Python that reads a tag; an ExpressionError if it is no single value."""
+
+    def unit(self, name: str) -> str:
+        """Return the unit that a tag has by its type, "" without one."""
 
     @property
     def cells(self) -> Mapping[str, CellType]:
@@ -74,6 +81,12 @@ class EngineValues:
             return f"__tags[{name!r}]"
         raise ExpressionError(f"{name} is not a single value: compare one of its members or elements")
 
+    def unit(self, name: str) -> str:
+        """See `Values`."""
+        timer, _, member = name.upper().rpartition(".")
+        is_time = member in ("PRE", "ACC") and timer in self.tags and self.tags.where(timer).type is TIMER
+        return "ms" if is_time else ""
+
 
 class NamedValues:
     """Those of a program without rungs, by name."""
@@ -86,9 +99,30 @@ class NamedValues:
         """See `Values`."""
         return f"__tags[{name!r}]"
 
+    def unit(self, _name: str) -> str:
+        """See `Values`."""
+        return ""
+
 
 class ExpressionError(ValueError):
     """An expression that can't be evaluated in one scan."""
+
+
+class _Part(str):
+    """Python text of a tag, or of a number with a unit.
+
+    Attributes:
+        written: the number as it was written; "" of a tag.
+        unit: of a number, ns of a time; the unit of a tag, "" without one.
+    """
+
+    written: str
+    unit: str
+
+    def __new__(cls, text: str, written: str, unit: str) -> _Part:
+        made = super().__new__(cls, text)
+        made.written, made.unit = written, unit
+        return made
 
 
 class _Edge:
@@ -128,13 +162,22 @@ def compiled(text: str, values: Values, around: ScanContext) -> Read:
         raise ExpressionError("the expression is nested too deeply") from error
     except VisitError as error:
         raise ExpressionError(f"{text!r}: {error.orig_exc}") from error
+    if writer.measured:
+        raise ExpressionError(f"{text!r}: compare a tag with {writer.measured[0]}")
     cells = {**values.cells, **{name: CellType(value) for name, value in writer.own.items()}}
     return _function([*writer.first, f"return {source}"], cells)
 
 
 @cache
 def _parser() -> Lark:
-    return Lark(GRAMMAR, start="condition", parser="lalr", maybe_placeholders=False)
+    return Lark(_GRAMMAR, start="condition", parser="lalr", maybe_placeholders=False)
+
+
+_GRAMMAR = GRAMMAR.replace("       | NUMBER  ", "       | NUMBER UNIT -> quantity\n       | NUMBER  ", 1) + (
+    r"""
+UNIT: /[^\W\d][^\s()<>=!+*-]*|[%°]\S*/
+"""
+)
 
 
 def _function(statements: Sequence[str], cells: Mapping[str, CellType]) -> Read:
@@ -154,12 +197,14 @@ class _Writer(Transformer[Token, str]):
     Attributes:
         own: its variables beside those of the program.
         first: statements before the expression.
+        measured: its numbers with units that no tag is compared with.
     """
 
     def __init__(self, values: Values, around: ScanContext) -> None:
         super().__init__()
         self._values, self._around = values, around
         self.first: list[str] = []
+        self.measured: list[str] = []
         self.own: dict[str, Any] = {
             "__image": around.image,
             "__now": around.now_ns,
@@ -186,19 +231,29 @@ class _Writer(Transformer[Token, str]):
         return own
 
     def compare(self, left: str, sign: Token, right: str) -> str:
-        return f"({left} {sign} {right})"
+        for each in (left, right):
+            if isinstance(each, _Part) and each.written.lstrip("+-") in self.measured:
+                self.measured.remove(each.written.lstrip("+-"))
+        return f"({_in_unit(left, right)} {sign} {_in_unit(right, left)})"
 
     def arithmetic(self, left: str, sign: Token, right: str) -> str:
         return f"({left} {sign} {right})"
 
     def signed(self, sign: Token, part: str) -> str:
-        return f"({sign}{part})"
+        text = f"({sign}{part})"
+        if isinstance(part, _Part) and part.written:
+            return _Part(text, f"{sign}{part.written}", part.unit)
+        return text
 
     def absolute(self, part: str) -> str:
         return f"abs({part})"
 
     def duration(self, token: Token) -> str:
-        return str(parse_time(token))
+        return _Part(str(parse_time(token)), str(token), "ns")
+
+    def quantity(self, token: Token, unit: Token) -> str:
+        self.measured.append(f"{token} {unit}")
+        return _Part(repr(number_of(token)), f"{token} {unit}", str(unit))
 
     def number(self, token: Token) -> str:
         return repr(number_of(token))
@@ -212,7 +267,10 @@ class _Writer(Transformer[Token, str]):
             return "__now()" if name == "time" else "__scan()"
         if name.lower() in ("true", "false"):
             return name.capitalize()
-        return self._values.source(name) if name in self._values.tags else self._image(name)
+        unit = self._around.units.get(name.upper(), "")
+        if name not in self._values.tags:
+            return _Part(self._image(name), "", unit)
+        return _Part(self._values.source(name), "", unit or self._values.unit(name))
 
     def _image(self, name: str) -> str:
         try:
@@ -221,3 +279,20 @@ class _Writer(Transformer[Token, str]):
             raise ExpressionError(f"no tag, word or bit {name}") from error
         word = f"__image({at.slot}, {at.image!r}, {at.word})"
         return word if at.bit is None else f"({word} >> {at.bit} & 1)"
+
+
+def _in_unit(part: str, other: str) -> str:
+    """Return a number in the unit of the tag that it is compared with, anything else as it is.
+
+    Raises:
+        ExpressionError: the tag has another unit, or there is none.
+    """
+    if not isinstance(part, _Part) or not part.written:
+        return part
+    unit = other.unit if isinstance(other, _Part) and not other.written else ""
+    if unit == part.unit or (part.unit == "ns" and not unit):
+        return part
+    if part.unit == "ns" and unit in UNITS_NS:
+        return f"({part} / {UNITS_NS[unit]})"
+    allowed = f"must be in {unit}" if unit else "must have no unit, since the page shows none"
+    raise ExpressionError(f"{part.written}: {allowed}")

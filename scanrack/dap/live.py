@@ -33,6 +33,7 @@ from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
 from scanrack.traces.replay import PackedTrace
 from scanrack.watch.online import ASSEMBLED, NOTHING, TESTING
+from scanrack.watch.panels.kept_panel import KeptPanel
 from scanrack.watch.python_stops import PythonStops
 from typing_extensions import override
 
@@ -143,6 +144,7 @@ class LiveSubject(Subject):
             lambda slot, image, number: images.word(memory, slot, image, number),
             lambda: self.last * cpu.period_ns,
             lambda: self.last,
+            self.units,
         )
 
     @override
@@ -345,6 +347,7 @@ class Live(ScanDriver):
         self, adapter: Adapter, session: Session, run: JobRun, job: LoadedRack, *, page: bool
     ) -> None:
         super().__init__(adapter, _subject_of(session, run, job))
+        self.subject.units = KeptPanel(str(job.rack_file)).units
         self._session, self._run, self._page = session, run, page
         self._hits: list[Hit] = []
         self._requested: list[Breakpoint] = []

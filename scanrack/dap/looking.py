@@ -192,7 +192,11 @@ def _tag_named(adapter: Adapter, name: str, frame: object) -> str | None:
 def _expression(adapter: Adapter, expression: str) -> Callable[[], object]:
     cursor, subject = adapter.place(), adapter.the_subject()
     around = ScanContext(
-        subject.words, word_reader(adapter), lambda: subject.now_ns(cursor.scan), lambda: cursor.scan
+        subject.words,
+        word_reader(adapter),
+        lambda: subject.now_ns(cursor.scan),
+        lambda: cursor.scan,
+        subject.units,
     )
     try:
         return compiled(expression, cursor.view.values, around)

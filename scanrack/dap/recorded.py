@@ -112,7 +112,7 @@ class RecordedScans(Subject):
         rack = address_name(trace.head.metadata.get("rack_file", ""))
         self.folders = path.resolve().parent, Path(rack).parent  # where its files may be on this machine
         self.trace: Trace = trace
-        self.words = monitor.subject.words
+        self.words, self.units = monitor.subject.words, monitor.panel.units
         self._places: dict[int, Places] = {}
         self._events: dict[int, list[Event]] | None = None
         self._memories: dict[int, bytes] = {}

@@ -45,10 +45,10 @@ def exceptions(adapter: Adapter, arguments: Json) -> Json:
     requested = [{"filterId": each} for each in names] + objects(arguments, "filterOptions")
 
     def one(each: Json) -> Breakpoint:
-        name = each.get("filterId")
+        name = text(each, "filterId")
         if name not in FILTERS:
             raise DebugError(f"no filter {name!r}: there are {', '.join(FILTERS)}")
-        return _made(adapter, "exception", str(name), each)
+        return _made(adapter, "exception", name, each)
 
     return _replace(adapter, "exception", requested, one)
 

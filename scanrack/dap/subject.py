@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, Protocol
 
 from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
@@ -49,10 +50,12 @@ class Subject(Protocol):
     Attributes:
         words: of the modules, by slot.
         live: whether it runs, so that values can be set and further scans done.
+        units: of tags on the page, by name in capitals.
     """
 
     words: Mapping[int, ModuleWords]
     live: bool
+    units: Mapping[str, str] = MappingProxyType({})
 
     @property
     def extent(self) -> tuple[int, int]:
@@ -112,6 +115,7 @@ class Subject(Protocol):
             lambda slot, image, number: images.word(self.memory(at()), slot, image, number),
             lambda: self.now_ns(at()),
             at,
+            self.units,
         )
 
 

@@ -156,6 +156,8 @@ def test_a_function_shows_the_lines_that_ran_in_the_scan_shown_without_a_breakpo
         until(lambda: page.run(RAN) == [f"small.py.{line}" for line in (9, 10, 11)])
         page.press("Go on")
         until(lambda: page.run(RAN) == [])
+        says = "return document.querySelector('.sheet p[role=status]').textContent"
+        assert page.run(says) == "Pause, or go back, to see the lines that ran in a scan."
 
 
 def test_lines_that_ran_in_a_recording_are_there_at_once_around_a_scan(page, rack, tmp_path):

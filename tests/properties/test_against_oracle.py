@@ -14,10 +14,9 @@ import contextlib
 
 import pytest
 from coverage3601 import RuleCoverage
-from hunt3601 import CI_EXAMPLES, scripts_of
 from hypothesis import given, settings, target
 from lockstep3601 import GivenUp, Lockstep
-from stories3601 import THEMES, scripts
+from stories3601 import CI_EXAMPLES, THEMES, scripts, scripts_of
 
 PLAYED: set[str] = set()
 """Themes that have been played in this run of the tests."""

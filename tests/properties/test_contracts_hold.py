@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
 from scanrack.io_images.amci3601.contracts import Contract, contracts_of
 from scanrack.io_images.amci3601.contracts import rows as the
-from scanrack.io_images.amci3601.contracts.fact import now, told, was
+from scanrack.io_images.amci3601.contracts.fact import now, sent, was
 from scanrack.runtime.modules.amci3601 import CommandLayer
 from scanrack.runtime.modules.amci3601.latches import STOPPED
 from scanrack.traces import open_trace
@@ -31,14 +31,14 @@ AFTER_CONFIGURATION = the.IN_COMMAND_MODE & was(the.OK) & was(the.MODE)
 SAY_TOO_MUCH = {
     "lost only with Stopped": the.rises(the.POSITION_INVALID).only_with(now(the.STOPPED) | the.POWERED_UP),
     "lost only in run mode": the.rises(the.POSITION_INVALID).only_with(now(the.STOPPED, the.HOME_INVALID)),
-    "found only by Preset": the.falls(the.POSITION_INVALID).only_with(told(the.PRESET)),
+    "found only by Preset": the.falls(the.POSITION_INVALID).only_with(sent(the.PRESET)),
     "found only at home": the.falls(the.POSITION_INVALID).only_with(now(the.AT_HOME)),
     "complete only after a motion": the.rises(the.MOVE_COMPLETE).only_with(was(*the.MOVING)),
-    "complete only while commanded": the.rises(the.MOVE_COMPLETE).only_with(told(*the.STARTS)),
+    "complete only while commanded": the.rises(the.MOVE_COMPLETE).only_with(sent(*the.STARTS)),
     "held only after a motion": the.rises(the.HOLD_STATE).only_with(was(*the.MOVING)),
-    "command error only reset": the.falls(the.COMMAND_ERROR).only_with(told(the.RESET)),
-    "input error only reset": the.falls(the.INPUT_ERROR).only_with(told(the.RESET)),
-    "home invalid only reset": the.falls(the.HOME_INVALID).only_with(told(the.RESET)),
+    "command error only reset": the.falls(the.COMMAND_ERROR).only_with(sent(the.RESET)),
+    "input error only reset": the.falls(the.INPUT_ERROR).only_with(sent(the.RESET)),
+    "home invalid only reset": the.falls(the.HOME_INVALID).only_with(sent(the.RESET)),
     "no motion on a limit": (the.IN_COMMAND_MODE & now(StatusLsw.IN_CW_LIMIT)).only_with(~now(*the.MOVING)),
     "complete and valid": (the.IN_COMMAND_MODE & now(the.MOVE_COMPLETE)).only_with(
         ~now(the.POSITION_INVALID)
@@ -47,19 +47,19 @@ SAY_TOO_MUCH = {
         now(the.INPUT_ERROR)
     ),
     "emergency stop ends all": (the.IN_COMMAND_MODE & now(StatusLsw.IN_ESTOP)).only_with(~now(*the.MOVING)),
-    "acknowledged only when told": (the.IN_COMMAND_MODE & now(the.BLEND_ACK)).only_with(told(the.TRANSMIT)),
+    "acknowledged only on command": (the.IN_COMMAND_MODE & now(the.BLEND_ACK)).only_with(sent(the.TRANSMIT)),
     "locked also without a result": (
         the.STAYS_IN_COMMAND_MODE & was(the.COMMAND_ERROR) & ~was(*the.MOVING)
     ).only_with(~now(*the.MOVING)),
-    "motion only when told": (the.STAYS_IN_COMMAND_MODE & ~was(*the.MOVING) & now(*the.MOVING)).only_with(
-        told(*the.STARTS) | told(the.FOLLOW)
+    "motion only on command": (the.STAYS_IN_COMMAND_MODE & ~was(*the.MOVING) & now(*the.MOVING)).only_with(
+        sent(*the.STARTS) | sent(the.FOLLOW)
     ),
     "home stays zero": (the.IN_COMMAND_MODE & now(the.AT_HOME)).only_with(the.words(0, 0, 2, 3)),
     "never preset after a configuration": AFTER_CONFIGURATION.only_with(now(the.POSITION_INVALID)),
     "echo of the proximity": the.STAYS_IN_COMMAND_MODE.only_with(
-        now(StatusLsw.HOME_PROX_ECHO).same_as(told(CommandLsw.HOME_PROXIMITY))
+        now(StatusLsw.HOME_PROX_ECHO).same_as(sent(CommandLsw.HOME_PROXIMITY))
     ),
-    "configuration left only when told": AFTER_CONFIGURATION.only_with(~told(CommandMsw.MODE_CONFIG)),
+    "configuration left only on command": AFTER_CONFIGURATION.only_with(~sent(CommandMsw.MODE_CONFIG)),
     "home only after a motion": the.rises(the.AT_HOME).only_with(was(*the.MOVING)),
     "no negative rest": the.IN_COMMAND_MODE.only_with(the.words(0, 999, 3)),
 }
@@ -80,13 +80,13 @@ def test_no_story_breaks_one(script, ticks, seed):
 def recorded():
     """Yield inputs before, outputs and inputs of each scan of the golden recordings."""
     for path in sorted(GOLDEN.glob("*.mcap")):
-        was, told = None, None
+        was, sent = None, None
         with open_trace(path) as trace:
             for scan in trace.scans():
                 slot = min(scan.places)
                 inputs = tuple(scan.inputs(slot))
-                yield path.stem, inputs, was, told
-                was, told = inputs, tuple(scan.outputs(slot))
+                yield path.stem, inputs, was, sent
+                was, sent = inputs, tuple(scan.outputs(slot))
 
 
 def test_no_golden_recording_breaks_one():
@@ -104,8 +104,8 @@ def test_rows_that_say_more_than_the_manual_are_found_out():
         if not left:
             break
 
-        def noted(now, was, told, check=check):
-            drop(left, check, (now, was, told))
+        def noted(now, was, sent, check=check):
+            drop(left, check, (now, was, sent))
             return ()
 
         wild(seed, 200, noted)

@@ -114,26 +114,26 @@ class Watched:
         if self.random is not None and self.random.randrange(ONE_IN) == 0:
             self.fault(self.random.choice(TROUBLES))
         frozen = frozen or self.module.trouble in FREEZES
-        was, told = self.inputs, tuple(self.outputs)
+        was, sent = self.inputs, tuple(self.outputs)
         self.now_ns += self.scan_ticks * TICK_NS
         self.inputs = tuple(self.module.update(self.now_ns, self.outputs))
-        self.look(None if frozen else was, None if frozen else told)
+        self.look(None if frozen else was, None if frozen else sent)
 
     def fault(self, trouble):
         if self.module.trouble is ModuleFault.FATAL_ERROR:
             self.module.power_cycle()
         self.module.inject(trouble)
 
-    def look(self, was, told):
+    def look(self, was, sent):
         """Hold the image, with what was before unless the link was lost, against the contracts."""
         self.checked += 1
-        wrong = self.check(self.inputs, was, told)
+        wrong = self.check(self.inputs, was, sent)
         if wrong:
             images = [
                 f"{name} {shown(image)}" for name, image in (("was", was), ("now", self.inputs)) if image
             ]
             names = ", ".join(row.name for row in wrong)
-            raise Broken(f"{names}: {'; '.join(images)}; told {told} at {self.now_ns / 1e6} ms")
+            raise Broken(f"{names}: {'; '.join(images)}; sent {sent} at {self.now_ns / 1e6} ms")
 
 
 def shown(image):
@@ -141,7 +141,7 @@ def shown(image):
 
 
 class Python:
-    """The images as Python text: a fact becomes an expression over `was`, `now` and `told`."""
+    """The images as Python text: a fact becomes an expression over `was`, `now` and `sent`."""
 
     def any_of(self, side, word, mask):
         return f"({side.value}[{word}] & {mask} != 0)"
@@ -157,14 +157,14 @@ class Python:
 
 
 def check_of(rows: tuple[Contract, ...] = CONTRACTS):
-    """Return a fast check of signed words: the rows that images break; `was` and `told` may be None."""
-    compiled = [(row, eval(f"lambda now, was, told: {row.fact.read(Python())}")) for row in rows]
+    """Return a fast check of signed words: the rows that images break; `was` and `sent` may be None."""
+    compiled = [(row, eval(f"lambda now, was, sent: {row.fact.read(Python())}")) for row in rows]
     alone = [(row, fact) for row, fact in compiled if row.fact.speaks_of == {Side.NOW}]
 
-    def check(now, was, told):
+    def check(now, was, sent):
         if was is None:
             return [row for row, fact in alone if not fact(now, None, None)]
-        return [row for row, fact in compiled if not fact(now, was, told)]
+        return [row for row, fact in compiled if not fact(now, was, sent)]
 
     return check
 

@@ -84,13 +84,21 @@ class DebugClient:
         self._told.flush()
 
     def tell(self, command: str, **arguments: Any) -> int:
-        self._number += 1
-        message: Json = {"seq": self._number, "type": "request", "command": command}
-        if arguments:
-            message["arguments"] = arguments
-        data = json.dumps(message).encode()
-        self.send(b"Content-Length: %d\r\n\r\n%s" % (len(data), data))
-        return self._number
+        (number,) = self.tell_all((command, arguments))
+        return number
+
+    def tell_all(self, *requests: tuple[str, Json]) -> list[int]:
+        """Send requests at once; return their numbers."""
+        sent = b""
+        for command, arguments in requests:
+            self._number += 1
+            message: Json = {"seq": self._number, "type": "request", "command": command}
+            if arguments:
+                message["arguments"] = arguments
+            data = json.dumps(message).encode()
+            sent += b"Content-Length: %d\r\n\r\n%s" % (len(data), data)
+        self.send(sent)
+        return list(range(self._number - len(requests) + 1, self._number + 1))
 
     def receive(self) -> Json:
         size = 0

@@ -14,6 +14,7 @@ import oracle_bits as bits
 import scripts3601 as one
 from dice3601 import BYTES, Dice, any_of, pick, story
 from faults3601 import faults
+from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME
 from steps3601 import NOTHING, Out, Recover, ToRest
@@ -286,3 +287,28 @@ def _settings(theme):
         [False, True],
         [1, 1, 1, 2, 8],
     )
+
+
+CI_EXAMPLES = 60
+"""Scripts per theme that the CI profile plays against the oracle."""
+
+
+@cache
+def scripts_of(theme: str, examples: int = CI_EXAMPLES) -> tuple:
+    """Return the scripts of a theme that the CI profile plays, in its order as far as none of them fails."""
+    made = []
+
+    @settings(
+        max_examples=examples,
+        derandomize=True,
+        database=None,
+        deadline=None,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(scripts(theme))
+    def collect(script):
+        made.append(script)
+
+    collect()
+    return tuple(made)

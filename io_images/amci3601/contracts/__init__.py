@@ -45,8 +45,8 @@ def contracts_of(
 
 
 def broken(
-    now: Sequence[int], was: Sequence[int] | None = None, told: Sequence[int] = (0,) * 8
+    now: Sequence[int], was: Sequence[int] | None = None, sent: Sequence[int] = (0,) * 8
 ) -> tuple[Contract, ...]:
     """Return the contracts that images break; without `was` those of a single image."""
     rows = contracts_of(each_update=was is not None)
-    return tuple(row for row in rows if not row.fact.holds(now, was or (0,) * 8, told))
+    return tuple(row for row in rows if not row.fact.holds(now, was or (0,) * 8, sent))

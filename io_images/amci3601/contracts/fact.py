@@ -2,17 +2,17 @@
 
 A fact speaks of up to three images of one module:
 
-    outputs |<-- told --->|     words in force between two updates
+    outputs |<-- sent --->|     words in force between two updates
     inputs  ^ was         ^ now
 
-`now(POSITION_INVALID)` is a bit of the later inputs, `was(...)` of the earlier ones, `told(...)` of the
+`now(POSITION_INVALID)` is a bit of the later inputs, `was(...)` of the earlier ones, `sent(...)` of the
 outputs in between. `&`, `|` and `~` connect facts.
 
 >>> from scanrack.io_images.amci3601.bits import CommandMsw, StatusMsw
 >>> lost = now(StatusMsw.POSITION_INVALID) & ~was(StatusMsw.POSITION_INVALID)
 >>> lost.only_with(now(StatusMsw.STOPPED)).holds(now=(0x4408, 0), was=(0x4001, 0))
 True
->>> lost.only_with(told(CommandMsw.IMMEDIATE_STOP)).speaks_of == {Side.NOW, Side.WAS, Side.TOLD}
+>>> lost.only_with(sent(CommandMsw.IMMEDIATE_STOP)).speaks_of == {Side.NOW, Side.WAS, Side.SENT}
 True
 """
 
@@ -38,7 +38,7 @@ class Side(Enum):
 
     WAS = "was"
     NOW = "now"
-    TOLD = "told"
+    SENT = "sent"
 
 
 class Reading(Protocol[Truth]):
@@ -87,10 +87,10 @@ class Fact(ABC):
         return self.only_with(other) & other.only_with(self)
 
     def holds(
-        self, now: Sequence[int], was: Sequence[int] = (0,) * 8, told: Sequence[int] = (0,) * 8
+        self, now: Sequence[int], was: Sequence[int] = (0,) * 8, sent: Sequence[int] = (0,) * 8
     ) -> bool:
         """Return whether images have the fact; words are signed or unsigned, 16 bits."""
-        return self.read(_Words({Side.NOW: now, Side.WAS: was, Side.TOLD: told}))
+        return self.read(_Words({Side.NOW: now, Side.WAS: was, Side.SENT: sent}))
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,9 +193,9 @@ def was(*bits: StatusMsw | StatusLsw) -> Fact:
     return _set(Side.WAS, *bits)
 
 
-def told(*bits: CommandMsw | CommandLsw) -> Fact:
+def sent(*bits: CommandMsw | CommandLsw) -> Fact:
     """Return that one of the bits was set in the outputs between both."""
-    return _set(Side.TOLD, *bits)
+    return _set(Side.SENT, *bits)
 
 
 def every(*facts: Fact) -> Fact:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..bits import COMPLETION_BITS, MOTIONS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
 from .contract import Contract
-from .fact import AnyOf, Fact, Side, Within, every, now, told, was
+from .fact import AnyOf, Fact, Side, Within, every, now, sent, was
 
 MOVING = (StatusMsw.MOVING_CW, StatusMsw.MOVING_CCW)
 RAMPS = (StatusMsw.ACCELERATING, StatusMsw.DECELERATING)
@@ -138,55 +138,55 @@ ROWS: tuple[Contract, ...] = (
     Contract("emergency stop", "While the emergency stop input is active, no motion is shown but that of a "
              "one-shot manual move.",
              ("EST-01", "MAN-16"),
-             (STAYS_IN_COMMAND_MODE & now(StatusLsw.IN_ESTOP) & now(*MOVING)).only_with(told(*MANUAL)),
+             (STAYS_IN_COMMAND_MODE & now(StatusLsw.IN_ESTOP) & now(*MOVING)).only_with(sent(*MANUAL)),
              readings={"report_unused_inputs": False}),
     Contract("position found", "Position Invalid falls only at home or by Preset Position.",
              ("STS-M10", "PST-02", "HMG-19"),
-             falls(POSITION_INVALID).only_with(now(AT_HOME) | told(PRESET))),
+             falls(POSITION_INVALID).only_with(now(AT_HOME) | sent(PRESET))),
     Contract("motion is commanded", "An axis that showed a result moves only by a command.",
              ("MC-02", "FOL-01"),
-             (STAYS_IN_COMMAND_MODE & was(*RESULTS) & now(*MOVING)).only_with(told(*STARTS) | told(FOLLOW))),
+             (STAYS_IN_COMMAND_MODE & was(*RESULTS) & now(*MOVING)).only_with(sent(*STARTS) | sent(FOLLOW))),
     Contract("move complete", "Move Complete rises only after a motion or a command to move.",
              ("MC-01",),
-             rises(MOVE_COMPLETE).only_with(was(*MOVING) | told(*STARTS))),
+             rises(MOVE_COMPLETE).only_with(was(*MOVING) | sent(*STARTS))),
     Contract("move complete stays", "Move Complete falls only by the next command to move.",
              ("MC-02", "MC-03"),
-             falls(MOVE_COMPLETE).only_with(told(*STARTS) | told(FOLLOW))),
+             falls(MOVE_COMPLETE).only_with(sent(*STARTS) | sent(FOLLOW))),
     Contract("hold state", "Hold State rises only after a motion or a command to move.",
              ("STS-M02",),
-             rises(HOLD_STATE).only_with(was(*MOVING) | told(*STARTS))),
+             rises(HOLD_STATE).only_with(was(*MOVING) | sent(*STARTS))),
     Contract("stopped stays", "Stopped falls only by the next command to move.",
              ("STS-M03",),
-             falls(STOPPED).only_with(told(*STARTS) | told(FOLLOW))),
+             falls(STOPPED).only_with(sent(*STARTS) | sent(FOLLOW))),
     Contract("input error stays", "Input Error falls only by Reset Errors or a command to move.",
              ("STS-M11", "RST-04"),
-             falls(INPUT_ERROR).only_with(told(RESET, *STARTS) | told(FOLLOW))),
+             falls(INPUT_ERROR).only_with(sent(RESET, *STARTS) | sent(FOLLOW))),
     Contract("command error stays", "Command Error falls only by Reset Errors, or while a blend move ends.",
              ("STS-M12", "CMD-19"),
-             falls(COMMAND_ERROR).only_with(told(RESET) | was(BLENDING))),
+             falls(COMMAND_ERROR).only_with(sent(RESET) | was(BLENDING))),
     Contract("invalid profile stays", "Invalid Profile falls only by Reset Errors.",
              ("STS-M09", "RST-01"),
-             falls(INVALID_PROFILE).only_with(told(RESET))),
+             falls(INVALID_PROFILE).only_with(sent(RESET))),
     Contract("home invalid stays", "Home Invalid falls only by Reset Errors or Find Home.",
              ("STS-M08", "RST-01"),
              falls(HOME_INVALID).only_with(
-                 told(RESET, CommandMsw.FIND_HOME_CW, CommandMsw.FIND_HOME_CCW))),
+                 sent(RESET, CommandMsw.FIND_HOME_CW, CommandMsw.FIND_HOME_CCW))),
     Contract("locked", "With Command Error an axis that showed a result does not move.",
              ("STS-M12", "RST-03"),
              (STAYS_IN_COMMAND_MODE & was(COMMAND_ERROR) & was(*RESULTS)).only_with(~now(*MOVING))),
     Contract("configuration mode entered", "The module enters configuration mode only by the mode bit.",
              ("CFG-15", "STS-M15"),
-             (OPERATING & was(OK) & ~was(MODE) & now(MODE)).only_with(told(CONFIGURE))),
+             (OPERATING & was(OK) & ~was(MODE) & now(MODE)).only_with(sent(CONFIGURE))),
     Contract("configuration mode left", "The module leaves configuration mode only by the mode bit.",
              ("CFG-15", "STS-M15"),
-             (IN_COMMAND_MODE & was(OK) & was(MODE)).only_with(~told(CONFIGURE) | POWERED_UP)),
+             (IN_COMMAND_MODE & was(OK) & was(MODE)).only_with(~sent(CONFIGURE) | POWERED_UP)),
     Contract("position after a configuration", "The position is invalid after configuration mode, unless the "
              "same words preset it.",
              ("POS-01",),
              (IN_COMMAND_MODE & was(OK) & was(MODE)).only_with(
-                 now(POSITION_INVALID, AT_HOME) | told(PRESET))),
+                 now(POSITION_INVALID, AT_HOME) | sent(PRESET))),
     Contract("blend acknowledged", "Blend Acknowledge rises only with the transmit bit.",
              ("STS-L09",),
-             rises(BLEND_ACK).only_with(told(TRANSMIT))),
+             rises(BLEND_ACK).only_with(sent(TRANSMIT))),
 )
 # fmt: on

@@ -4,8 +4,7 @@
     lane 1    snapshot 64    scan  64  65  66  ... 127        one scan of all lanes at a time, on arrays
     lane 2    snapshot 128   scan 128 129 130  ... 191
 
-A lane counts only if it ends with the values of the next snapshot, all of them; else its scans have to run
-one by one.
+A lane counts only if it ends with all values of the next snapshot. The scans of other lanes run one by one.
 """
 
 from __future__ import annotations
@@ -26,14 +25,14 @@ from .translation import code_of
 from .vectors import Vectors
 
 _EXACT = 2**53
-"""Beyond it a whole number has no exact place in an array of REAL."""
+"""Whole numbers from here on are not exact in an array of floats."""
 
 
 class LastChange(NamedTuple):
-    """What is known of a stretch."""
+    """The result of the search in a stretch."""
 
     known: bool  # False: its scans have to run one by one
-    scan: int | None = None  # the last one that changed a value
+    scan: int | None = None  # the last scan that changed a value
 
 
 UNKNOWN = LastChange(known=False)
@@ -52,7 +51,7 @@ class Lanes:
         self._images = [leaf.ident for leaf in images]
 
     def last_changes(self, cells: Sequence[Cell], stretches: Sequence[ReplayStretch]) -> list[LastChange]:
-        """Return the last scan of each stretch that changed one of some values."""
+        """Return the last scan of each stretch that changed one of the cells."""
         found = [UNKNOWN] * len(stretches)
         plain = [at for at, each in enumerate(stretches) if each.inputs is not None]
         places = [place_in_snapshot(self._memory, each) for each in cells]
@@ -92,9 +91,9 @@ class Lanes:
         ]
 
     def _columns(self, stretches: Sequence[ReplayStretch]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return the values before and after stretches: for each variable an array, of a list one per place.
+        """Return the values before and after stretches: an array per variable, or per element of a list.
 
-        The snapshot after a stretch is mostly that before the next one.
+        The snapshot after a stretch is usually the one before the next.
         """
         pairs = [(each.values, each.after) for each in stretches]
         known = {id(each): each for pair in pairs for each in pair}
@@ -108,7 +107,7 @@ class Lanes:
         return begin, {ident: each for ident, each in end.items() if ident not in self._images}
 
     def _ran(self, vectors: Vectors, watched: Sequence[_Watched], stretches: Sequence[ReplayStretch]) -> Any:
-        """Run all scans; return the number of the last one with a change for each lane, or -1."""
+        """Run all scans; return for each lane the number of the last scan with a change, or -1."""
         lanes = len(stretches)
         lengths = np.array([each.last + 1 - each.first for each in stretches])
         times, images = _padded(
@@ -171,7 +170,7 @@ def _at(column: Any, places: Any) -> Any:
 
 
 def _are_as(vectors: Vectors, expected: Mapping[str, Any]) -> Any:
-    """Return which lanes have some values."""
+    """Return which lanes have the expected values."""
     good = np.full(len(vectors.lost), True)
     for ident, values in expected.items():
         got = vectors.values[ident]

@@ -15,40 +15,39 @@ from .vectors import WITH_MASK
 def code_of(lowered: LoweredProgram, loaded: Set[str]) -> Any:
     """Return a program on arrays as code, for `Vectors`; None for one that can't run on arrays.
 
-    That is one with tasks, routines in Python, axes or messages: what runs besides its routines.
+    A program can't if more than its routines runs: tasks, routines in Python, axes or messages.
 
     Args:
         loaded: identifiers of the variables that have values on arrays.
     """
-    if lowered.schedule or lowered.functions or lowered.opening or lowered.closing:
+    if any((lowered.schedule, lowered.functions, lowered.opening, lowered.closing)):
         return None
     (program,) = ast.parse(source_of(lowered)).body
     assert isinstance(program, ast.FunctionDef)
     used = {each.arg for each in program.args.args}
     routines = [each for each in program.body if isinstance(each, ast.FunctionDef)]
-    names = {each.name for each in routines}
-    if "scan" not in names:
-        return None
     assigned = {each.name: {*filter(None, map(_assigned, ast.walk(each)))} for each in routines}
+    if "scan" not in assigned:
+        return None
     constants = _constant_arguments(routines, assigned)
-    translators = (
-        _Translator(each, used, loaded, assigned[each.name], names, constants[each.name]) for each in routines
-    )
-    text = "\n".join(line for each in translators for line in each.lines())
-    return compile(text, "<lanes>", "exec")
+    lines: list[str] = []
+    for each in routines:
+        own = assigned[each.name], assigned.keys(), constants[each.name]
+        lines += _Translator(each, used, loaded, *own).lines()
+    return compile("\n".join(lines), "<lanes>", "exec")
 
 
 def _constant_arguments(
     routines: Sequence[ast.FunctionDef], assigned: Mapping[str, Set[str]]
 ) -> dict[str, dict[str, int]]:
-    """Return by routine the arguments that are the same whole number in all calls.
+    """Return the arguments that are the same whole number in all calls, by routine.
 
-    They are mostly places where a tag begins.
+    Most are the places where a tag begins.
     """
     calls = _calls(routines)
     found: dict[str, dict[str, int]] = {each.name: {} for each in routines}
     size = -1
-    while size < sum(map(len, found.values())):  # a routine passes its own arguments on
+    while size < sum(map(len, found.values())):  # a routine may pass its own arguments on
         size = sum(map(len, found.values()))
         for routine in routines:
             for place, argument in enumerate(routine.args.args):
@@ -222,7 +221,7 @@ class _Translator:
 
     def _bool_op(self, node: ast.BoolOp, mask: str) -> str:
         if any(isinstance(each, ast.Call) for value in node.values[1:] for each in ast.walk(value)):
-            raise NotTranslatedError  # it runs only if the one before lets it
+            raise NotTranslatedError  # whether it runs depends on the value before it
         name = "and_" if isinstance(node.op, ast.And) else "or_"
         return f"{name}({', '.join(self._expression(each, mask) for each in node.values)})"
 

@@ -1,12 +1,12 @@
-"""A compiled program on arrays: each value is that of many moments, the lanes, which run side by side.
+"""A compiled program on arrays: each value has an element per lane, and all lanes run side by side.
 
     compiled     if Start and not T_DN:  Lamp = True
     on arrays    m1 = both(m0, and_(Start, not_(T_DN)))
                  if some(m1):  Lamp = put(m1, True, Lamp)
 
 The Python of `compiler.source_of` is translated; a mask says which lanes run a line. A value that all lanes
-share may be a plain number. Lanes that run what has no translation, or that fault, are `lost`: what they
-compute means nothing.
+share may be a plain number. Lanes that fault, or that run a line without a translation, are `lost`: their
+values are meaningless.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Vectors:
         lanes: number of lanes.
 
     Attributes:
-        lost: the lanes whose values mean nothing.
+        lost: the lanes whose values are meaningless.
     """
 
     def __init__(self, code: Any, values: Mapping[str, Any], lanes: int) -> None:
@@ -255,9 +255,9 @@ def some(mask: Mask) -> bool:
 
 
 def put(mask: Mask, new: Any, old: Any) -> Any:
-    """Return new values in the lanes of a mask, the old ones in the others.
+    """Return new values in the lanes of a mask, and old values in the others.
 
-    What all lanes share stays one number.
+    A value that all lanes share stays one number.
     """
     if mask is None or old is None or new is old:
         return new
@@ -272,12 +272,12 @@ def put(mask: Mask, new: Any, old: Any) -> Any:
 
 
 def least(*values: Any) -> Any:
-    """Return the smallest one in each lane."""
+    """Return the smallest value in each lane."""
     return min(values) if all(each.__class__ is int for each in values) else reduce(np.minimum, values)
 
 
 def greatest(*values: Any) -> Any:
-    """Return the largest one in each lane."""
+    """Return the largest value in each lane."""
     return reduce(np.maximum, values)
 
 

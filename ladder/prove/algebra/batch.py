@@ -1,7 +1,6 @@
-"""Terms on many numbers at once: each value is an array with a place for each run.
+"""Terms on many numbers at once: each value is an array with an element per run.
 
-Truths and whole numbers of up to 62 bits are
-arrays of numpy; wider ones are Python's numbers in arrays of objects.
+Truths and whole numbers of up to 62 bits are arrays of numpy; wider numbers are arrays of Python objects.
 """
 
 from __future__ import annotations
@@ -11,61 +10,56 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from typing_extensions import override
 
+from .evaluation import Evaluator
 from .meaning import BOOL, F32, FAR, INT, meaning
-from .terms import T, reach
+from .terms import T
 
 Array = np.ndarray[Any, np.dtype[Any]]
 
 LANES = 256
-"""Runs at once."""
+"""Number of runs at once."""
 
 
-class BatchEvaluator:
+class BatchEvaluator(Evaluator):
     """Computes terms for many values of their variables at once.
 
     Args:
         roots: the terms.
-
-    Attributes:
-        variables: those that decide them.
+        lanes: number of runs.
     """
 
     def __init__(self, roots: Sequence[T], lanes: int = LANES) -> None:
-        order = reach(roots)
-        slots = {t.id: number for number, t in enumerate(order)}
-        self.variables = [t for t in order if t.op == "var"]
-        self._inputs = [(slot, t) for slot, t in enumerate(order) if t.op == "var"]
-        self._found: list[Any] = [filled(t, t.val, lanes) if t.op == "const" else None for t in order]
-        self._steps = [
-            (slot, _function(t), [slots[a.id] for a in t.args])
-            for slot, t in enumerate(order)
-            if t.op not in ("const", "var")
-        ]
-        self._roots = [slots[t.id] for t in roots]
+        self._lanes = lanes
+        super().__init__(roots)
+
+    @override
+    def _constant(self, t: T) -> Array:
+        return filled(t, t.val, self._lanes)
+
+    @override
+    def _function(self, t: T) -> Callable[..., Array]:
+        return _function(t)
 
     def __len__(self) -> int:
         """Number of terms that are computed."""
         return len(self._steps)
 
+    @override
     def __call__(self, values: Mapping[str, Array]) -> list[Array]:
         """Compute the roots; `values` has an array for each variable."""
-        found = self._found
-        for slot, t in self._inputs:
-            found[slot] = values[t.val]
         with np.errstate(all="ignore"):
-            for slot, function, operands in self._steps:
-                found[slot] = function(*[found[each] for each in operands])
-        return [found[slot] for slot in self._roots]
+            return super().__call__(values)
 
 
 def filled(t: T, value: Any, lanes: int = LANES) -> Array:
-    """Return the array of a term that has the same value in all runs."""
+    """Return an array with the same value for all runs."""
     return np.full(lanes, value, dtype=dtype_of(t))
 
 
 def is_wide(t: T) -> bool:
-    """Whether a whole number needs more bits than an array's."""
+    """Whether a whole number needs more bits than an element of an array has."""
     return t.kind == INT and not -FAR < t.lo <= t.hi < FAR
 
 

@@ -1,4 +1,4 @@
-"""Terms on numbers: what a relation computes for given values of its variables."""
+"""Computes terms for given values of their variables."""
 
 from __future__ import annotations
 
@@ -14,28 +14,31 @@ class Evaluator:
 
     Args:
         roots: the terms.
-
-    Attributes:
-        variables: those that decide them.
     """
 
     def __init__(self, roots: Sequence[T]) -> None:
         order = reach(roots)
         slots = {t.id: number for number, t in enumerate(order)}
-        self._found: list[Any] = [t.val for t in order]
-        self.variables = [t for t in order if t.op == "var"]
-        self._variables = [
-            (slot, t.val, False if t.kind == BOOL else 0) for slot, t in enumerate(order) if t.op == "var"
-        ]
-        self._steps: list[tuple[int, Callable[..., Any], list[int]]] = [
-            (slot, meaning(t.op, t.kind, t.val), [slots[a.id] for a in t.args])
-            for slot, t in enumerate(order)
-            if t.op not in ("const", "var")
-        ]
+        self._found: list[Any] = [None] * len(order)
+        self._variables: list[tuple[int, str, int]] = []
+        self._steps: list[tuple[int, Callable[..., Any], list[int]]] = []
+        for slot, t in enumerate(order):
+            if t.op == "var":
+                self._variables.append((slot, t.val, False if t.kind == BOOL else 0))
+            elif t.op == "const":
+                self._found[slot] = self._constant(t)
+            else:
+                self._steps.append((slot, self._function(t), [slots[a.id] for a in t.args]))
         self._roots = [slots[t.id] for t in roots]
 
+    def _constant(self, t: T) -> Any:
+        return t.val
+
+    def _function(self, t: T) -> Callable[..., Any]:
+        return meaning(t.op, t.kind, t.val)
+
     def __call__(self, values: Mapping[str, Any]) -> list[Any]:
-        """Compute the roots; `values` has those of variables by name, 0 for what it lacks."""
+        """Compute the roots; `values` has the values of variables by name, missing ones are 0."""
         found = self._found
         for slot, name, default in self._variables:
             found[slot] = values.get(name, default)
@@ -45,5 +48,5 @@ class Evaluator:
 
 
 def evaluate(roots: Sequence[T], values: Mapping[str, Any]) -> list[Any]:
-    """Compute terms once; `values` has those of variables by name, 0 for what it lacks."""
+    """Compute terms once; `values` has the values of variables by name, missing ones are 0."""
     return Evaluator(roots)(values)

@@ -1,4 +1,4 @@
-"""The operations of terms on Python numbers: what constants fold to, and what a run of a relation computes.
+"""The operations of terms on Python numbers, for constant folding and evaluation.
 
 Truths are `bool`, whole numbers `int` without bounds, floats `float`. A single float is a `float` that is
 rounded after each operation.
@@ -30,7 +30,7 @@ BOOL, INT, F32, F64 = "b", "i", "f32", "f64"
 """Kinds of terms: truth, whole number, single and double float."""
 
 FAR = 1 << 62
-"""Floats at and beyond it have no whole number here."""
+"""Floats of this size and above convert to 0."""
 
 
 def div(a: int, b: int) -> int:

@@ -83,7 +83,7 @@ def bitop(op: str, a: T, b: T) -> T:
 
 
 def inv(a: T) -> T:
-    """Every bit turned over."""
+    """Every bit inverted."""
     return sub(const(-1), a)
 
 
@@ -111,7 +111,7 @@ def greatest(a: T, least: int) -> T:
 
 
 def clip(a: T, lo: int, hi: int) -> T:
-    """The nearest number of an interval: for one that lies in it wherever its value counts."""
+    """The nearest number in an interval; for numbers that lie in it wherever their value counts."""
     if a.hi < lo or a.lo > hi:
         return const(lo if a.hi < lo else hi)
     return greatest(least(a, hi), lo)

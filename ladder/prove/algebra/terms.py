@@ -1,11 +1,11 @@
-"""Terms: truths, exact whole numbers with a known interval, floats. Shared and simplified; see `numbers`.
+"""Terms: truths, exact whole numbers with a known interval, and floats; simplified and shared, see `numbers`.
 
-A whole number is a mathematical one. Its interval says how many bits hold it, so nothing overflows unseen:
-`wrap` and `setbit` are the only operations that cut bits off.
+Whole numbers are mathematical integers. The interval says how many bits they need, so only `wrap` and
+`setbit` cut bits off.
 
-Equal terms are one object, compared with `is`. `forget` empties the table that shares them: call it where a
-proof begins. Terms made before stay valid; new ones are not the same objects. Ids only grow, and an operand's
-is smaller than its term's.
+Equal terms are one object, compared with `is`. `forget` empties the table of shared terms: call it where a
+proof begins. Terms made before stay valid, but equal new terms are other objects. Ids only grow, and the ids
+of operands are smaller than that of their term.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ TRUE, FALSE = (T("const", (), BOOL, truth, 0, 0) for truth in (True, False))
 
 
 def forget() -> None:
-    """Share no more with terms made so far: their memory is free once nothing holds them."""
+    """Forget the terms made so far: new terms share nothing with them, and unused ones free their memory."""
     _table.clear()
     memo.clear()
 
@@ -81,7 +81,7 @@ def var(name: str, kind: str = BOOL, lo: int = 0, hi: int = 0) -> T:
 
 
 def bits_of(lo: int, hi: int) -> int:
-    """Return how many bits a signed pattern needs for the interval.
+    """Return how many bits the interval needs in two's complement.
 
     >>> bits_of(0, 1), bits_of(-128, 127), bits_of(0, 255)
     (2, 8, 9)
@@ -173,7 +173,7 @@ def _truth_of(c: T, a: T, b: T) -> T | None:
 
 
 def replaced(t: T, of: Mapping[str, T], memo: dict[int, T]) -> T:
-    """Return a term with others in place of variables, by name; `memo` has what is known by id."""
+    """Return a term with its variables replaced, by name; `memo` has the results by id."""
     todo = [t]
     while todo:
         each = todo[-1]

@@ -60,13 +60,10 @@ SEARCH = Limits(scans=60, k=0, work=4_000_000, fuse=64_000, helped=False, replay
 def points_of(problem: ProgramSystem) -> dict[RungPoint, T]:
     """Return each point of a program with the truth that makes it, in the order of the program."""
     found: dict[RungPoint, T] = {}
-    for routine in problem.lowered.routines.values():
-        for line in routine.lines:
-            for step in line.all_steps:
-                passages = problem.machine.passages.get(step.site, ())
-                is_contact = step.kind is InstructionKind.INPUT
-                for state, t in _states(passages, is_contact=is_contact):
-                    found.setdefault(RungPoint(step.site, state), t)
+    for step in problem.lowered.all_steps:
+        passages = problem.machine.passages.get(step.site, ())
+        for state, t in _states(passages, is_contact=step.kind is InstructionKind.INPUT):
+            found.setdefault(RungPoint(step.site, state), t)
     return found
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from fnmatch import fnmatchcase
 from functools import partial
@@ -29,15 +30,8 @@ def is_length(layout: Layout, path: str) -> bool:
 
 def named_bits(lowered: LoweredProgram) -> dict[Key, int]:
     """Return masks of the bits that operands name in numbers; not of what an add-on instruction is passed."""
-    found: dict[Key, int] = {}
-    operands = [
-        operand
-        for routine in lowered.routines.values()
-        for line in routine.lines
-        for step in line.all_steps
-        for operand in step.operands
-    ]
-    for place in _places_in(operands):
+    found: dict[Key, int] = defaultdict(int)
+    for place in _places_in(operand for step in lowered.all_steps for operand in step.operands):
         if place.bit is None or place.leaf.root:
             continue
         mask = (
@@ -45,8 +39,7 @@ def named_bits(lowered: LoweredProgram) -> dict[Key, int]:
         )
         index = place.fixed_index
         for each in range(place.leaf.size) if index is None else (index,):
-            key = place.leaf.path.upper(), each
-            found[key] = found.get(key, 0) | mask
+            found[place.path.upper(), each] |= mask
     return found
 
 
@@ -106,9 +99,7 @@ def written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
     brought = [to for to, _ in lowered.replies.values()]  # what a message brings, and a producer
     brought += [name for each in lowered.connections for name in (each.tag, each.status) if name]
     for name in brought:
-        where = tags.where(name)
-        path = where.leaf.path if isinstance(where, Place) else where.path
-        found.append(tag_in(path).upper())
+        found.append(tag_in(tags.where(name).path).upper())
     return tuple(found)
 
 

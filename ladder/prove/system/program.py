@@ -36,8 +36,8 @@ from .transition import (
     RETAINED,
     STOPPED,
     THEN,
-    TOLD,
     TURNED,
+    WRITTEN,
     HeldNumber,
     Key,
     ScanBounds,
@@ -303,15 +303,15 @@ class ProgramSystem(System):
             )
             most = self.machine.most_age
             return ite(off, least(add(after, var(OFF, INT, 0, most)), most), after)
-        return self._told(key, after, self.open.get(key, 0))
+        return self._with_open_bits(key, after, self.open.get(key, 0))
 
-    def _told(self, key: Key, after: T, mask: int) -> T:
+    def _with_open_bits(self, key: Key, after: T, mask: int) -> T:
         """Return a number after a scan with bits that are written from outside after it."""
         v = self.machine.vars[key]
-        told = var(f"{TOLD}{v.val}", INT, v.lo, v.hi)
+        written = var(f"{WRITTEN}{v.val}", INT, v.lo, v.hi)
         width = self.machine.kinds[key].type.wraps
         for number in numbers_in(mask):
-            after = setbit(after, number, bit(told, number), width)
+            after = setbit(after, number, bit(written, number), width)
         return after
 
     def _open_bits(self) -> None:
@@ -430,7 +430,7 @@ class ProgramSystem(System):
         """Return the next values of states if bits that terms read and nothing writes are free, too."""
         found = dict(self.next)
         for name, mask in held_bits(self, self.next, roots, self._written_masks()).items():
-            found[name] = self._told(self.key_of[name], found[name], mask)
+            found[name] = self._with_open_bits(self.key_of[name], found[name], mask)
         return found
 
     def _written_masks(self) -> dict[str, int]:

@@ -23,7 +23,7 @@ CLOCK = "~LAST_NS"
 DT = "~dt"
 """Name of the variable with the time since the scan before, in units of `System.tick_ns`."""
 
-TOLD = "~told:"
+WRITTEN = "~told:"
 """Start of the name of a variable whose bits are written from outside into a number before the next scan."""
 
 FIRST_SCAN = ("S:FS", 0)

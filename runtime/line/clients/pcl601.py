@@ -158,7 +158,7 @@ class Pcl601Client(MotionClient[Registers]):
         """Clear the error register, and read it; raise RefusedError for errors that stay."""
         self.command(Code.CLEAR_ERRORS)
         if left := self.errors:
-            raise RefusedError(f"the errors were cleared and are still set{_told(left)}")
+            raise RefusedError(f"the errors were cleared and are still set{_meanings(left)}")
 
     def start_move(self, steps: int) -> int:
         """Start a move over signed steps; return its target.
@@ -216,7 +216,7 @@ class Pcl601Client(MotionClient[Registers]):
     @override
     def reasons(self, errors: int) -> str:
         limit = "; a hard limit is active" if self.hard_limit else ""
-        return limit + _told(Error(errors))
+        return limit + _meanings(Error(errors))
 
     def _start(self, code: Code) -> Registers:
         return self.begin(code.name, lambda: self._once(pdus.command(code)), moves=code in MOTIONS)
@@ -256,6 +256,6 @@ def _write(row: Row, value: int) -> ModbusPDU:
     return pdus.write_registers(row.register, words)
 
 
-def _told(errors: Error) -> str:
+def _meanings(errors: Error) -> str:
     """Return the meaning of error bits, to follow a sentence."""
     return "".join(f"; {error.name}: {CAUSES[error]}" for error in errors)

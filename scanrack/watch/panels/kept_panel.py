@@ -74,6 +74,15 @@ class KeptPanel:
             raise ValueError(f"{len(content):,} bytes: a panel has up to {BYTES_MOST:,}")
         return content
 
+    @property
+    def units(self) -> Mapping[str, str]:
+        """The units of tags, by name in capitals; none while the file has a mistake."""
+        try:
+            items = parse_panel(self.content().decode()).items
+        except ValueError:
+            return {}
+        return {each["tag"].upper(): each["unit"] for each in items if each.get("unit")}
+
     def described(self, bindings: Bindings, lacks: str) -> Json:
         """Return the panel for a page.
 

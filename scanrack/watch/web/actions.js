@@ -23,7 +23,8 @@ const onTag = (key, text, says, lacks, act, more) => ({ key, text: () => text, s
 const onRung = (key, place) => {
   const wait = () => (place ? WAITS[place] : waits()[0]), whole = ({ rung }) => rung + wait()[0];
   return {
-    key, of: "rung", fits: () => !place || !isPython(), text: ({ rung }) => `Break when ${unitOf(rung)} ${rung.split(".").at(-1)} ${wait()[2]}`,
+    key, of: "rung", fits: () => !place || !isPython(),
+    text: ({ rung }) => `Break when ${unitOf(rung)} ${rung.split(".").at(-1)} ${wait()[2]}`,
     says: `breakpoint: when the rung ${WAITS[place][2]}`,
     lacks: first(untimed, () => (waits().includes(wait()) ? "" : "a line of Python executes or not")),
     checked: subject => run.breakpoints.includes(whole(subject)), act: subject => orders.breakpoint(whole(subject)),

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import json
+import re
 import socket
 import subprocess
 import sys
+from contextlib import ExitStack
+from pathlib import Path
 from typing import Any
 
 import debugger_page
 import pytest
 from debug_client import SCHEMA, DebugClient, RefusedError, properties
 from scanrack.dap.requests import ALSO, REQUESTS, capabilities
+from scanrack.jobs import load_job
+from scanrack.jobs.run.running import JobRun, RunOptions
 
 
 def test_every_request_and_capability_is_one_of_the_protocol() -> None:
@@ -112,6 +117,72 @@ def test_requests_in_a_stop_that_mean_nothing_there(client: DebugClient) -> None
 
 
 @pytest.mark.slow
+def test_places_that_the_program_does_not_have(client: DebugClient, tmp_path: Path) -> None:
+    rungs = Path("examples/feeder/feeder.rung").resolve()
+    client.begin(rungs.with_suffix(".toml"), speed="max")
+    client.ask("configurationDone")
+    client.stopped()
+    own, last = tmp_path / "other.rung", len(rungs.read_text(encoding="utf-8").splitlines())
+    copy = tmp_path / rungs.name
+    copy.write_text("another program", encoding="utf-8")
+    for path, line, says in (
+        (own, 1, "other.rung is no file of the program: those are axis3601.rung, feeder.rung"),
+        (copy, 1, "feeder.rung differs from the program that runs"),
+        (rungs, last, f"feeder.rung, line {last}: no instruction from there to the end"),
+        (rungs, 0, ""),
+    ):
+        (answer,) = client.break_at(path, line)
+        assert (answer["verified"], answer.get("message", "")) == (not says, says)
+    frame = client.frames()[0]["id"]
+    client.ask("scopes", frameId=frame)
+    client.go("stepOut")
+    client.go("stepIn", granularity="instruction")
+    with pytest.raises(RefusedError, match="variables 1 are gone: the program has moved on"):
+        client.ask("variables", variablesReference=1)
+    client.ask("disconnect")
+    client.event("terminated")
+
+
+WRONG = [None, -1, 1 << 70, 0.5, True, "x", [7], {"x": 1}, [{}], [{"name": 7}]]
+RIGHT: dict[str, dict[str, Any]] = {
+    "setBreakpoints": {"source": {"path": "examples/feeder/feeder.rung"}, "breakpoints": [{"line": 40}]},
+    "variables": {"variablesReference": 1},
+    "setVariable": {"variablesReference": 1, "name": "Feeding", "value": "0"},
+    "setExpression": {"expression": "Feeding", "value": "0"},
+    "evaluate": {"expression": "Feeding"},
+    "completions": {"text": "Fe", "column": 3},
+    "dataBreakpointInfo": {"name": "Feeding"},
+}
+"""Arguments of which one at a time is wrong."""
+
+MOVES = ("continue", "reverseContinue", "next", "stepIn", "stepOut", "stepBack")
+ENDS = ("disconnect", "terminate", "pause", "configurationDone")
+
+
+@pytest.mark.slow
+def test_wrong_arguments_of_each_request_are_refused_with_a_sentence(client: DebugClient) -> None:
+    """Each argument that the protocol has, with values of other types; no mistake of the adapter shows."""
+    client.begin("examples/feeder/feeder.toml", speed="max")
+    client.ask("configurationDone")
+    client.stopped()
+    mistake = re.compile(r"\b[A-Z]\w*(Error|Exception)\b")
+    for command in [each for each in REQUESTS if each not in (*ENDS, "continue", "reverseContinue")]:
+        kind = f"{command[0].upper()}{command[1:]}Arguments"
+        named = properties({"$ref": f"#/definitions/{kind}"}) if kind in SCHEMA["definitions"] else {}
+        for name in named:
+            for value in WRONG:
+                if command in ("variables", "setVariable"):
+                    client.scope("Tags", client.frames()[0]["id"])
+                right = RIGHT.get(command, {})
+                answer = client.answer_to(client.tell(command, **{**right, name: value}))
+                says = answer.get("message", "")
+                assert answer["success"] or (says and not mistake.search(says)), (command, name, value, says)
+                if answer["success"] and command in MOVES:
+                    client.event("stopped")
+    assert client.go("next")[0] == "step"
+
+
+@pytest.mark.slow
 def test_a_client_that_goes_ends_the_adapter() -> None:
     done = subprocess.run(
         [sys.executable, "-m", "scanrack", "debug"],
@@ -139,3 +210,38 @@ def test_a_port_requires_its_key() -> None:
                 assert client.ask("initialize", adapterID="x")["supportsStepBack"] is True
                 client.ask("disconnect")
         assert process.wait(20) == 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("recorded", [False, True], ids=["live", "trace"])
+def test_a_number_has_the_unit_that_the_page_shows(
+    client: DebugClient, tmp_path: Path, *, recorded: bool
+) -> None:
+    """The panel of the feeder shows a position in steps and a time in ms; timers count ms."""
+    program = Path("examples/feeder/feeder.toml")
+    if recorded:
+        with ExitStack() as ports:
+            JobRun(load_job(str(program)), ports, RunOptions(trace=tmp_path / "run.mcap")).run(2)
+        program = tmp_path / "run.mcap"
+    client.begin(program)
+    client.ask("configurationDone")
+    client.stopped()
+    for text, value in (
+        ("Axis.Position > -4000 steps", "1"),
+        ("-1 steps > Axis.Position", "0"),
+        ("Quiet.PRE == 1000 ms and Quiet.PRE < 1.5 s", "1"),
+        ("time >= 0 ms", "1"),
+    ):
+        assert client.value(text) == value, text
+    for text, says in (
+        ("Axis.Position > 40 mm", "40 mm: must be in steps"),
+        ("Axis.Position > 2 s", "2 s: must be in steps"),
+        ("Quiet.PRE > 3 steps", "3 steps: must be in ms"),
+        ("Strokes.ACC > 5 mm", "5 mm: must have no unit, since the page shows none"),
+        ("Axis.Position + 5 steps > 3", "compare a tag with 5 steps"),
+        ("5 steps", "compare a tag with 5 steps"),
+    ):
+        with pytest.raises(RefusedError, match=says):
+            client.value(text)
+        (answer,) = client.ask("setFunctionBreakpoints", breakpoints=[{"name": text}])["breakpoints"]
+        assert (answer["verified"], says in answer["message"]) == (False, True)

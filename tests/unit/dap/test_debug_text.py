@@ -422,3 +422,20 @@ def test_scans_before_the_one_shown_are_prepared_while_the_client_is_silent(
         monkeypatch.setattr(Twin, "walk", never)
         for scan in range(5900, 5900 - WINDOW_MOST, -1):
             assert subject.view(scan).tags["state.number"] == scan + 1
+
+
+def test_a_pause_breaks_off_a_search_of_the_past(
+    client: DebugClient, tmp_path: Path, sequences: Path
+) -> None:
+    trace = tmp_path / "run.mcap"
+    with ExitStack() as ports:
+        JobRun(load_job(str(sequences)), ports, RunOptions(trace=trace)).run(8000)
+    client.begin(trace, trust=True, scan=7999)
+    client.ask("configurationDone")
+    assert client.stopped() == ("entry", 7999)
+    client.ask("setFunctionBreakpoints", breakpoints=[{"name": "counting.rounds < 0"}])
+    for each in client.tell_all(("reverseContinue", {"threadId": 1}), ("pause", {"threadId": 1})):
+        client.answer_to(each)
+    reason, scan = client.stopped()
+    assert (reason, 0 <= scan < 7999) == ("pause", True)
+    assert client.go("reverseContinue") == ("entry", 0)

@@ -113,3 +113,32 @@ def test_it_begins_with_a_scan(trace: Path) -> None:
         client.ask("configurationDone")
         assert client.stopped() == ("entry", 4321)
         assert client.go("stepBack") == ("step", 4320)
+
+
+@pytest.mark.parametrize("command", ["continue", "reverseContinue"])
+def test_a_pause_breaks_off_a_search(client: DebugClient, command: str) -> None:
+    """Requests are answered while it lasts; what needs a stop is refused."""
+    client.go("continue")
+    assert client.scan() == SCANS - 1
+    client.ask("setFunctionBreakpoints", breakpoints=[{"name": "Strokes.ACC > 999"}])
+    if command == "continue":
+        client.go("reverseContinue")
+        assert client.scan() == 0
+    begun, numbers = (
+        client.scan(),
+        client.tell_all(
+            (command, {"threadId": 1}),
+            ("scopes", {"frameId": 1}),
+            ("threads", {}),
+            ("pause", {"threadId": 1}),
+        ),
+    )
+    answers = [client.answer_to(each) for each in numbers]
+    assert [each["success"] for each in answers] == [True, False, True, True]
+    assert answers[1]["message"] == "scopes: scans run; pause first"
+    reason, scan = client.stopped()
+    assert reason == "pause"
+    assert scan < SCANS - 1 if command == "continue" else scan > 0  # short of the end of the search
+    assert client.go("stepBack") == ("step", scan)
+    back = "reverseContinue" if command == "continue" else "continue"
+    assert client.go(back) == (("entry", 0) if begun == 0 else ("pause", SCANS - 1))

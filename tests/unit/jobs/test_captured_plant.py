@@ -1,4 +1,6 @@
-"""A capture of a plant in operation, cut at twenty places: replayed, compared, judged from its first rest on.
+"""A capture of a plant in operation, cut at five places: replayed, compared, judged from its first rest on.
+
+`--long` cuts it at twenty.
 
 `tests/captures/plant.pcapng.gz` is of tshark on the loopback: `scanrack run plant.toml --realtime --server
 ethernet-ip` with the rack beside it, and a pylogix that reads all words of Local:1:I and Local:1:O in one
@@ -31,7 +33,9 @@ TOLERANCE = ["--tolerance-time", "80ms", "--tolerance-counts", "150"]
 """Two reads of the client, and what the axis moves within a read and a half at 5,000 steps/s."""
 PACKET = 6
 """Kind of a pcapng block."""
-CUTS = 20
+CUTS = random.Random(46).sample(range(1, 500), 20)
+FEW = 5
+"""How many of them are played without `--long`."""
 
 
 def blocks(capture: bytes) -> Iterator[tuple[int, bytes]]:
@@ -62,7 +66,9 @@ def imported(folder: Path, dropped: int) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("dropped", random.Random(46).sample(range(1, 500), CUTS))
+@pytest.mark.parametrize(
+    "dropped", [*CUTS[:FEW], *(pytest.param(each, marks=pytest.mark.long) for each in CUTS[FEW:])]
+)
 def test_a_cut_capture_is_replayed_compared_and_judged(tmp_path: Path, dropped: int) -> None:
     late, model = imported(tmp_path, dropped), tmp_path / "model.mcap"
     given = ("--configuration", CONFIGURATION, *TOLERANCE)

@@ -340,7 +340,6 @@ def tried(request, monkeypatch):
         monkeypatch.delattr(os, "fork", raising=False)
 
 
-@pytest.mark.usefixtures("tried")
 @pytest.mark.parametrize(("scans", "what", "wanted", "inputs", "after"), PYTHON_TAKES)
 def test_what_it_would_take_of_python_is_confirmed_by_a_run(made, scans, what, wanted, inputs, after):
     program = LINES.replace("    count = 0", "    count = level = 0")

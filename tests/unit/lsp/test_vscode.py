@@ -6,10 +6,12 @@ import json
 import shutil
 import subprocess
 import tomllib
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
+from debug_client import DebugClient, connected
 from scanrack.runtime.config.rack_schema import rack_schema
 
 HOUSE = Path(__file__).parents[3]
@@ -125,3 +127,51 @@ def test_steps_and_structured_text_have_colors(tmp_path: Path) -> None:
     assert first["AND"] == "keyword.operator.word.rung"
     assert first["[:=]"] == "keyword.operator.rung"
     assert first["FBD_TIMER"] == "entity.name.type.rung"
+
+
+def extension_with(program: Path, line: int) -> Any:
+    """Return what the extension does with a program that stands at a line."""
+    node = shutil.which("node")
+    if node is None:
+        pytest.skip("node is not installed")
+    script = HOUSE / "tests/peers/vscode_extension.cjs"
+    words = [node, str(script), str(FOLDER / "extension.js"), str(program), str(line - 1)]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, encoding="utf-8", timeout=60)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+@pytest.fixture
+def client() -> Iterator[DebugClient]:
+    with connected() as found:
+        yield found
+
+
+@pytest.mark.slow
+def test_values_in_the_lines_are_those_of_the_stop(client: DebugClient) -> None:
+    """Each name that the extension finds is a tag; its value is what a watch shows."""
+    program = HOUSE / "examples/feeder/feeder.rung"
+    client.begin(program.with_suffix(".toml"), speed="max")
+    client.ask("configurationDone")
+    client.stopped()
+    client.ask("setFunctionBreakpoints", breakpoints=[{"name": "Feeding changes"}])
+    client.go()
+    stop = client.frames()[0]
+    lines = program.read_text(encoding="utf-8").splitlines()
+    shown = extension_with(program, stop["line"])["shown"]
+    rungs = [each for each in shown if lines[each[0]].endswith(";") and "(" in lines[each[0]]]
+    assert {line for line, _column, _name in shown} <= set(range(stop["line"]))
+    assert [name for line, _column, name in rungs if line == stop["line"] - 1]
+    for line, column, name in rungs:
+        assert lines[line][column:].startswith(name)
+        found = client.ask("evaluate", expression=name, context="watch", frameId=stop["id"])
+        assert found["result"]
+
+
+@pytest.mark.slow
+def test_a_saved_program_is_tested_by_a_button() -> None:
+    found = extension_with(HOUSE / "examples/feeder/feeder.rung", 1)
+    evaluated = [["evaluate", {"expression": each, "context": "repl"}] for each in ("test", "accept")]
+    assert found["requests"] == evaluated
+    assert [each[-1] for each in found["contexts"]] == [True, True, True, False]
+    assert sorted(found["commands"]) == sorted(each["command"] for each in PACKAGE["contributes"]["commands"])

@@ -112,7 +112,7 @@ def test_many_runs_at_once_compute_what_each_alone_does(seed: int) -> None:
     roots = [term for term, _ in (*made.whole, *made.truths)]
     batch = BatchEvaluator(roots, lanes=3)
     lanes = [made.values, bench(seed + 1).values, bench(seed + 2).values]
-    values = {v.val: np.array([each[v.val] for each in lanes]) for v in batch.variables}
+    values = {v.val: np.array([each[v.val] for each in lanes]) for v in t.variables(roots)}
     got = [each.tolist() for each in batch(values)]
     for number, each in enumerate(lanes):
         assert [column[number] for column in got] == evaluate(roots, each)

@@ -10,7 +10,10 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from adapterbench import CONFIGURE_006, AdapterBench, AdapterBench006, AdapterBenchDrive, move
+import pytest
+from adapterbench import BENCHES, CONFIGURE_006, AdapterBench, AdapterBench006, AdapterBenchDrive, move
+from amounts import amount
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.thousands import split_thousands
@@ -20,6 +23,8 @@ COMPLETE = {"MODULE_OK", "MOVE_COMPLETE"}
 STOPPED = {"MODULE_OK", "STOPPED"}
 UNKNOWN = STOPPED | {"POSITION_INVALID"}
 POWERED_UP = {"MODULE_OK", "CONFIG_ERROR", "POSITION_INVALID"}
+
+pytestmark = pytest.mark.slow
 
 LIMITS = (Switch(InputBit.CW_LIMIT, 6000, None), Switch(InputBit.CCW_LIMIT, None, -6000))
 LONG_MS = 700
@@ -234,11 +239,11 @@ KINDS: dict[str, Callable[[AdapterBench, Ordeal], Laws]] = {
 }
 
 
-def ordeals(*kinds: str) -> st.SearchStrategy[Ordeal]:
-    """Return a strategy for ordeals of some kinds, of all if none is given."""
+def ordeals(kind: str) -> st.SearchStrategy[Ordeal]:
+    """Return a strategy for ordeals of a kind."""
     return st.builds(
         Ordeal,
-        st.sampled_from(kinds or tuple(KINDS)),
+        st.just(kind),
         st.integers(3000, 5000) | st.integers(-5000, -3000),
         st.booleans(),
         st.sampled_from([0, *AROUND_THE_START_MS, 50, 120, 300]),
@@ -263,3 +268,14 @@ def _options(over: type[AdapterBench], ordeal: Ordeal) -> dict[str, Any]:
         first = "estop" if ordeal.kind == "emergency_stop" else "cw_limit"
         return {"in1": first, "in2": "ccw_limit", "unwired": "inactive"}
     return {"hold": "immediate"} if over is AdapterBench006 else {}
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("controller", BENCHES)
+def test_a_sound_adapter_stands_every_ordeal(controller: str, kind: str) -> None:
+    @settings(max_examples=amount(2), deadline=None)
+    @given(ordeal=ordeals(kind))
+    def stands(ordeal: Ordeal) -> None:
+        assert complaints(ordeal, BENCHES[controller]) == []
+
+    stands()
