@@ -21,6 +21,7 @@ from types import FrameType
 from typing import Any
 
 from scanrack.io_images.dataclass import dataclass
+from scanrack.ladder.python.line_marks import WATCH, LineWatch
 from scanrack.ladder.state.memory import same
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.rack import Slot
@@ -142,8 +143,8 @@ def run_again(
 
 @contextmanager
 def fresh(load: Load) -> Iterator[ScanLogic]:
-    """Load a program again, with its own modules; drop its printed output."""
-    before = dict(sys.modules)
+    """Load a program again, with its own modules, whose lines are not observed; drop its printed output."""
+    before, watch = dict(sys.modules), WATCH.set(LineWatch())
     forget_imported(load.folder.resolve())
     try:
         with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
@@ -151,6 +152,7 @@ def fresh(load: Load) -> Iterator[ScanLogic]:
     finally:
         forget_imported(load.folder.resolve())
         sys.modules.update(before)
+        WATCH.reset(watch)
 
 
 class _TracedLogic(LogicWrapper):
