@@ -32,6 +32,9 @@ FIRST = (BROWSER, MANUAL, TESTS / "properties" / "test_against_oracle.py")
 """Run before all others: a browser, which waits most of the time, and beside it the tests that find most of
 the mistakes in a controller's rules."""
 
+SECOND_BROWSER = "test_watch_h"
+"""The first of its files."""
+
 settings.register_profile(
     "ci",
     derandomize=True,
@@ -128,10 +131,13 @@ def _is_within(path: Path, folder: Path) -> bool:
 
 
 def _together(item: pytest.Item) -> object:
-    """Return what tests of one process have in common: their file, or the browser."""
+    """Return what tests of one process have in common: their file, or one of two browsers.
+
+    One browser would take longer than all other tests; each further one starts for seconds.
+    """
     if item.config.getoption("--long"):
         return item.nodeid
-    return BROWSER if _is_within(item.path, BROWSER) else item.path
+    return item.path.name < SECOND_BROWSER if _is_within(item.path, BROWSER) else item.path
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:

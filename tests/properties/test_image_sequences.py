@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from amounts import amount
 from hypothesis import HealthCheck, Phase, find, given, seed, settings
 from hypothesis.database import InMemoryExampleDatabase
 from hypothesis.stateful import run_state_machine_as_test
@@ -163,7 +164,7 @@ def test_every_starting_speed_gives_legal_words(starting_speed, firmware):
     """The classes of the commands refuse anything else when the words are made."""
 
     @given(images.sequences(starting_speed, firmware, most=20))
-    @settings(max_examples=30, derandomize=True, database=None)
+    @settings(max_examples=amount(10), derandomize=True, database=None)
     def drawn(acts):
         assert acts[0] == images.configuring(starting_speed)
 

@@ -126,14 +126,6 @@ class TestDrives:
         assert not ids & {"CFG-01", "JOG-01", "DRV-01"}
         assert "CFG-11" not in {rule.id for rule in rules_of(MODELS["smd23e2"])}
 
-    def test_an_entry(self):
-        _, text, _ = self.said("smd23e2", "--id", "CMD-04")
-        assert text.splitlines()[3:6] == [
-            "CMD-04   3401 p. 29",
-            "         A move is commanded during a move.",
-            "         sets: COMMAND_ERROR",
-        ]
-
     def test_by_bit(self):
         _, text, _ = self.said("smd23e2", "--bit", "stall_detected", "--json")
         assert [row["id"] for row in json.loads(text)["rules"]] == ["DRV-03"]

@@ -170,19 +170,6 @@ def test_every_command_is_there() -> None:
     assert {words.split()[0] for words in EVERY} | ELSEWHERE == set(COMMANDS)
 
 
-def test_the_last_words_are_recorded_by_number_and_by_name(recorded: str) -> None:
-    with open_trace(f"{recorded}.mcap") as trace:
-        scans = list(trace.scans())
-        named = trace.by_name()
-    for number, scan in enumerate(scans[2:], 2):
-        counted = 2 * (number - 1)
-        assert scan.inputs(2)[30] == scan.inputs(1)[1] == scan.inputs(3)[3] == counted
-        assert scan.outputs(2)[29] == 7 * counted
-    assert named["slot2"]["in"]["counted"][-1] == LAST
-    assert named["slot2"]["in"]["in29"][-1] == 7 * (LAST - 2)
-    assert named["slot3"]["out"]["out7"].tolist() == [0] + [1] * (SCANS - 1)
-
-
 def test_a_forced_last_word_is_what_the_module_gets(recorded: str) -> None:
     with open_trace(f"forced-{recorded}.mcap") as trace:
         scans = list(trace.scans())

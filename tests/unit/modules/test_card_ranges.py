@@ -8,14 +8,12 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scanrack.commands import build
 from scanrack.io_images.cards import KINDS
 from scanrack.io_images.image import Image
 from scanrack.io_images.signal_ranges import FORMATS, RANGES, Channel
 from scanrack.jobs import open_bench
 from scanrack.runtime.modules.cards.card_options import CardOptions
 from scanrack.runtime.modules.cards.module import GenericCard
-from typer.testing import CliRunner
 
 
 def card(kind: str, **options: Any) -> GenericCard:
@@ -125,23 +123,6 @@ MOV(I:2.1,Level);
 XIC(I:2.5/13)OTE(Alarm);
 END
 """
-
-
-def test_a_program_reads_number_and_range_bits_and_a_trace_names_them(tmp_path: Path) -> None:
-    (tmp_path / "rack.toml").write_text(RACK, encoding="utf-8")
-    (tmp_path / "tank.rung").write_text(RUNGS, encoding="utf-8")
-
-    def scanrack(*words: object) -> str:
-        result = CliRunner().invoke(build(), [str(word) for word in words])
-        assert result.exit_code == 0, result.output
-        return str(result.output)
-
-    trace = tmp_path / "a.mcap"
-    scanrack("run", tmp_path / "rack.toml", "--record", trace, "-q", "--tag", "Level")
-    assert scanrack("query", trace, "Alarm").splitlines()[1].split() == ["20", "29", "0.040", "20", "ms"]
-    found = scanrack("query", trace, "slot2.in.level_under", "--show", "Level").splitlines()[1].split()
-    assert found[:2] + found[-1:] == ["20", "29", "3,900"]
-    assert "The level input is 12.5 mA." in scanrack("show", trace)
 
 
 def test_a_test_gives_an_input_a_value(tmp_path: Path) -> None:

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import pytest
 from scanrack.runtime import Amci3601
-from scanrack.runtime.controllers.pmc006.pmc006_controller_options import Pmc006ControllerOptions
-from scanrack.runtime.modules.adapters.pcl601.pcl601_options import Pcl601Options
-from scanrack.runtime.modules.adapters.pmc006.pmc006_options import Pmc006Options
 from scanrack.runtime.modules.amci3601 import Amci3601Options
 
 
@@ -42,23 +39,3 @@ def test_the_ends_of_the_ranges_are_allowed(given):
 
 def test_no_options_are_the_defaults():
     assert Amci3601Options.of(None) == Amci3601Options.of({}) == Amci3601Options() == Amci3601().options
-
-
-@pytest.mark.parametrize(
-    ("options", "given", "message"),
-    [
-        (Pcl601Options, {"blend": "x"}, "option blend: 'x' is not allowed: refuse, segmented"),
-        (Pcl601Options, {"strict": 1}, "option strict: 1 is not true or false"),
-        (
-            Pcl601Options,
-            {"blent": 1},
-            r"option blent: the PCL601 adapter has no such option; did .*",
-        ),
-        (Pmc006Options, {"home_stroke": 0}, "option home_stroke: 0 is not allowed: 1 to 2147483647 steps"),
-        (Pmc006ControllerOptions, {"max_microstep": 64}, "option max_microstep: 64 is not allowed: 128, 256"),
-        (Pmc006ControllerOptions, {"device_id": -1}, "option device_id: -1 is out of range: 0 to 2147483647"),
-    ],
-)
-def test_adapters_and_controllers_refuse_in_the_same_words(options, given, message):
-    with pytest.raises(ValueError, match=f"^{message}$"):
-        options.of(given)
