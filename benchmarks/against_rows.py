@@ -129,6 +129,18 @@ def structures(its: Any, folder: Path) -> Iterator[Row]:
         yield kind, cost
 
 
+def undebugged(_its: Any, folder: Path) -> Iterator[Row]:
+    """Yield racks with a program and a machine that no debugger is connected to."""
+    open_bench = import_module("scanrack.jobs.bench.opening").open_bench
+    for name, rack in (("rungs", "feeder/feeder.toml"), ("Python", "sequences/labeller.toml")):
+        bench = open_bench(Path(__file__).parents[1] / "examples" / rack)
+
+        def cost(bench=bench) -> float:
+            return timed(lambda: [bench.scan() for _ in range(400)])
+
+        yield name, cost
+
+
 BENCHMARKS: dict[str, tuple[str, Callable[[Any, Path], Iterator[Row]]]] = {
     "scan": ("scan_rate", scan),
     "recorder": ("recorder", recorder),
@@ -138,6 +150,7 @@ BENCHMARKS: dict[str, tuple[str, Callable[[Any, Path], Iterator[Row]]]] = {
     "tags": ("tags", tags),
     "reading": ("reading", reading),
     "structures": ("structures", structures),
+    "undebugged": ("observed", undebugged),
 }
 """The file of benchmarks/, and what makes its rows."""
 

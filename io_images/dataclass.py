@@ -84,14 +84,9 @@ def _is_special(cls: type[Any]) -> bool:
 
 
 def _methods(cls: type[Any], chosen: Mapping[str, bool]) -> Iterator[tuple[str, object]]:
-    if chosen["init"]:
-        yield "__init__", MadeLater(cls, "__init__", _init)
-    if chosen["repr"]:
-        yield "__repr__", MadeLater(cls, "__repr__", _repr)
-    if chosen["eq"]:
-        yield "__eq__", MadeLater(cls, "__eq__", _eq)
-    if chosen["order"]:
-        yield from ((name, MadeLater(cls, name, _comparison)) for name in COMPARISONS)
+    for option, name, make in _MADE_LATER:
+        if chosen[option]:
+            yield name, MadeLater(cls, name, make)
     if chosen["unsafe_hash"] or (chosen["eq"] and chosen["frozen"]):
         yield "__hash__", MadeLater(cls, "__hash__", _hash)
     elif chosen["eq"]:
@@ -99,8 +94,8 @@ def _methods(cls: type[Any], chosen: Mapping[str, bool]) -> Iterator[tuple[str, 
     if chosen["frozen"]:
         yield "__setattr__", _refusal(cls, "__setattr__", "assign to")
         yield "__delattr__", _refusal(cls, "__delattr__", "delete")
-    if chosen["frozen"] and "__slots__" in vars(cls):
-        yield from (("__getstate__", _getstate), ("__setstate__", _setstate))
+        if "__slots__" in vars(cls):
+            yield from (("__getstate__", _getstate), ("__setstate__", _setstate))
 
 
 def _value_and_default(field: Field[Any], places: dict[str, Any]) -> tuple[str, str]:
@@ -159,6 +154,13 @@ def _compared(cls: type[Any], name: str, sign: str) -> Method:
         "return NotImplemented",
     ]
     return _compiled(cls, name, ["self", "other"], body)
+
+
+_MADE_LATER = (
+    *(("init", "__init__", _init), ("repr", "__repr__", _repr), ("eq", "__eq__", _eq)),
+    *(("order", name, _comparison) for name in COMPARISONS),
+)
+"""Option, name and maker of each method."""
 
 
 def _hash(cls: type[Any], name: str) -> Method:

@@ -17,7 +17,7 @@ WORDS = 8
 """Words in an image of a 3601 [manual, chapter 1: 8 input and 8 output words]; the default of `Image`."""
 
 WORDS_MAX = 250
-"""Most words in an image: 500 bytes, what an I/O connection over CIP carries without a large forward open."""
+"""Maximum words in an image: 500 bytes, the limit of a CIP I/O connection without a large forward open."""
 
 WORD_MIN = -32_768
 WORD_MAX = 32_767

@@ -144,7 +144,7 @@ def _write_output(loop: _LoopText, output: str) -> None:
 
 
 def _gains(loop: _LoopText) -> tuple[str, str, str]:
-    """Return variables of the gains, of the integral per second."""
+    """Return the variables of the three gains; the integral gain is per second."""
     names = tuple(loop.keep(loop[name]) for name in ("KP", "KI", "KD"))
     kp, ki, kd = names
     with loop.block(f"if {loop.bit('PE')}:"):

@@ -55,7 +55,7 @@ class NotedRung:
         self._rungs, self._notes, self._line = rungs, rungs.notes, line
         self._writer = rungs.writer
         self._leaves = any(step.spec.leaves for step in _steps(line.nodes))
-        self._behind: list[tuple[Above, ...]] = []  # conditions of power per instruction
+        self._powers: list[tuple[Above, ...]] = []  # conditions of power per instruction
         self._guards: tuple[Above, ...] = ()
         self._meaning: dict[str, Above] = {"True": ("", _ALWAYS), "False": ("", _NEVER)}
         self._places = {"": rungs.notes.places[line.number]}
@@ -96,17 +96,17 @@ class NotedRung:
 
     def _passed(self, power: str, count: int = 1) -> None:
         """Note power after `count` instructions where a variable is true."""
-        self._behind += [(*self._guards, self._meaning.get(power, (power, 0)))] * count
+        self._powers += [(*self._guards, self._meaning.get(power, (power, 0)))] * count
 
     def _inputs(self, run: tuple[LoweredStep, ...], power: str) -> str:
         first, *others = (self._rungs.inline(step) for step in run)
         tests = [both(power, first), *others]
         ends = "".join(f"{passed} if not ({test}) else " for passed, test in enumerate(tests))
         reached = self._rungs.values.keep(f"{ends}{len(run)}")
-        self._behind += [(*self._guards, (reached, at)) for at in range(len(run))]
-        behind = self._rungs.kept(f"{reached} == {len(run)}")
-        self._meaning[behind] = (reached, len(run) - 1)
-        return behind
+        self._powers += [(*self._guards, (reached, at)) for at in range(len(run))]
+        after = self._rungs.kept(f"{reached} == {len(run)}")
+        self._meaning[after] = (reached, len(run) - 1)
+        return after
 
     def _branch(self, branch: Parallel, power: str) -> str:
         if power in ("True", "False") or self._leaves or not self._rests_without_power(branch):
@@ -115,11 +115,11 @@ class NotedRung:
         outer = self._guards
         with self._writer.block(f"if {power}:"):
             self._guards = (*outer, self._meaning.get(power, (power, 0)))
-            begun = len(self._behind)
+            begun = len(self._powers)
             legs = [self._series(leg, "True") for leg in branch.legs]
             self._writer.line(f"{out} = {either_of(legs)}")
             own = len(self._guards)
-            self._put(name for each in self._behind[begun:] for name, _ in each[own:])
+            self._put(name for each in self._powers[begun:] for name, _ in each[own:])
         self._guards = outer
         return out
 
@@ -133,16 +133,16 @@ class NotedRung:
 
     def _note_tuple(self) -> None:
         """Note the truth collected so far as a tuple."""
-        behind = "".join(f"{_text(*above)}, " for (above,) in self._behind)
-        self._writer.line(f"{self._notes.place(self._line.number)} = ({behind})")
+        powers = "".join(f"{_text(*above)}, " for (above,) in self._powers)
+        self._writer.line(f"{self._notes.place(self._line.number)} = ({powers})")
 
     def _note(self) -> None:
         """Note the remaining variables (at least one) and remember how to read all of them."""
-        self._put((name for each in self._behind for name, _ in each), last=True)
-        self._notes.read(self._line.number, tuple(map(self._reading, self._behind)))
+        self._put((name for each in self._powers for name, _ in each), last=True)
+        self._notes.read(self._line.number, tuple(map(self._reading, self._powers)))
 
-    def _reading(self, behind: tuple[Above, ...]) -> tuple[int, int, tuple[tuple[int, int], ...]]:
-        (first, least), *further = ((self._places[name], at) for name, at in behind)
+    def _reading(self, powers: tuple[Above, ...]) -> tuple[int, int, tuple[tuple[int, int], ...]]:
+        (first, least), *further = ((self._places[name], at) for name, at in powers)
         return first, least, tuple(further)
 
     def _put(self, names: Iterator[str], *, last: bool = False) -> None:

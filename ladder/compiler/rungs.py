@@ -72,12 +72,12 @@ class RungWriter:
             legs = [self.series(leg, "True", needed=True) for leg in branch.legs]
             return both(power, either_of(legs))
         power = self.kept(power)
-        behind = []
+        ends = []
         for leg in branch.legs:
             out = self.series(leg, power, needed=needed)
             if needed:
-                behind.append(out if out == power else self.kept(out))
-        return power if not needed or power in behind else either_of(behind)
+                ends.append(out if out == power else self.kept(out))
+        return power if not needed or power in ends else either_of(ends)
 
     def kept(self, power: str) -> str:
         """Return power as text that may be repeated."""

@@ -286,14 +286,13 @@ class Causes:
         reads = [
             (read, by) for read, by in _dependencies(entry, own) if not self._writes_itself(read, by, scan)
         ]
-        found = [
-            (Cause(read, by, changed=False), origin.write.order if origin.write else 0)
-            for read, by in reads
-            for origin in self._changes_in([read.cell], scan, by.order)
-        ]
+        found: dict[int, list[Cause]] = {}
+        for read, by in reads:
+            for origin in self._changes_in([read.cell], scan, by.order):
+                order = origin.write.order if origin.write else 0
+                found.setdefault(order, []).append(Cause(read, by, changed=False))
         if found or not scan or not reads:
-            last = max((order for _, order in found), default=0)
-            return [cause for cause, order in found if order == last]
+            return found[max(found)] if found else []
         return self._latest_before(reads, scan)
 
     def _latest_before(self, reads: Sequence[tuple[Read, StepRun]], scan: int) -> list[Cause]:

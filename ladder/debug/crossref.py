@@ -227,6 +227,7 @@ def mentions_of(site: Site, step: LoweredStep) -> Iterator[Mention]:
 
 
 def _operands(step: LoweredStep) -> Iterable[tuple[Resolved, frozenset[Use]]]:
+    """Return the operands of an instruction with their uses; those of a call as it reads or writes them."""
     if step.name == ADD_ON:
         call: AddOnCall = step.operands[0]
         return [(call.instance, frozenset({Use.TIMER}))]

@@ -25,6 +25,7 @@ from ..state.lowered import (
     Loop,
     LoweredLine,
     LoweredProgram,
+    LoweredRoutine,
     LoweredStep,
     Node,
     Parallel,
@@ -89,12 +90,7 @@ class Lacking:
 
     def _of_absent(self, step: LoweredStep, instance: str) -> Iterator[tuple[Read, StepRun]]:
         """Yield what kept an instruction from running: a condition around it, a call without power."""
-        key, routine, line = next(
-            (key, routine, line)
-            for key, routine in self.lowered.routines.items()
-            for line in routine.lines
-            if any(each is step for each in line.all_steps)
-        )
+        key, routine, line = _place_of(self.lowered, step)
         for head, required in _heads(routine.body or (), line) or ():
             entry = self._run_of(head.steps[-1], instance)
             if entry is not None and bool(entry.truth) is not required:
@@ -120,6 +116,15 @@ _NO_STEP: Any = object()
 def _is_of(call: AddOnCall, routine: str, entry: StepRun, instance: str) -> bool:
     own = call.instance.text
     return routine in call.routines and instance in (own, f"{entry.instance}.{own}")
+
+
+def _place_of(lowered: LoweredProgram, step: LoweredStep) -> tuple[str, LoweredRoutine, LoweredLine]:
+    """Return the routine of an instruction, by name in capitals, and its rung or line."""
+    for key, routine in lowered.routines.items():
+        for line in routine.lines:
+            if any(each is step for each in line.all_steps):
+                return key, routine, line
+    raise LookupError(step.name)
 
 
 _Head = tuple[LoweredLine, bool]

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 from scanrack.io_images.dataclass import dataclass
@@ -100,7 +101,7 @@ class CauseLink:
         found, began, known = [self], list[CauseLink](), {self._key}
         link, repeated = self, None
         while link.causes:
-            ahead = [each for group in link.causes for each in group]
+            ahead = chain.from_iterable(link.causes)
             link = max(ahead, key=lambda each: (each.kind in OUTRANKING, each.scan, -each.depth))
             if link._key in known:
                 repeated = repeated or link

@@ -87,6 +87,7 @@ class Motions:
                 yield int(each.before)
 
     def _under_way(self, axis: MotionPart, origin: CellChange) -> Iterator[int]:
+        """Yield the claims of the courses under way: the number of their instruction is in the high word."""
         for course in self._courses(axis, origin.cell):
             leaf = self.lowered.layout.leaf(f"{course}claim")
             claim = int(self.causes.value(Cell(leaf, axis.index), origin.scan))

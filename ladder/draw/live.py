@@ -102,7 +102,7 @@ def live_rung(
 
 
 def _reach(symbol: Symbol) -> Shape:
-    """Return where a pointer or a finger hits a sign: up to its neighbors. A box has its frame."""
+    """Return the clickable area of a symbol: it extends to its neighbors. A box has its frame."""
     left, label = symbol.x - 0.5, symbol.label_x
     first = min(left, label) - GAP
     right = max(left + len(symbol.sign), label + len(symbol.name)) + GAP

@@ -59,20 +59,20 @@ def power(rung: Rung, truth: Sequence[bool] | None) -> str:
         return "0" * (numbering.rail + 1)
     if len(truth) > numbering.instructions:
         raise ValueError(f"the rung has {numbering.instructions} instructions, {len(truth)} truths are given")
-    behind = [False] * (numbering.rail + 1)
-    behind[: len(truth)] = truth
-    behind[numbering.rail] = True
-    _flow(rung.series, numbering.rail, numbering, behind)
-    return "".join("01"[each] for each in behind)
+    power_after = [False] * (numbering.rail + 1)
+    power_after[: len(truth)] = truth
+    power_after[numbering.rail] = True
+    _flow(rung.series, numbering.rail, numbering, power_after)
+    return "".join("01"[each] for each in power_after)
 
 
-def _flow(series: Series, last: int, numbering: Numbering, behind: list[bool]) -> int:
-    """Add the power after each branch of a series; return its last element."""
+def _flow(series: Series, last: int, numbering: Numbering, power_after: list[bool]) -> int:
+    """Note the power after each branch of a series; return the number of its last element."""
     for each in series:
         if isinstance(each, Branch):
             number = numbering.branch()
-            ends = [_flow(leg, last, numbering, behind) for leg in each.legs]
-            behind[number] = any(behind[end] for end in ends)
+            ends = [_flow(leg, last, numbering, power_after) for leg in each.legs]
+            power_after[number] = any(power_after[end] for end in ends)
             last = number
         else:
             last = numbering.instruction()

@@ -92,9 +92,8 @@ def _check_unload(queue: Resolved, target: Resolved, _control: Resolved) -> None
 
 def _check_same(queue: Resolved, single: Resolved) -> None:
     assert isinstance(queue, (Place, Group))
-    if (isinstance(single, Group) or not isinstance(queue.type, Elementary)) and (
-        not isinstance(single, Group) or single.type != queue.type
-    ):
+    are_numbers = not isinstance(single, Group) and isinstance(queue.type, Elementary)
+    if not are_numbers and not (isinstance(single, Group) and single.type == queue.type):
         raise OperandError(
             f"{described(single)} is not of the type of {queue.text}, {queue.type.name}", "use one type"
         )

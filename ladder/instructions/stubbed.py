@@ -148,7 +148,7 @@ def _given(machine: Interpreter, operand: Resolved | str) -> object:
 
 def _run(machine: Interpreter, power: bool, stub: Stub, *operands: object) -> bool:
     if isinstance(stub, Power):
-        return power and stub.behind
+        return power and stub.after
     if isinstance(stub, Ending):
         (timed,) = operands
         assert isinstance(timed, TimedCall)

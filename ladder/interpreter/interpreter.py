@@ -139,8 +139,8 @@ class Interpreter(PlaceValues):
         return power
 
     def _branch(self, branch: Parallel, power: bool) -> bool:
-        behind = [self._series(leg, power) for leg in branch.legs]
-        return any(behind)
+        legs = [self._series(leg, power) for leg in branch.legs]
+        return any(legs)  # all of them run
 
     def _step(self, step: LoweredStep, power: bool) -> bool:
         return self.execute(step, power)

@@ -275,7 +275,7 @@ class EditedProgram:
                 self._note(problem, warns=True)
 
     def _concerned(self) -> dict[str, LoweredRoutine]:
-        """Return all routines with the edited lines, and the others that may be wrong because of them."""
+        """Return all routines, each with its edited lines and other lines that an edit may make wrong."""
         lines = {name: list(own) for name, own in self._edited.items()}
         places = {place for own in self._edited.values() for line in own for place in _places(line)}
         others = {at for place in places for at in self._index.places.get(place, ())}

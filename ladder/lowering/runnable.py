@@ -76,7 +76,7 @@ class LadderLogic(ABC):
         self.allowed = frozenset(allow)  # suppressed warnings, see `checks.ALLOWANCES`
         unknown = self.allowed.difference(ALLOWANCES)
         if unknown:
-            raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
+            raise LadderError(f"{min(unknown)!r} can't be allowed; choose from {', '.join(ALLOWANCES)}")
         self.chart_options = DEFAULT_OPTIONS
         self.stubs: dict[str, Stub] = {}  # stubs of instructions and messages, by name in capitals
         self.modules: Mapping[int, ModuleWords] = {}  # of the rack, by slot

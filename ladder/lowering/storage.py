@@ -58,9 +58,8 @@ def choose_bytes(lowered: LoweredProgram) -> None:
     for path in uses.wholes:
         if tag_in(path).upper() not in layout.boxed:
             layout.ask_below(path)
-    for tag in layout.begun:
-        if _is_large(tag):
-            layout.fold_rest(tag.name.upper())
+    for tag in filter(_is_large, layout.begun):
+        layout.fold_rest(tag.name.upper())
 
 
 def _is_large(tag: Tag) -> bool:

@@ -307,8 +307,8 @@ class Resolver:
         if name in _PROFILE_BITS and not output and len(steps) == 1:
             leaf = self._layout.image(slot, output=False)
             return Place(leaf, (constant(0),), constant(_PROFILE_BITS[name]), str(shown))
-        known = self._layout.modules.get(slot)
-        member = member_of(None if known is None else known.card, "O" if output else "I", name)
+        card = self._layout.modules.get(slot, PLAIN_WORDS).card
+        member = member_of(card, "O" if output else "I", name)
         if member is not None:
             return self._member_of_card(slot, name, member, steps[1:], shown)
         if name == "FAULT" and not output:
@@ -345,7 +345,8 @@ class Resolver:
         return self._walk(Group(leaf.type, leaf.path, (), leaf.dims, self._layout, str(shown)), steps)
 
     def _by_meaning(self, alias: SlotAlias, steps: tuple[Step, ...], shown: Address) -> Place | Group:
-        first, *others = [step.name.upper() for step in steps[:2] if isinstance(step, MemberStep)] or [""]
+        members = (step.name.upper() for step in steps[:2] if isinstance(step, MemberStep))
+        first, name, *_ = (*members, "", "")
         if first in ("I", "O"):
             return self._local(alias.slot, first == "O", steps[1:], shown)
         meanings = meanings_of(self._layout.modules.get(alias.slot, PLAIN_WORDS))
@@ -354,7 +355,6 @@ class Resolver:
             parts = f"parts of {alias.name} are {listed}, I and O"
             raise AddressError(f"{shown} is not part of a module", parts)
         output, bits = meanings[first]
-        name = others[0] if others else ""
         if len(steps) > 2 or name not in bits:
             close = difflib.get_close_matches(name, bits, n=1)
             hint = f"did you mean {close[0]}" if close else f"bits are {', '.join(bits)}"

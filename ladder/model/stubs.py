@@ -116,12 +116,12 @@ class Remote:
 
 @dataclass(frozen=True, slots=True)
 class Power:
-    """An instruction without effect; `behind` is the power after it on a true rung."""
+    """An instruction without effect; `after` is the power after it on a true rung."""
 
-    behind: bool
+    after: bool
 
     def __str__(self) -> str:
-        return str(self.behind).lower()
+        return str(self.after).lower()
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +160,7 @@ def parse_stub(text: str) -> Ending | Power:
     """Read a stub that is not a Python function.
 
     >>> str(parse_stub("done after 20 ms")), str(parse_stub("error 203 after 0.5 ms")), parse_stub("false")
-    ('done after 20 ms', 'error 16#00CB after 500 µs', Power(behind=False))
+    ('done after 20 ms', 'error 16#00CB after 500 µs', Power(after=False))
     """
     power = _POWER.get(text.strip().upper())
     if power is not None:

@@ -6,10 +6,9 @@
 | now | after equal states and inputs, one scan may leave different values |
 | later | only after a scan in which another value differed |
 
-All values are compared that either program writes and both have; what only one of them has is named.
-Each value that can differ has a run in which it does, done by both compiled programs, or none was found
-within the limits. Runs are compared up to the first major fault; whether only one of the programs has it is a
-value, too.
+Compared are all values that either program writes and both have; values of only one program are listed. For a
+value that can differ there is a run, confirmed on both compiled programs, unless none was found within the
+limits. Runs are compared up to the first major fault; whether only one program has it counts as a value.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ RUNS, SCANS = 24, 12
 """Random runs, and scans of each."""
 
 FAULT: Key = (STOPPED, 0)
-"""The place of the value that says that a major fault has stopped a program."""
+"""The place of the value that is true once a major fault has stopped a program."""
 
 
 def random_runs(
@@ -33,14 +33,20 @@ def random_runs(
         scans: list[ScanOf] = []
         for scan in _random_scans(rng, inputs, old.bounds):
             scans.append(scan)
-            for each in both:
-                each.do(scan)
+            has_stopped = _do(both, scan)
             for key in keys:
                 if key not in found and _differ(both, key):
                     found[key] = tuple(scans)
-            if both[0].stopped or both[1].stopped:
+            if has_stopped:
                 break
     return found
+
+
+def _do(both: tuple[StoppingRun, StoppingRun], scan: ScanOf) -> bool:
+    """Do a scan in both programs; return whether one of them has stopped."""
+    for each in both:
+        each.do(scan)
+    return both[0].stopped or both[1].stopped
 
 
 def _random_scans(rng: Random, inputs: Mapping[Key, T], bounds: ScanBounds) -> Iterator[ScanOf]:
@@ -112,9 +118,7 @@ def _value(engine: Engine, key: Key) -> Any:
 def differs(old: ProgramSystem, new: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> bool:
     """Run both compiled programs; return whether a value differs at the end, before one of them stops."""
     both = StoppingRun(old), StoppingRun(new)
-    for each in scans:
-        if both[0].stopped or both[1].stopped:
-            return False
-        for run in both:
-            run.do(each)
+    if any(_do(both, each) for each in scans[:-1]):
+        return False
+    _do(both, scans[-1])
     return _differ(both, key)

@@ -1,11 +1,11 @@
 """Verdicts: a property proved for every run, a run that breaks it, or neither within the limits.
 
 Two questions alternate. Base: is it broken in scan k + 1 after power-up? Step: does it follow from k scans in
-which it held, whatever the state before them? From k = 1 on invariants help the step.
+which it held, whatever the state before them? Invariants strengthen the step.
 
-A run that the solver finds is done by the compiled program, and its memory decides. If an instruction that is
-not modeled computed something else than the solver chose, or has not faulted as the solver chose, the solver
-gets that and tries again. A run ends with the scan of a major fault; claims are about the state then.
+The compiled program replays each run that the solver finds, and its memory decides. If an instruction without
+a model computed something else than the solver chose, or did not fault as chosen, the solver learns that and
+tries again. A run ends with the scan of a major fault; claims are about the state at that time.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ MOST_TRIES = 10
 """Maximum replays for one property."""
 
 HELPED_FROM = 3
-"""Scans after which invariants are searched: what breaks early is found without them."""
+"""Scans after which invariants are searched: early counterexamples need none."""
 
 WORK = 10_000_000
 """Default limit of the work for a property."""
 
 SCANS, FURTHER = 20, 1_000_000
-"""Length of a run up to which the search always goes; it goes on to longer runs while the work is below."""
+"""Length of run that the search always reaches, and work up to which it continues with longer runs."""
 
 FUSES = 10
-"""Fuses of a question that make up that of a property."""
+"""The fuse of a property, in fuses of a question."""
 
 STRETCHED_FROM = 5
 """Scans after which the search tries a run with longer scans."""
@@ -255,7 +255,7 @@ class _Proof:
 
     @staticmethod
     def _prefer_plain_run(base: Solver, frames: Sequence[Frame], broken: Any) -> None:
-        """Let the model be a run without prescan if there is one, else one whose prescans are plain."""
+        """Choose a model without prescan if there is one, else one whose prescans read the next inputs."""
         prescans = [
             frame.chosen[name][1] for frame in frames for name in (TURNED, RETAINED) if name in frame.chosen
         ]
@@ -269,7 +269,7 @@ class _Proof:
         return fault is not None and fault.site == self.fault and replayed.done == scans - 1
 
     def _learn(self, base: Solver, frames: list[Frame], replayed: ReplayedRun) -> list[Any]:
-        """Return what a replay computed in place of values that the solver chose; none if it can't help."""
+        """Return what a replay computed in place of the solver's choices, as formulas; none if nothing."""
         if replayed.fault is not None and not replayed.computed:
             self._unknown(f"a fault ends the run: {replayed.fault}")
         if replayed.differs and not replayed.computed:
@@ -301,7 +301,7 @@ class _Proof:
     # --- longer scans than the rack's
 
     def _refute_stretched(self, cone: dict[str, T]) -> bool:
-        """Search a run with longer scans, and replay it with the rack's own scans, inputs held."""
+        """Search a run with longer scans, and replay it in the rack's own scans with the inputs held."""
         system, key = self.system, self.key
         if not isinstance(system, ProgramSystem) or key is None or system.bounds.high_ms >= STRETCHED_MS:
             return False
@@ -394,7 +394,7 @@ class _Steps:
         self._last, self._open, self.k = None, True, -1
 
     def proves(self, most: int) -> bool:
-        """Ask the steps up to one; whether one of them proves the property."""
+        """Check the steps up to `most`; return whether one of them proves the property."""
         while self._open and self.k < min(most, self.limits.k):
             if self._follows():
                 return True

@@ -1,10 +1,10 @@
 """Inductions of many truths at once: each scan is translated once, and one question is about many truths.
 
-Base and step are those of `induction`. If a disjunction can't hold, none of its truths can; a model of one
-that can drops each truth that holds in it. Runs that the solver finds are not replayed here.
+Base and step are those of `induction`. If a disjunction can't hold, none of its truths can. If it can, each
+truth that holds in the model is dropped. Runs that the solver finds are not replayed here.
 
-The longest step comes first: what does not follow from k scans does not follow from fewer. For what does
-follow the least k is found.
+The longest step comes first: a truth that does not follow from k scans does not follow from fewer. For each
+truth that follows, the least k is found.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from .solving.solver import SAT, UNKNOWN, Solver
 from .system import System
 
 GROUP = 60
-"""Truths of one question: the disjunction of hundreds is hard."""
+"""Maximum number of truths in one question: the disjunction of hundreds is hard."""
 
 
 @dataclass(slots=True)

@@ -1,4 +1,4 @@
-"""Runs a solver's scenario on the compiled program, whose memory decides."""
+"""Replays a solver's scenario on the compiled program, whose memory decides the verdict."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
-"""Unknown values of two programs: which are one, and what is known of the others.
+"""Unknown values of two programs: which of them are the same, and what relates the others.
 
-Each unknown value is that of a function, see `relation.unknowns`. One of the new program is one of the old
-program where the same function has the same terms as arguments. Of any other pair of the same function this
-is known: if all arguments are equal, then so are the values (Ackermann's expansion). A strict function has
-only the first rule, and only where each term that its arguments depend on is the same in both programs.
+Each unknown value is the value of a function, see `relation.unknowns`. If the same function has the same
+terms as arguments in both programs, both share one value. For any other pair of values of one function, equal
+arguments imply equal values (Ackermann's expansion). For a strict function only the first rule applies, and
+only where each term that its arguments depend on is the same in both programs.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""The smallest inputs of a run that still break a claim: what the solver chose for no reason is left out.
+"""The smallest inputs of a run that still break a claim, without arbitrary choices of the solver.
 
-First whole values are left out, each in all scans; then single bits of words of modules. The program decides.
-The result is a part of the run that the prover found: the inputs left out may have been anything.
+First whole values are left out, each in all scans, then single bits of modules' words. The program decides
+which the claim needs. The result is a part of the run that the prover found.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Runs with longer scans than the rack's: what takes a timer of 5 s 500 scans takes five here.
+"""Runs with longer scans than the rack's: a timer of 5 s takes 5 scans instead of 500.
 
-Such a run only suggests one of the rack: the time of each long scan passes in short ones with the inputs
-held, and the program decides.
+Such a run only suggests one of the rack. Each long scan becomes several short ones with the inputs held, and
+the program decides.
 """
 
 from __future__ import annotations
@@ -40,10 +40,9 @@ def in_short_scans(
         pieces = _pieces(values.get(DT, longer.least), bounds) if number else [0]
         now = {name: value for name, value in values.items() if name in longer.key_of}
         events = {name: values[name] for name in (TURNED, RETAINED, OFF) if name in values}
-        for place, time in enumerate(pieces):
-            held = now if inputs_first or place == len(pieces) - 1 else before
-            at_end = events if place == len(pieces) - 1 else {}
-            found.append({**held, DT: time, **at_end})
+        held = now if inputs_first else before
+        found += [{**held, DT: time} for time in pieces[:-1]]
+        found.append({**now, DT: pieces[-1], **events})
         before = now
     return found
 

@@ -1,11 +1,11 @@
 """Python whose lines are observed while it runs: each statement of a function has a mark before it.
 
-    state.number += 1        if 12 in __lines__: __lines__(12)
+    state.number += 1        if __lines__ and 12 in __lines__: __lines__(12)
                              state.number += 1
 
-A mark costs a look into a set while its line is not observed. It has the position of its statement, so that
-errors and waits show the same places. The head of a loop has one more mark at the end of each turn. A `case`
-and an `except` run when they are entered.
+`__lines__` is None while no line of the module is observed: a mark then costs a few nanoseconds. It has the
+position of its statement, so that errors and waits show the same places. The head of a loop has one more mark
+at the end of each turn. A `case` and an `except` run when they are entered.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from types import CodeType, FrameType
 from typing import Any
 
 LINES = "__lines__"
-"""The global variable of a module with its `Lines`."""
+"""The global variable of a module with its `Lines`; None while none of them is observed."""
 
 
 class Observer:
@@ -77,10 +77,16 @@ WATCH: ContextVar[LineWatch] = ContextVar("WATCH", default=LineWatch())  # noqa:
 
 
 class Lines(set[int]):
-    """The observed lines of a module; is called before one of them."""
+    """The observed lines of a module; is called before one of them.
 
-    def __init__(self, path: str, known: Sequence[int]) -> None:
+    Args:
+        known: all lines with a mark.
+        names: the global variables of the module.
+    """
+
+    def __init__(self, path: str, known: Sequence[int], names: dict[str, Any]) -> None:
         super().__init__()
+        self._names = names
         self.path, self.file, self._known, self._watch = path, Path(path).name, known, WATCH.get()
         self._watch.follow(self)
 
@@ -90,6 +96,7 @@ class Lines(set[int]):
         for each in self._watch.observers:
             lines = each.lines
             self.update(self._known if lines is None else (line for line in self._known if line in lines))
+        self._names[LINES] = self or None
 
     def __call__(self, line: int) -> None:
         """Show the observers a line."""
@@ -103,7 +110,7 @@ def marked_code(data: bytes, path: str) -> CodeType:
     """Compile a module with a mark before each line; SyntaxError or ValueError as `compile` raises them."""
     tree = ast.parse(data, path)
     known = mark(tree)
-    head = f"from {__name__} import Lines as {LINES}; {LINES} = {LINES}({path!r}, {(*sorted(known),)})"
+    head = f"from {__name__} import Lines as {LINES}; {LINES}({path!r}, {(*sorted(known),)}, globals())"
     place = after_the_head(tree)
     tree.body[place:place] = ast.parse(head).body
     return compile(ast.fix_missing_locations(tree), path, "exec")
@@ -170,7 +177,7 @@ class _Marks:
 
     def _mark(self, node: Any) -> ast.stmt:
         self.lines.add(node.lineno)
-        return located(f"if {node.lineno} in {LINES}: {LINES}({node.lineno})", node)
+        return located(f"if {LINES} and {node.lineno} in {LINES}: {LINES}({node.lineno})", node)
 
 
 def _runs_nothing(node: ast.stmt) -> bool:

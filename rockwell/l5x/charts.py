@@ -154,7 +154,7 @@ class _Graph:
         return 0
 
     def joins(self, start: int, way: dict[int, list[int]], kind: str) -> bool:
-        """Whether a branch of a kind stands next to an element, past other branches."""
+        """Whether an element leads to a branch of a kind, directly or through other branches."""
         seen: set[int] = set()
         todo = list(way.get(start, ()))
         while todo:

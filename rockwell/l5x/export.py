@@ -192,7 +192,9 @@ def _write_add_ons(controller: Any, definitions: Iterable[AddOn]) -> None:
             )
         for parameter in each.parameters:
             _write_parameter(local if parameter.way is ParameterMode.LOCAL else parameters, parameter)
-        _write_routines(_element(made, "Routines"), each.routines)
+        inside = _element(made, "Routines")
+        for routine in each.routines:
+            _write_routine(inside, routine)
 
 
 def _write_parameter(parent: Any, parameter: Parameter) -> None:
@@ -328,27 +330,27 @@ def _write_program(parent: Any, program: Program, routines: Sequence[Routine], *
     generated = [f"FBD_{each.name}_".upper() for each in program.routines if each.drawing is not None]
     kept = (each for each in program.declarations if not each.name.upper().startswith(tuple(generated)))
     _write_tags(_element(made, "Tags"), kept)
-    _write_routines(_element(made, "Routines", **({} if whole else _CONTEXT)), routines, target=not whole)
+    parent = _element(made, "Routines", **({} if whole else _CONTEXT))
+    for each in routines:
+        _write_routine(parent, each, target=not whole)
 
 
-def _write_routines(parent: Any, routines: Iterable[Routine], *, target: bool = False) -> None:
-    for routine in routines:
-        kind = "SFC" if routine.chart else "RLL" if routine.statements is None else "ST"
-        if routine.drawing is not None:
-            kind = "FBD"
-        made = _element(parent, "Routine", **(_TARGET if target else {}), Name=routine.name, Type=kind)
-        _say(made, "Description", routine.comment)
-        if routine.chart is not None:
-            write_chart(made, routine.chart, _cdata)
-            continue
-        if routine.drawing is not None:
-            _write_drawing(made, routine.drawing.record)
-            continue
-        content = _element(made, f"{kind}Content")
-        if routine.statements is not None:
-            for number, line in enumerate(block_lines(routine.statements)):
-                _element(content, "Line", Number=str(number)).text = _cdata(line)
-            continue
+def _write_routine(parent: Any, routine: Routine, *, target: bool = False) -> None:
+    kind = "SFC" if routine.chart else "RLL" if routine.statements is None else "ST"
+    if routine.drawing is not None:
+        kind = "FBD"
+    made = _element(parent, "Routine", **(_TARGET if target else {}), Name=routine.name, Type=kind)
+    _say(made, "Description", routine.comment)
+    if routine.chart is not None:
+        write_chart(made, routine.chart, _cdata)
+    elif routine.drawing is not None:
+        _write_drawing(made, routine.drawing.record)
+    elif routine.statements is not None:
+        content = _element(made, "STContent")
+        for number, line in enumerate(block_lines(routine.statements)):
+            _element(content, "Line", Number=str(number)).text = _cdata(line)
+    else:
+        content = _element(made, "RLLContent")
         for number, rung in enumerate(routine.rungs):
             element = _element(content, "Rung", Number=str(number), Type="N")
             _say(element, "Comment", rung.comment)

@@ -40,6 +40,7 @@ def _indices(count: int) -> NDArray[np.int64]:
 
 
 def _estimated(segment: Segment, first_ns: int, every_ns: int, index: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the steps made, in floats; where rounding might matter, they are computed exactly."""
     terms, step = segment.terms(first_ns, every_ns), segment.step
     made, rest = divmod(terms[0], step)
     powers = (rest / step, *(term / step for term in terms[1:]))  # each is the float nearest to it

@@ -26,7 +26,7 @@ ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, FAILURE, DEVICE_BUSY = 1, 2, 3
 """Exceptions [Modbus V1.1b3, chapter 7]."""
 
 WRITE_BITS_MOST, WRITE_WORDS_MOST, WRITE_AND_READ_MOST = 1968, 123, 121
-"""Most coils of 0Fh, registers of 10h, registers written by 17h; pymodbus's limits are higher, or none."""
+"""Maximum coils of 0Fh, registers of 10h, registers written by 17h; pymodbus's limits are higher, or none."""
 
 
 class ModbusRefusedError(ValueError):

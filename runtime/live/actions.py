@@ -28,13 +28,13 @@ TEXT_MOST = 400
 """Longest name or text in an order, characters."""
 
 STORE_MOST = 5_000
-"""Most bytes that an order stores: more than a packet has."""
+"""Maximum bytes that an order stores: more than a packet has."""
 
 DRAFT_MOST = 60_000
 """Longest text of a program that is edited in a page, bytes as JSON: a message has up to 64 KiB."""
 
 RUNGS_MOST = 200
-"""Most rungs that a draft has in place of others: each is checked and drawn for the page at once."""
+"""Maximum rungs that a draft has in place of others: each is checked and drawn for the page at once."""
 
 DEEPEST = 8
 """Levels of lists and objects in a message."""

@@ -13,7 +13,7 @@ from contextlib import suppress
 from .shared_memory import SharedMemory
 
 AREA_BYTES = 1 << 20
-"""Most bytes of a request, and of a reply."""
+"""Maximum bytes of a request, and of a reply."""
 
 _HEAD_BYTES = 64
 _ASKED, _ANSWERED, _REQUEST, _REPLY, _BEATS = range(5)

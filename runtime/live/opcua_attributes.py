@@ -15,6 +15,7 @@ timestamps, and knows neither ranges nor encodings. Here each row of the tables 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib import import_module
 from typing import Any
@@ -42,6 +43,15 @@ class BadStatusError(ValueError):
     def __init__(self, code: str) -> None:
         super().__init__(code)
         self.code = code
+
+
+_REFUSALS: Mapping[type[Exception], str] = {
+    NoDataError: "BadIndexRangeNoData",
+    MismatchError: "BadIndexRangeDataMismatch",
+    TypeError: "BadTypeMismatch",
+    ValueError: "BadOutOfRange",  # also a text with characters that no tag has
+}
+"""Status of a write that a variable refuses; the first class that fits counts."""
 
 
 class Attributes:
@@ -182,14 +192,9 @@ class Attributes:
             if ranges is None:
                 return [variable.change_to(value)]
             return list(variable.part_to(ranges, value, node.data or bytes(variable.size)))
-        except NoDataError as error:
-            raise BadStatusError("BadIndexRangeNoData") from error
-        except MismatchError as error:
-            raise BadStatusError("BadIndexRangeDataMismatch") from error
-        except TypeError as error:
-            raise BadStatusError("BadTypeMismatch") from error
-        except ValueError as error:  # also a text with characters that no tag has
-            raise BadStatusError("BadOutOfRange") from error
+        except tuple(_REFUSALS) as error:
+            code = next(code for kind, code in _REFUSALS.items() if isinstance(error, kind))
+            raise BadStatusError(code) from error
 
     def _value_in(self, given: Any, variable: Variable, *, is_part: bool) -> Any:
         """Return the value that is written; refused if it has not the type of the variable."""

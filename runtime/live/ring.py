@@ -24,7 +24,7 @@ ROWS = 1 << 15
 """Number of rows: 65 s of scans of 2 ms."""
 
 AT_ONCE = 256
-"""Most rows written at once."""
+"""Maximum rows written at once."""
 
 MESSAGE_BYTES = 1 << 20
 SNAPSHOT_BYTES = 1 << 23
@@ -263,7 +263,7 @@ class Records:
 
     @property
     def _margin(self) -> int:
-        """Most bytes that may be unread: the writer may be at work on the next quarter."""
+        """Maximum bytes that may be unread: the writer may be at work on the next quarter."""
         return self._size - self._size // 4
 
     def _copied(self, since: int, end: int) -> bytes:

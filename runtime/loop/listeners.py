@@ -46,7 +46,7 @@ class ScanListener(Protocol):
 
 
 ROWS_AT_ONCE = 4096
-"""Most scans that are passed on at once."""
+"""Maximum scans that are passed on at once."""
 
 
 class RowListener(ScanListener, Protocol):
@@ -171,7 +171,7 @@ class Listeners:
             self.raised(scan, event, slot=number)
 
     def dismiss(self, listener: ScanListener) -> None:
-        """Close a listener, and pass nothing more to it; nothing if it is closed."""
+        """Close a listener and stop passing events to it; do nothing if it is closed."""
         if listener in self._to_close:
             self._to_close.remove(listener)
             self.listeners.remove(listener)

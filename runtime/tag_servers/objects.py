@@ -38,7 +38,7 @@ from .tag_services import HEAD_BYTES, Answer
 from .tag_snapshot import TagSnapshot
 
 ATTRIBUTES_MOST = 32
-"""Most attributes that a request may name."""
+"""Maximum attributes that a request may name."""
 
 SET_LIST = 4
 

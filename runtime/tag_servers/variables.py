@@ -18,10 +18,10 @@ from .index_ranges import MismatchError, NoDataError, runs
 from .tag_snapshot import ReadBytes, WriteBytes
 
 VARIABLES_MOST = 20_000
-"""Most variables that a server shows; the tags after them are left out."""
+"""Maximum variables that a server shows; the tags after them are left out."""
 
 ELEMENTS_MOST = 100
-"""Most elements of an array that are shown beside it."""
+"""Maximum elements of an array that are shown beside it."""
 
 TEXT = "STRING"
 """Name of the type of a variable for LEN and DATA."""

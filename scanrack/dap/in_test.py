@@ -93,7 +93,7 @@ class InTest(ScanDriver):
         if isinstance(self.subject, LiveText):
             self.subject.step(on=False)
         self._stepping = self._pausing = False
-        if hits:
+        if hits and not stepped:
             adapter.stop_at_hit(scan, hits)
         else:
             adapter.look_at(scan, "start" if stepped else "end")

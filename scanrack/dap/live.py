@@ -39,13 +39,13 @@ from typing_extensions import override
 
 from .adapter import Adapter, Driver
 from .breakpoints import Breakpoint, Event, Hit, LinePoints, Looker, RungValues, described
+from .capture import ProgramValues
 from .conditions import ExpressionError, ScanContext
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
-from .subject import Images, RungSubject, SomeSubject
+from .subject import Images, RungSubject, Subject
 from .text_subject import TextSubject, files_of, is_steps
 from .together import foreign, of_page
-from .twin import ProgramValues
 
 REMEMBERED = 8_000
 """Snapshots of the program, one per 64 scans: half a million scans can be stepped back to."""
@@ -91,7 +91,7 @@ class ScanRun(Protocol):
         """Its program."""
 
 
-class LiveSubject(SomeSubject):
+class LiveSubject(Subject):
     """The scans of a session so far."""
 
     live = True

@@ -27,7 +27,7 @@ from .breakpoints import Breakpoint, Event
 from .live import REMEMBERED, Live
 from .places import Places, RungPlaces, TextPlaces
 from .protocol import DebugError
-from .subject import RungSubject, SomeSubject
+from .subject import RungSubject, Subject
 from .text_subject import TextSubject, files_of, is_steps
 
 READ = 512
@@ -54,7 +54,7 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
 
         monitor = open_to_read(stack, path, trust=trust, prepare=prepare)
         stack.callback(monitor.elsewhere.close)
-        subject = _subject_of(monitor, path)
+        subject = recorded_subject(monitor, path)
         first, last = subject.extent
         if scan is not None and not first <= scan <= last:
             raise ValueError(f"{path} has no scan {scan}: it has {first} to {last}")
@@ -66,7 +66,8 @@ def debug_trace(adapter: Adapter, path: Path, scan: int | None, *, trust: bool) 
             begun[0].go_on(monitor.job)
 
 
-def _subject_of(monitor: TraceMonitor, path: Path) -> RecordedScans:
+def recorded_subject(monitor: TraceMonitor, path: Path) -> RecordedScans:
+    """Return the scans of a recording, by the kind of its program."""
     logic = monitor.subject.programs.at(0).logic
     is_text = logic is not None and not isinstance(logic, LadderLogic)
     return RecordedText(monitor, path) if is_text else RecordedRungs(monitor, path)
@@ -99,7 +100,7 @@ def _branch_of(adapter: Adapter, monitor: TraceMonitor, path: Path, stack: ExitS
     return Play(options, stack.enter_context(listen(0)), folder, stack)
 
 
-class RecordedScans(SomeSubject):
+class RecordedScans(Subject):
     """The scans of a recording."""
 
     live = False
@@ -223,7 +224,7 @@ class RecordingDriver(Driver):
         self._adapter.running = True
 
     def prepare(self) -> bool:
-        """See `SomeSubject`."""
+        """See `Subject`."""
         return self._subject.prepare()
 
     def look_on(self) -> None:

@@ -55,7 +55,7 @@ class Subject(Protocol):
 
     words: Mapping[int, ModuleWords]
     live: bool
-    units: Mapping[str, str]
+    units: Mapping[str, str] = MappingProxyType({})
 
     @property
     def extent(self) -> tuple[int, int]:
@@ -103,12 +103,6 @@ class Subject(Protocol):
     def forced(self, scan: int) -> Mapping[str, object]:
         """Return the forced tags and images in a scan."""
 
-
-class SomeSubject(Subject):
-    """What rungs and lines have in common."""
-
-    units: Mapping[str, str] = MappingProxyType({})
-
     def prepare(self) -> bool:
         """Do a part of what later steps back need; return whether more remains."""
         return False
@@ -125,7 +119,7 @@ class SomeSubject(Subject):
         )
 
 
-class RungSubject(SomeSubject):
+class RungSubject(Subject):
     """A ladder program: its scans are run again from snapshots."""
 
     def replayer(self, scan: int) -> Replayer:

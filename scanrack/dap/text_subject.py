@@ -14,6 +14,7 @@ from typing import Any
 from scanrack.jobs.record.logic_wrapper import unwrapped
 from scanrack.jobs.why.answer import Why
 from scanrack.jobs.why.traced_run import Load
+from scanrack.jobs.why.twin import Twin
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.model.tree import Origin
 from scanrack.ladder.python.line_marks import WATCH
@@ -23,11 +24,11 @@ from scanrack.traces.replay import PackedTrace
 from typing_extensions import override
 
 from .breakpoints import Breakpoint, LinePoints, Looker
+from .capture import Capture, ProgramValues, TextRun, TextState
 from .conditions import NamedValues
 from .cursor import END
 from .protocol import DebugError, Json
-from .subject import SLICE, Poll, SomeSubject
-from .twin import Capture, ProgramValues, TextRun, TextState, Twin
+from .subject import SLICE, Poll, Subject
 from .variables import ValueNode, python_value
 from .view import Node, Stop, Tree, View
 
@@ -70,9 +71,6 @@ class TextScan(View):
         """See `View`."""
         self.tags[tag] = value
 
-    def leave(self) -> None:
-        """See `View`: nothing is borrowed."""
-
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
         """See `View`: the line after the one that changed the tag, or the end of the scan."""
         known = [each.values.get(tag) for each in self._states]
@@ -84,10 +82,6 @@ class TextScan(View):
     def frame(self, run: TextRun) -> str:
         """See `View`."""
         return f"{run.name}, line {run.line.number}"
-
-    def task(self, run: TextRun) -> str:
-        """See `View`."""
-        return ""
 
     def last_origin(self) -> Origin | None:
         """See `View`."""
@@ -122,15 +116,8 @@ class TextScan(View):
         local = next((each for each in values if address in each), dict[str, Any]())
         return python_value(tree, name, local.get(address))
 
-    def described(self, tag: str) -> Iterator[str]:
-        """See `View`."""
-        return iter(())
 
-    def own_word(self, slot: int, image: str, number: int) -> int | None:
-        """See `View`."""
-
-
-class TextSubject(SomeSubject):
+class TextSubject(Subject):
     """A program without rungs.
 
     Three twins: one at the latest scan that was looked at, one before it, one at the scans that are searched.
@@ -162,10 +149,10 @@ class TextSubject(SomeSubject):
         twins = self._shown, self._before
         near = (each for each in twins if 0 <= each.at < scan <= each.at + WINDOW)
         twin = next(near, twins[self._shown.at >= scan])
-        onward = twin.at < scan
-        first = max(0, scan + 1 - (WINDOW if onward else min(max(WINDOW, scan // SHARE), WINDOW_MOST)))
+        window = WINDOW if twin is self._shown else min(max(WINDOW, scan // SHARE), WINDOW_MOST)
+        first = max(0, scan + 1 - window)
         self._filling = None
-        self._keep(twin, max(first, twin.at + 1) if onward else first, scan)
+        self._keep(twin, max(first, twin.at + 1) if twin.at < scan else first, scan)
         return self._kept.get(scan)
 
     def _keep(self, twin: Twin, first: int, last: int) -> None:

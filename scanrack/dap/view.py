@@ -104,6 +104,7 @@ class View(Protocol):
 
     def leave(self) -> None:
         """Give back what runs scans again."""
+        return
 
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
         """Return index and order of the place after the last change of a tag; None for one from outside."""
@@ -113,6 +114,7 @@ class View(Protocol):
 
     def task(self, run: Any) -> str:
         """Return the task of a rung; "" without one."""
+        return ""
 
     def last_origin(self) -> Origin | None:
         """Return the place that is shown at the end of the scan; None without one."""
@@ -131,6 +133,8 @@ class View(Protocol):
 
     def described(self, tag: str) -> Iterator[str]:
         """Yield what a hover says of a tag beside its value."""
+        return iter(())
 
     def own_word(self, slot: int, image: str, number: int) -> int | None:
         """Return a word of an image as the program sees it at the place; None if it has no own one."""
+        return None

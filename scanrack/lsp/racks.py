@@ -114,5 +114,6 @@ def _kind(node: Node) -> str:
     """Return the type of a value and its limits."""
     name = str(node.get("type", "one of several" if "enum" in node else "table"))
     low, high = node.get("minimum"), node.get("maximum")
-    limits = f", {low:g} or more" if low is not None and high is None else ""
-    return f"{name}, {low:g} to {high:g}" if low is not None and high is not None else name + limits
+    if low is None:
+        return name
+    return f"{name}, {low:g} or more" if high is None else f"{name}, {low:g} to {high:g}"

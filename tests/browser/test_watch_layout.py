@@ -65,6 +65,7 @@ pen.fillText = function (text, ...at) {
 };
 """
 ROWS = "return rows.map(([name]) => name)"
+COMPUTED = "Power and values of this scan are being computed."
 FOLD = "const fold = document.querySelector('.fold'); return fold.checkVisibility() ? fold.textContent : ''"
 
 
@@ -96,6 +97,23 @@ def test_at_720_pixels_three_rungs_and_the_time_axis_are_in_view_with_the_causes
     assert (len(page.run(ROWS)), empty) == (len(folded) + empty, empty)
     assert "1.MOVING_CW" not in folded
     assert "1.MOVING_CW" in page.run(ROWS)
+
+
+def test_at_720_pixels_all_slots_of_a_small_rack_are_in_view(page):
+    with watching("examples/three_stations_panel/line.toml", "--paused", "--time-scale", "max") as session:
+        page.look(1280, 720)
+        page.open_at(session, 10)
+        hidden = "const all = document.getElementById('machine'); return all.scrollHeight - all.clientHeight"
+        until(lambda: page.run(hidden) <= 0)
+
+
+def test_the_sentence_above_pale_rungs_is_one_line_on_a_telephone(page, paused):
+    page.look(400, 800)
+    page.open(paused.link, paused=True)
+    page.until_there(".unknown")
+    page.run("document.querySelector('.unknown').textContent = arguments[0]", COMPUTED)
+    node = "document.querySelector('.unknown')"
+    assert page.run(f"return {node}.scrollHeight <= {node}.clientHeight")
 
 
 def test_a_small_program_leaves_its_room_to_the_strip_and_the_lists(page):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import shutil
 import subprocess
 import sys
@@ -107,6 +108,14 @@ state = State()
 def logic(scan):
     state.number += 1
 """
+TEST = """import pytest
+
+
+@pytest.mark.rack("{}")
+def test_rack(bench):
+    bench.run_for("12 s")
+"""
+KINDS = ("live", "test", "trace")
 WORD = "Local:1:O.Data[0]"
 LANGUAGES: Mapping[str, Language] = {
     "rungs": Language(
@@ -160,11 +169,19 @@ def placed(language: str, folder: Path) -> Language:
     return found
 
 
-def values_of(language: str, folder: Path, *, recorded: bool) -> Json:
+FIXED = {
+    "live": "no tags that can be set",
+    "test": "not an order of a test",
+    "trace": "this is a recording",
+}
+"""Why a value can't be set."""
+
+
+def values_of(language: str, folder: Path, kind: str) -> Json:
     """Return what the names in the table stand for."""
     found = placed(language, folder)
     program = found.rack
-    if recorded:
+    if kind == "trace":
         program = folder / "run.mcap"
         with ExitStack() as ports:
             JobRun(load_job(str(found.rack)), ports, RunOptions(trace=program)).run(RECORDED)
@@ -175,8 +192,10 @@ def values_of(language: str, folder: Path, *, recorded: bool) -> Json:
         return [{"line": each, **more} for each in lines]
 
     completed = found.completed or found.tag
-    fixed = "this is a recording" if recorded else "no tags that can be set"
+    test = folder / "test_rack.py"
+    test.write_text(TEST.format(found.rack.as_posix()), encoding="utf-8")
     return {
+        "pytest": shlex.join(["-q", "-p", "no:cacheprovider", test.as_posix()]),
         "program": str(program),
         "file": str(found.file),
         "line": line,
@@ -187,8 +206,8 @@ def values_of(language: str, folder: Path, *, recorded: bool) -> Json:
         "later": "scan == 60",
         "tag": found.tag,
         "hover": f"{found.tag} = ",
-        "unset": "is a module" if language == STEPS else fixed,
-        "fixed": fixed,
+        "unset": "is a module" if language == STEPS else FIXED[kind],
+        "fixed": FIXED[kind],
         "scope_name": found.scope,
         "value": found.named or found.tag,
         "changes": found.changes or f"{found.tag} changes",
@@ -300,8 +319,8 @@ CLIENTS: Mapping[str, Client] = {"protocol's own": protocols_own, "debugpy": deb
 
 
 def test_every_request_and_capability_has_a_row() -> None:
-    for kind in ("live", "trace"):
-        rows = [each for each in ROWS if kind in each.get("only", [kind])]
+    for kind in KINDS:
+        rows = rows_of(kind, "rungs")
         assert set(REQUESTS) - {each["request"] for each in rows} <= ONE_END
     assert set(REQUESTS) == {each["request"] for each in ROWS}
     covered = {name for each in ROWS for name in each.get("covers", [])}
@@ -322,12 +341,12 @@ def adapter(tmp_path: Path) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("client", CLIENTS)
-@pytest.mark.parametrize("kind", ["live", "trace"])
+@pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_every_request_of_the_table(
     adapter: Path, tmp_path: Path, language: str, kind: str, client: str
 ) -> None:
-    values = values_of(language, tmp_path, recorded=kind == "trace")
+    values = values_of(language, tmp_path, kind)
     rows = list(rows_of(kind, language))
     answers = CLIENTS[client](adapter, rows, values)
     assert len(answers) == len(rows)
@@ -350,6 +369,8 @@ def test_every_request_of_the_table(
 def rows_of(kind: str, language: str) -> Iterator[Json]:
     """Yield the rows of a kind of session in a language."""
     session = {kind, language}
+    if kind == "test":
+        session |= {"live", f"{language} in a test"}
     for each in ROWS:
         only, without = set(each.get("only", session)), set(each.get("without", ()))
         if only & session and not without & session:

@@ -11,6 +11,7 @@ from made_traces import A3601, record
 from scanrack.traces import SlotInfo, open_trace
 from scanrack.traces.format.flags import flag_names
 from scanrack.traces.read.changes import ChangeRows, Row
+from scanrack.traces.signals import ALL
 
 SLOTS = (A3601, SlotInfo(2, "a toy"), SlotInfo(3, "amci3601", "4.1"))
 COLUMNS = 16 * len(SLOTS)
@@ -66,7 +67,7 @@ def test_a_limit_stops_at_the_end_of_the_chunk_in_which_it_is_reached(
 
     monkeypatch.setattr(Trace, "entries", counted)
     with open_trace(path) as trace:
-        contents = Contents(trace, every=False, limit=1)
+        contents = Contents(trace, every=False, limit=1, selected=ALL)
     assert len(read) == 1
     assert len(contents.rows.kept) == len(contents.events.kept) == 1
     assert contents.rows.stopped

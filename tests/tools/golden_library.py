@@ -28,6 +28,7 @@ from scanrack.runtime import load_rack_file
 from scanrack.terminal.status import DONE
 from scanrack.traces import Scan, Trace, open_trace
 from scanrack.traces.compare import compare, report
+from scanrack.traces.signals import ALL
 
 SCENARIOS, INDEX = "scenarios.toml", "index.md"
 TRACE, TEXT = ".mcap", ".txt"
@@ -152,7 +153,7 @@ def make(library: Library, scenario: Scenario, folder: Path) -> Made:
 
 def text_of(scenario: Scenario, trace: Trace) -> str:
     """Return what is told of a recording."""
-    contents = Contents(trace, every=False, limit=None)
+    contents = Contents(trace, every=False, limit=None, selected=ALL)
     lines = [scenario.says, "", *(line for block in story(contents) for line in plain_lines(block))]
     return "\n".join(lines) + "\n"
 

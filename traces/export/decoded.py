@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from scanrack.io_images.amci3601.words import WORDS_3601
 
 from ..format.cdr import leaves
-from ..format.layout import SlotInfo
+from ..format.layout import SlotInfo, listed
 from ..format.schema import IMAGE_FIELDS
 from ..read.number_formats import NumberFormats
 from ..signals import Block, Catalog, Signal, SignalKind
@@ -74,8 +74,7 @@ class DecodedValues:
     def __init__(self, slots: Sequence[SlotInfo], offset: int, formats: NumberFormats | None = None) -> None:
         steppers = [slot for slot in slots if slot.words.is_axis]
         if not steppers:
-            held = ", ".join(f"slot {slot.number}: {slot.module or '-'}" for slot in slots)
-            raise ValueError(f"no 3601 or drive in the trace to decode ({held})")
+            raise ValueError(f"no 3601 or drive in the trace to decode ({listed(slots)})")
         catalog = Catalog(steppers, formats=formats)
         signals = [signal for signal in catalog.values() if signal.kind in _ROS]
         self.messages = _messages(steppers, signals)

@@ -13,7 +13,7 @@ Word names are the public names of a trace: `/scan.slot1.inputs.position_msw`.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from scanrack.io_images.amci3601.words import WORDS_3601, is_stepper
@@ -60,6 +60,15 @@ class SlotInfo:
         (True, 'word2')
         """
         return is_stepper(self.words)
+
+
+def listed(slots: Iterable[SlotInfo]) -> str:
+    """Return slots with their modules as text.
+
+    >>> listed([SlotInfo(1, "amci3601"), SlotInfo(2, "")])
+    'slot 1: amci3601, slot 2: -'
+    """
+    return ", ".join(f"slot {slot.number}: {slot.module or '-'}" for slot in slots)
 
 
 def block_layout(slots: Sequence[SlotInfo]) -> MemoryLayout:

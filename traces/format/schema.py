@@ -72,7 +72,7 @@ IMAGE_FIELDS = ("outputs", "inputs")
 """Fields of a slot: its images. No field is a keyword of Python, since readers make attributes of them."""
 
 LEAVES_MAX, REST_BYTES_MAX = 100_000, 1 << 20
-"""Most values of a scan that has fields after the tags, and most bytes of these fields."""
+"""Maximum values of a scan that has fields after the tags, and most bytes of these fields."""
 
 _HASH_DIGITS = 12
 

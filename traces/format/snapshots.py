@@ -6,4 +6,4 @@ SNAPSHOTS = "snapshots.txt.zst"
 """Name of the attachment: zstd of lines, each the number of a scan, and the values before it in JSON."""
 
 SNAPSHOTS_BYTES = 16 * 1024 * 1024
-"""Most text of a recording's snapshots."""
+"""Maximum text of a recording's snapshots."""

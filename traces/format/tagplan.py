@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     import numpy as np
 
 VALUES_MAX = 10_000
-"""Most values in a row; each element of an array counts."""
+"""Maximum values in a row; each element of an array counts."""
 
 ROW_BYTES_MAX = 64 * 1024
 

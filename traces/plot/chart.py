@@ -9,7 +9,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from ..format.layout import SlotInfo
+from ..format.layout import SlotInfo, listed
 from ..read.reader import Trace
 from ..signals import ALL, Block, Catalog, Selection, blocks
 from ..signals.sequences import FIELD as SEQUENCES
@@ -244,7 +244,7 @@ def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
     """
     have = {slot.number: slot for slot in trace.head.slots if _can_be_drawn(slot)}
     if not have and (numbers or trace.head.tags is None):
-        modules = ", ".join(f"slot {slot.number}: {slot.module or '-'}" for slot in trace.head.slots)
+        modules = listed(trace.head.slots)
         raise NothingToPlotError(f"no amci3601 and no card with names in the trace to plot ({modules})")
     for number in numbers:
         if number not in have:

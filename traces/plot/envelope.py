@@ -19,7 +19,7 @@ Times = NDArray[np.int64]
 Values = NDArray[np.float64]
 
 GROUPS_MAX = 16_384
-"""Most groups that are kept: several to each pixel of the widest picture."""
+"""Maximum groups that are kept: several to each pixel of the widest picture."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,7 +50,7 @@ TICKS_MAX = 12
 LABEL_ROWS = 3
 
 INSTANTS_MAX = 60
-"""Most lines through a curve for marks of one kind."""
+"""Maximum lines through a curve for marks of one kind."""
 
 SHORT_MAX = 10**7
 """Least value that is written with an exponent beside a tag's curve."""

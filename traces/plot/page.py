@@ -31,7 +31,7 @@ SCRIPTS = ("data.js", "drawing.js", "lanes.js", "readout.js", "pointer.js")
 """The page's script, in the order of its parts."""
 
 SCANS_MAX = 10_000_000
-"""Most scans in a page: with more a browser runs out of memory."""
+"""Maximum scans in a page: with more a browser runs out of memory."""
 
 
 class PackedValues(NamedTuple):

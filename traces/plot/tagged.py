@@ -23,13 +23,13 @@ from .curves import CurveMaker
 from .lanes import Band, Lane
 
 CURVES_MAX, ROWS_MAX = 8, 24
-"""Most curves, and most bands and lanes, unless tags are chosen."""
+"""Maximum curves, and most bands and lanes, unless tags are chosen."""
 
 FROM_OUTSIDE = f"cpu.flags.{next(bit for bit, name in FLAGS.items() if name == 'TAGS_FROM_OUTSIDE')}"
 """The signal of scans with forced tags, or with tags set since the previous scan."""
 
 CHOSEN_MAX = 200
-"""Most tags on a chart."""
+"""Maximum tags on a chart."""
 
 C = TypeVar("C")
 L = TypeVar("L", bound=Lane)

@@ -125,7 +125,7 @@ def number_of(token: Token) -> int | float:
 
 
 DIGITS_MAX = 200
-"""Most digits of a number: its square is still a float."""
+"""Maximum digits of a number: its square is still a float."""
 
 
 def column_of(token: Token) -> int:

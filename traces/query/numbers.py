@@ -137,7 +137,7 @@ def changed(found: Numbers) -> Condition:
 
 
 def _narrow(values: Array) -> Array:
-    """Return integers as int64 if they fit, else as Python's."""
+    """Return integers as int64 if they fit, else as Python integers."""
     if values.dtype.kind == "O" or values.dtype == np.uint64:
         fits = not len(values) or (values.min() >= _LEAST and values.max() <= _MOST)
         return values.astype(np.int64) if fits else values.astype(object)

@@ -91,9 +91,10 @@ def _registered(file: BinaryIO, spans: Sequence[Span]) -> Iterator[Schema | Chan
             yield read_record(file, span, Schema.read)
         elif span.opcode == Opcode.CHANNEL:
             yield read_record(file, span, Channel.read)
-    if not any(span.opcode == Opcode.CHANNEL for span in spans):
-        for span in [span for span in spans if span.opcode == Opcode.CHUNK][:1]:
-            yield from (record for record in read_chunk(file, span) if isinstance(record, Schema | Channel))
+    opcodes = [span.opcode for span in spans]
+    if Opcode.CHANNEL not in opcodes and Opcode.CHUNK in opcodes:
+        first = spans[opcodes.index(Opcode.CHUNK)]
+        yield from (record for record in read_chunk(file, first) if isinstance(record, Schema | Channel))
 
 
 def _metadata(file: BinaryIO, spans: Sequence[Span]) -> Mapping[str, str]:

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from .reader import Trace
 
 POINTS = 640
-"""Most points of the line: one for each pixel of its width."""
+"""Maximum points of the line: one for each pixel of its width."""
 
 EVENTS = 8
-"""Most events that are shown."""
+"""Maximum events that are shown."""
 
 
 def short_text(trace: Trace) -> str:

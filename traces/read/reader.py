@@ -332,7 +332,7 @@ class Trace(Records):
                 yield from self.events_in(section, topics)
 
     def events_in(self, section: Section, topics: Collection[str] | None = None) -> Iterator[TraceEvent]:
-        """Iterate over the events of a section, which is read.
+        """Read a section and iterate over its events.
 
         Args:
             topics: only events of these; None = of all.

@@ -118,12 +118,14 @@ class Catalog(Mapping[str, Signal]):
             return [signal for signal in self._signals.values() if self._is_plain(signal)]
         names: dict[str, None] = {}
         for pattern in patterns:
-            matches = [name for name in self._signals if fnmatchcase(name, pattern)]
-            matches = matches or [signal.name for signal in self.tags_named(pattern)]
-            matches = matches or [self[pattern].name]
-            names.update(dict.fromkeys(matches))
+            names.update(dict.fromkeys(self._names_of(pattern)))
         order = {name: place for place, name in enumerate(self._signals)}
         return [self[name] for name in sorted(names, key=lambda name: order.get(name, len(order)))]
+
+    def _names_of(self, pattern: str) -> list[str]:
+        """Return the names of the signals that match a pattern, else of tags, else of the signal it names."""
+        matches = [name for name in self._signals if fnmatchcase(name, pattern)]
+        return matches or [signal.name for signal in self.tags_named(pattern)] or [self[pattern].name]
 
     def tags_named(self, pattern: str) -> list[Signal]:
         """Return the recorded tags of a pattern.

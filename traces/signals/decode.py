@@ -43,7 +43,7 @@ def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: i
 
 
 def input_bit(words: Words, module: ModuleWords, name: str) -> NDArray[np.bool_]:
-    """Return the scans in which a bit of the input image is set, by its name; never for an unknown one."""
+    """Return the scans in which a bit of the input image is set, by its name; none for an unknown name."""
     at = module.place(name)
     if at is None:
         return np.zeros(len(words), bool)

@@ -49,7 +49,7 @@ from .writer import TraceWriter
 
 CHUNK_BYTES_MAX = 1024 * 1024
 CHUNK_SCANS = 4096
-"""Most scans in a chunk; a killed process loses those since the last draft, or all of them."""
+"""Maximum scans in a chunk; a killed process loses those since the last draft, or all of them."""
 
 _SEQUENCE_MASK = 0xFFFF_FFFF
 

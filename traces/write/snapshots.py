@@ -22,7 +22,7 @@ WORTH_SCANS = 4096
 """A shorter recording has no snapshots."""
 
 _BYTES_PER_SCAN = 16
-"""Most text per scan: the larger the values, the rarer their snapshots, which bounds what they cost."""
+"""Maximum text per scan: the larger the values, the rarer their snapshots, which bounds what they cost."""
 
 
 class SnapshotLog:

@@ -20,10 +20,10 @@ import numpy as np
 from ...model.arithmetic import wrap
 
 MOST_PASSES = 2_000
-"""Most passes of a loop."""
+"""Maximum passes of a loop."""
 
 MOST_PLACES = 16
-"""Most different subscripts of one access in one scan."""
+"""Maximum different subscripts of one access in one scan."""
 
 _EXACT = float(1 << 60)
 

@@ -77,7 +77,7 @@ def _check(loop: _PidLoop) -> None:
 
 
 def _requested(loop: _PidLoop) -> str:
-    """Return Manual, Auto or CasRat as who has control requests; without a request the last one."""
+    """Return the mode that the controlling side requests, Manual, Auto or CasRat; else the last one."""
     block, who = loop.block, "Prog" if loop.program else "Oper"
     if block[f"{who}ManualReq"]:
         return "Manual"

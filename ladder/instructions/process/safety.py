@@ -109,7 +109,7 @@ def _is_clearable(block: Members) -> bool:
 
 
 def _switch_dcs(block: Members, *, active: bool, status: bool, restarts: bool, reset: bool) -> None:
-    """Set O1, and DiagnosticCode to what it waits for."""
+    """Set O1, and DiagnosticCode to the missing condition."""
     ready = active and status and not block["FP"] and bool(block["~tested"])
     on = ready and bool(block["O1"] or restarts)
     held = ready and not on and reset

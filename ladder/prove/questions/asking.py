@@ -1,7 +1,8 @@
 """Answers the built-in questions of a program, the cheap ones first.
 
-Findings are reported in three rounds: what some scans and a look at any scan decide, what inductions decide,
-and what invariants do, which take most of the time. They are found once for all questions that are left.
+Findings are reported in three rounds: what random scans and a single scan from any state decide, what
+inductions decide, and what invariants decide. Invariants take most of the time, so they are found once for
+all open questions.
 """
 
 from __future__ import annotations
@@ -87,7 +88,7 @@ class Answers:
 
 
 Found = TypeVar("Found")
-"""What a listener receives of a finding."""
+"""What a listener receives for a finding."""
 
 
 class Listener(Generic[Found]):
@@ -100,10 +101,10 @@ class Listener(Generic[Found]):
         """Receive a finding."""
 
     def left(self, count: int) -> None:
-        """Receive how many questions are left after what takes little time, and again after inductions."""
+        """Receive the number of open questions after the first round, and again after inductions."""
 
     def next(self, question: Question, count: int) -> None:
-        """Receive the next question that is left, and the number of questions after it."""
+        """Receive the next open question, and the number of questions after it."""
 
 
 def answer_questions(
@@ -174,20 +175,23 @@ class _Questioning:
         """Decide with more scans, a run that is known and inductions."""
         decider = self._decider
         decider.scan_at_random()
-        proofs = {each.bad for each in self._left.values() if each.is_proof}
+        proofs = set(self._truths(is_proof=True))
         if known_run is not None:
             decider.possible |= known_run([t for t in decider.open if t in proofs])
         decider.prove_jointly([t for t in decider.open if t in proofs])
         self._ask(self._known)
-        runs = dict.fromkeys(each.bad for each in self._left.values() if not each.is_proof)
+        runs = dict.fromkeys(self._truths(is_proof=False))
         decider.prove_jointly([t for t in runs if t not in decider.impossible], held=True)
         self._ask(self._decided, is_last=not self._limits.each.helped)
 
     def _decide_with_invariants(self) -> None:
-        left = self._left.values()
-        free, held = ([each.bad for each in left if each.is_proof is truth] for truth in (True, False))
+        free, held = self._truths(is_proof=True), self._truths(is_proof=False)
         with self._decider.with_invariants(free, held):
             self._ask(self._decided, is_last=True)
+
+    def _truths(self, *, is_proof: bool) -> list[T]:
+        """Return the truths of the open questions of which a proof is a finding, or a run."""
+        return [each.bad for each in self._left.values() if each.is_proof is is_proof]
 
     def _count_left(self) -> int:
         return len({each.key for each in self._left.values()} - self._reported)

@@ -154,7 +154,7 @@ class TruthDecider:
             self.spent[self.rules[t]] += 1 + work // len(truths)
 
     def _limits(self, *, held: bool) -> Limits:
-        """Return those of a truth; a run that refutes one of any numbers is no finding."""
+        """Return the limits of one truth; with free numbers no run is a finding, so the search is short."""
         each = replace(self.limits.each, helped=False)
         return each if held else replace(each, scans=min(each.scans, each.k + 1), replays=False)
 

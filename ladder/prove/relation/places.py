@@ -19,7 +19,7 @@ CLOCK = "~LAST_NS"
 """End of the path of a hidden member that holds an instant; its term is the time since then, ms."""
 
 AGE = 1 << 32
-"""Most ms that are known of the time since an instant: more than any timer counts."""
+"""Maximum ms that are known of the time since an instant: more than any timer counts."""
 
 MOST_ELEMENTS = 2048
 """Maximum elements among which a computed subscript chooses."""

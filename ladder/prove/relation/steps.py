@@ -1,9 +1,9 @@
 """Instructions of a scan on terms: the interpreter's row, `Spec.prove`, or havoc of all that it may write.
 
-Each instruction is a transaction. If its row is refused, all that it has done is undone: values, jumps,
-answers, faults, notes, and what the instructions that it called have done. Then all that it may write becomes
-unknown wherever it acts. If it had written anything beside that, or led the scan elsewhere, the relation does
-not follow the program there.
+Each instruction is a transaction. If its row is refused, all its effects are undone: values, jumps, answers,
+faults, notes, and the effects of the instructions that it called. Then everything that it may write becomes
+unknown where it acts. If it had written anything else, or redirected the scan, the relation does not follow
+the program there.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ class TermSteps(TermValues):
             undone, moved = self._undo(kept, mark)
             self.site = step.site
             origin = self._refused(step, power, why, undone, moved=moved)
-            return self._power_behind(step, power, origin)
+            return self._power_after(step, power, origin)
         self.log.commit(mark)
         return after
 
@@ -202,7 +202,7 @@ class TermSteps(TermValues):
                 self.stop(fault)
         return origin
 
-    def _power_behind(self, step: LoweredStep, power: T, origin: UnknownOrigin) -> T:
+    def _power_after(self, step: LoweredStep, power: T, origin: UnknownOrigin) -> T:
         """Return the power after a step that is refused."""
         if not step.spec.decides and step.spec.kind is not InstructionKind.INPUT:
             return power

@@ -1,9 +1,9 @@
 """Places of a scan on terms: reading, writing, what is unknown, and the paths of an instruction.
 
-There are two kinds of reading. `value_here` returns a term as it is where the current instruction is reached:
-simplified, and false elsewhere. `_kept` has the stored terms, which hold everywhere. Only `_assign` changes
-them, and where the instruction is not reached a place keeps its stored term. So no simplified term can be
-stored for a condition under which it does not hold.
+There are two ways to read. `value_here` returns a term that is simplified for the condition under which the
+current instruction is reached, and wrong elsewhere. `_kept` has the stored terms, which hold everywhere. Only
+`_assign` changes these, and it keeps the stored term where the instruction is not reached. So a simplified
+term is never stored for a condition under which it does not hold.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class TermPlaces(Interpreter):
 
     @property
     def most_age(self) -> int:
-        """Most ticks that are known of the time since an instant."""
+        """Maximum ticks that are known of the time since an instant."""
         return AGE * (1_000_000 // self.tick_ns)
 
     @property

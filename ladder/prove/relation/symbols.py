@@ -1,8 +1,8 @@
-"""Numbers that Python code of instructions computes with, although only a term of them is known.
+"""Symbolic numbers for the Python code of instructions.
 
-A `Symbol` behaves as a number of Python: its operators return symbols, or constants once the result is
-known. Asked for its truth it asks the machine, which takes one path after the other. What needs a Python
-number, such as `int`, `float`, `range` or a key of a dict, is refused.
+A `TermSymbol` behaves like a Python number: its operators return symbols, or constants where the result is
+known. Its truth is decided by the machine, which takes one path after the other. Uses that need a real
+number, such as `int`, `float`, `range` or a key of a dict, are refused.
 """
 
 from __future__ import annotations

@@ -46,7 +46,7 @@ class TermValues(TermPlaces):
     # --- conversions of rows
 
     def whole(self, value: Any) -> Any:
-        """Return a number as a whole one, cut off, or a truth as 0 or 1."""
+        """Return a number truncated to an integer, a truth as 0 or 1."""
         if not isinstance(value, TermSymbol):
             return int(value)
         if value.t.kind in FLOATS:

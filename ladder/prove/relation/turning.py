@@ -46,7 +46,7 @@ class TurningMachine(ScanMachine):
         self._skips = 0  # instructions that some path has skipped
         self._turned: dict[Key, T] = {}
         self._turned_lost: dict[str, list[Lost]] = {}
-        self._behind: tuple[dict[Key, T], dict[Key, bool], dict[str, list[Lost]]] = {}, {}, {}
+        self._scanned: tuple[dict[Key, T], dict[Key, bool], dict[str, list[Lost]]] = {}, {}, {}
 
     def turn_key(self, where: T, begins: Begun = as_left, reads: Begun = as_left) -> None:
         """Prescan after the scan, where a truth holds.
@@ -55,7 +55,7 @@ class TurningMachine(ScanMachine):
             begins: the value that a place has before prescan, and after it if prescan does not write it.
             reads: the value that prescan reads in its place: it may have been written from outside.
         """
-        self._behind, notes = (self._kept, self.written, self._lost), (self.faults, self.rungs)
+        self._scanned, notes = (self._kept, self.written, self._lost), (self.faults, self.rungs)
         self._begins, self._reads, self._turns = begins, reads, True
         self._kept, self.written, self._lost = self._turned, self.prescanned_places, self._turned_lost
         self.faults, self.rungs = [], []
@@ -67,7 +67,7 @@ class TurningMachine(ScanMachine):
             self.active = where
             self._begin_tasks()
         finally:
-            (self._kept, self.written, self._lost), (self.faults, self.rungs) = self._behind, notes
+            (self._kept, self.written, self._lost), (self.faults, self.rungs) = self._scanned, notes
             self.fault_log.minor = minor
             self.may_fault = may_fault
             self.active, self._turns = TRUE, False
@@ -104,7 +104,7 @@ class TurningMachine(ScanMachine):
             super()._read_first(key, leaf)
             return
         turning = self._kept, self.written, self._lost
-        self._kept, self.written, self._lost = self._behind
+        self._kept, self.written, self._lost = self._scanned
         if key not in self._kept:
             super()._read_first(key, leaf)
         self._kept, self.written, self._lost = turning

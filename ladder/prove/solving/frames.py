@@ -1,4 +1,4 @@
-"""Scans one after the other in a solver: each gives every variable its own term."""
+"""Consecutive scans in a solver: each scan has its own term for every variable."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Truths of the state after a scan that hold in every run: random scans suggest them, the solver proves some.
+"""Invariants: truths of the state after a scan, suggested by random scans and proved by the solver.
 
 | suggested | of |
 |---|---|
@@ -9,16 +9,16 @@
 | DN only from PRE on, TT only below it | timers |
 | an enabled timer is done, or its time has been counted | timers |
 
-Candidates that the first scan breaks are dropped. Then those are dropped that a scan breaks before which all
-candidates held, until no scan breaks one: the others are inductive together. The solver gets them in groups.
-A group that blows its fuse is dropped; the other groups stay.
+Candidates that the first scan breaks are dropped. Then the solver searches a scan that breaks a candidate
+although all held before it, and those are dropped, until there is none: the others are inductive together.
+The solver gets them in groups. A group that blows its fuse is dropped; the other groups stay.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import permutations
+from itertools import combinations, permutations
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -116,25 +116,23 @@ def _suggested(system: System, cone: Mapping[str, T], seen: Mapping[str, Array])
 
 
 def _of_bits(system: System, seen: Mapping[str, Array], bits: Sequence[str]) -> Iterator[Invariant]:
-    packed = {name: _packed(seen[name]) for name in bits}
     every = _packed(np.ones_like(seen[bits[0]])) if bits else 0
     changing = []
     for name in bits:
-        t = system.next[name]
-        if packed[name] in (0, every):
-            yield Invariant(t, shown(name)) if packed[name] else Invariant(not_(t), f"NOT {shown(name)}")
+        t, packed = system.next[name], _packed(seen[name])
+        if packed in (0, every):
+            yield Invariant(t, shown(name)) if packed else Invariant(not_(t), f"NOT {shown(name)}")
         else:
-            changing.append((shown(name), t, packed[name]))
-    for place, (one, a, p) in enumerate(changing):
-        for other, b, q in changing[place + 1 :]:
-            if not p & q:
-                yield Invariant(not_(and_(a, b)), f"NOT ({one} AND {other})")
-            if not p & ~q:
-                yield Invariant(or_(not_(a), b), f"NOT {one} OR {other}")
-            if not ~p & q:
-                yield Invariant(or_(a, not_(b)), f"{one} OR NOT {other}")
-            if (p | q) == every:
-                yield Invariant(or_(a, b), f"{one} OR {other}")
+            changing.append((shown(name), t, packed))
+    for (one, a, p), (other, b, q) in combinations(changing, 2):
+        if not p & q:
+            yield Invariant(not_(and_(a, b)), f"NOT ({one} AND {other})")
+        if not p & ~q:
+            yield Invariant(or_(not_(a), b), f"NOT {one} OR {other}")
+        if not ~p & q:
+            yield Invariant(or_(a, not_(b)), f"{one} OR NOT {other}")
+        if (p | q) == every:
+            yield Invariant(or_(a, b), f"{one} OR {other}")
 
 
 def _packed(truths: Array) -> int:

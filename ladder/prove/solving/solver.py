@@ -1,7 +1,7 @@
-"""Bitwuzla behind the few calls that proofs make; it counts their work, the same in each version.
+"""The interface to bitwuzla that proofs use; it counts their work independently of bitwuzla's version.
 
-Work is the number of terms that each question asks about. The solver's own steps, how often it asks whether
-to stop, are the same on every machine but not in every version: they are a fuse, far above what most
+Work is the number of terms in each question. The solver's own steps, counted whenever it polls whether to
+stop, are the same on every machine but not in every version. They are only a fuse, far above what most
 questions take.
 """
 
@@ -22,7 +22,7 @@ from .smtlib import pattern_of
 from .translation import FIELDS, Sort, signed, width
 
 FUSE = 320_000
-"""Default fuse of a question: how often the solver asks whether to stop. Sixteen times some seconds."""
+"""Default fuse of a question, in steps of the solver: about sixteen times some seconds."""
 
 SAT, UNSAT, UNKNOWN = "sat", "unsat", "unknown"
 

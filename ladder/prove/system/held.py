@@ -1,6 +1,6 @@
 """Numbers and bits that nothing writes and that are not free: proofs assume that they keep their values.
 
-A number of which only some bits are written keeps the others. A proof depends on those that something reads:
+If only some bits of a number are written, it keeps the others. A proof depends on those that something reads:
 
     XIC(Mode.1)  EQU(Mode,12)  OTE(Mode.4)      bits 0 to 3 and 5 to 31 of Mode but 1, which is free
 """
@@ -14,7 +14,7 @@ from ..algebra.terms import T, bits_of, reach
 from .transition import HeldNumber, Key, System
 
 MOST_BITS = 8
-"""Bits that are listed each; of more the whole number is."""
+"""Maximum number of bits that are listed singly; with more the whole number is listed."""
 
 
 def held_numbers(
@@ -42,10 +42,10 @@ def held_bits(
 ) -> dict[str, int]:
     """Return masks of the bits that are read and not written, of numbers of which others are written."""
     states = [name for name in names if name in system.next]
-    kept = [system.next[name] for name in states if name in written]
-    read = read_bits([*[system.next[name] for name in states if name not in written], *roots], kept)
-    found = {name: read.get(name, 0) & ~written[name] for name in states if name in written}
-    return {name: mask for name, mask in found.items() if mask}
+    partly = [name for name in states if name in written]
+    whole = [system.next[name] for name in states if name not in written]
+    read = read_bits([*whole, *roots], [system.next[name] for name in partly])
+    return {name: mask for name in partly if (mask := read.get(name, 0) & ~written[name])}
 
 
 def _of_bits(key: Key, value: int, mask: int) -> Iterator[HeldNumber]:

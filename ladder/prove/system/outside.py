@@ -97,8 +97,8 @@ def written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
         found += [path[: path.rfind(".")] for path in lowered.layout.leaves if path.endswith(ends)]
     tags = Tags(lowered, None)  # type: ignore[arg-type]  # names are resolved without memory
     brought = [to for to, _ in lowered.replies.values()]  # what a message brings, and a producer
-    brought += [name for each in lowered.connections for name in (each.tag, each.status) if name]
-    for name in brought:
+    brought += [name for each in lowered.connections for name in (each.tag, each.status)]
+    for name in filter(None, brought):
         found.append(tag_in(tags.where(name).path).upper())
     return tuple(found)
 

@@ -208,20 +208,16 @@ class ProgramSystem(System):
 
     def _constant_lengths(self) -> dict[Key, Any]:
         """Return LEN of each CONTROL that nothing writes, in the program or outside: it bounds loops."""
-        machine, named, layout = self.machine, named_bits(self.lowered), self.lowered.layout
+        layout, written = self.lowered.layout, {*self.machine.written, *named_bits(self.lowered)}
         found = {}
-        for leaf in [each for each in layout.leaves.values() if not each.root]:
+        for leaf in layout.leaves.values():
             path = leaf.path.upper()
-            if not is_length(layout, path) or path in self._outside:
+            if leaf.root or not is_length(layout, path) or path in self._outside:
                 continue
-            for key in ((path, index) for index in range(leaf.size)):
-                v = var(name_of(key), *kind_of(leaf.type))
-                if (
-                    key not in machine.written
-                    and key not in named
-                    and not self._changes_outside(path, leaf, v)
-                ):
-                    found[key] = self.engine.memory.read(leaf, key[1])
+            for index in range(leaf.size):
+                v = var(name_of((path, index)), *kind_of(leaf.type))
+                if (path, index) not in written and not self._changes_outside(path, leaf, v):
+                    found[path, index] = self.engine.memory.read(leaf, index)
         return found
 
     def _run_monitors(self) -> None:

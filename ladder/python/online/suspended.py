@@ -47,7 +47,7 @@ class WaitingFrame:
     awaited: Any  # the coroutine or generator that it awaits
 
     def held(self, holds: Sequence[Hold]) -> list[Any]:
-        """Return what its open blocks hold, outermost first; of a handler its exception.
+        """Return the objects of its open blocks, outermost first; for a handler its exception.
 
         Args:
             holds: the blocks, outermost first.
@@ -56,7 +56,7 @@ class WaitingFrame:
             UnknownStackError: the stack does not have them.
         """
         stack = gc.get_referents(self.work)
-        present = None  # the exception that is handled; shown behind the stack once there was one
+        present = None  # the exception in a handler: the last referent once there was one
         if stack and stack[-1] is not self.work.cr_await:
             present = stack.pop()
         if not stack or stack.pop() is not self.work.cr_await:

@@ -292,6 +292,6 @@ def within(time: str, work: Work[T]) -> Wait[T]:
         work: a wait, a command, or the call of an async function, which becomes a branch.
 
     Raises:
-        WaitTimeout: at the await, it did not hold in time. A branch is aborted; a command continues.
+        WaitTimeout: at the await, if the time is over. A branch is aborted; a command continues.
     """
     return Within(time, work)

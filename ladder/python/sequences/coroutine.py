@@ -75,13 +75,16 @@ class Sequence:
 
     @property
     def frame(self) -> FrameType | None:
-        """The innermost waiting frame of the user's code, None if it is not running."""
+        """The innermost waiting frame of the user's code, None if it is not running.
+
+        While its code runs, the frame that runs: before 3.13 Python may crash in `cr_await` of one that runs.
+        """
         work: Any = self._work
         found = None
         while (frame := getattr(work, "cr_frame", None)) is not None:
             if not frame.f_code.co_filename.startswith(_OURS):
                 found = frame
-            work = work.cr_await
+            work = None if work.cr_running else work.cr_await
         return found
 
     @property

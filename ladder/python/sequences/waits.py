@@ -147,7 +147,7 @@ def text_of(condition: Condition) -> str:
 
 
 LONGEST = 80
-"""Most characters of the text of a condition."""
+"""Maximum characters of the text of a condition."""
 
 
 @lru_cache(maxsize=1024)

@@ -25,14 +25,14 @@ class DocumentNames:
     """What the document says about names in a diagram."""
 
     type_of: Callable[[Address], DataType | None]
-    same: Callable[[str], str]  # the tag behind an alias, in capitals
+    same: Callable[[str], str]  # the tag that an alias names, in capitals
     arguments: Callable[[str], tuple[TagRecord, ...] | None]  # of an add-on in call order, None without it
     acts_when_off: Callable[[str], bool]  # whether an add-on has logic for a false EnableIn
     outputs: Callable[[str], frozenset[str]]  # names of an add-on's outputs, in capitals
 
 
 def name_in(operand: str) -> str:
-    """Return the tag of an address as text; an operand that is none as it is."""
+    """Return the tag of an address, from text; any other operand unchanged."""
     try:
         found = parse_expression(operand)
     except LadderError:

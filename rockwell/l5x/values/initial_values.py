@@ -165,9 +165,9 @@ _OTHERS = frozenset(_PARAMETERS)
 def _refuse_bytes(element: Element, raw: bytes | None, kind: DataType, *, known: bool) -> None:
     """Raise ValueTextError for unreadable bytes, unless they are zeros."""
     if raw is None:
-        raise ValueTextError(f"{(element.text or '').strip()[:20]!r} are no bytes")
+        raise ValueTextError(f"{(element.text or '').strip()[:20]!r} is not a list of bytes")
     if any(raw) and known:
-        raise ValueTextError(f"it has {len(raw)} bytes, which are not as many as its type has")
+        raise ValueTextError(f"it has {len(raw)} bytes; its type has another size")
     if any(raw):
         text = f"the order of the bytes of a {kind.name} is not known; export decorated data"
         raise ValueTextError(text)

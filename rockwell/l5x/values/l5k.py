@@ -90,7 +90,7 @@ def _l5k_array(tree: Any, kind: DataType, dims: tuple[int, ...], how: ValueReadi
     for _ in dims:
         flat = [each for part in flat if isinstance(part, list) for each in part]
     if len(flat) > count_of(dims):
-        raise ValueTextError(f"{len(flat)} values are given; it has {count_of(dims)}")
+        raise ValueTextError(f"{len(flat)} values for an array of {count_of(dims)}")
     values = [_l5k_value(each, kind, (), how) for each in flat]
     if all(each is None for each in values):
         return None

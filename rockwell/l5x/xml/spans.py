@@ -32,7 +32,7 @@ _FOLLOWED: Mapping[str, tuple[str, ...]] = {
     "Rung": ("Text",),
     "Text": _ALL,
 }
-"""Children that are found, by the element around them."""
+"""Relevant children, by their parent element."""
 
 _DEEPEST = 256
 """Levels of elements, as `parsing` allows."""

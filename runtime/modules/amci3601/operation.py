@@ -158,7 +158,7 @@ class Operation:
         return None
 
     def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
-        """Return the instant from which on every scan ends with `on_counts`; None = without.
+        """Return the instant from which on every scan ends with `on_counts`; None = never.
 
         Args:
             turns_ns: the instant from which on something else than the motor turns the encoder, None = never.

@@ -100,7 +100,7 @@ def _parts(state: str) -> tuple[str, str]:
 
 
 def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[[], None]:
-    """Return what puts a drive into other conditions, from the instant of its last call on.
+    """Return a function that changes a condition of a drive from the instant of its last call on.
 
     Args:
         wired: mask of the inputs that only the machine may change.
@@ -117,7 +117,7 @@ def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[
         raise ValueError(f"{name}={state}: the unit has no encoder (option encoder_fitted = false)")
     if name in STATES:
         if state not in STATES[name]:
-            raise ValueError(f"{name}={state}: it has to be {' or '.join(STATES[name])}")
+            raise ValueError(f"{name}={state}: must be {' or '.join(STATES[name])}")
         return partial(STATES[name][state], drive)
     if name in NUMBERS:
         first, last, _, act = NUMBERS[name]
@@ -126,7 +126,7 @@ def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[
         except ValueError:
             number = last + 1
         if not first <= number <= last:
-            raise ValueError(f"{name}={state}: it has to be {first:,} to {last:,}")
+            raise ValueError(f"{name}={state}: must be {first:,} to {last:,}")
         return partial(act, drive, number)
     names = (*model.input_names, *STATES, *NUMBERS)
     raise ValueError(f"no {name} at the {model.title}; choose from {', '.join(names)}")

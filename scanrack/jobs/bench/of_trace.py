@@ -87,7 +87,7 @@ def lines_of_trace(
     more: Columns | None = None,
     latest: Sequence[tuple[int, str]] = (),
 ) -> ExecutedLines:
-    """Return the lines of a trace's Python program that ran in the scans from one to another.
+    """Return the lines of a trace's Python program that ran in a range of scans.
 
     The program runs: it must be trusted. For `more` and errors see `why_of_trace`.
 

@@ -17,7 +17,7 @@ Values = dict[str, int]
 
 
 def pcl601_says(exchange: PairedExchange, words: dict[int, int]) -> Values:
-    """Return what an exchange says of a PCL601.
+    """Return what an exchange says about a PCL601.
 
     Args:
         words: the known register words by address; updated.
@@ -51,7 +51,7 @@ def _registers(known: Mapping[int, int], words: Mapping[int, int]) -> Values:
 
 
 def pmc006_says(exchange: PairedExchange, _words: dict[int, int]) -> Values:
-    """Return what an exchange says of a PMC006: the value that an instruction sets or reads."""
+    """Return what an exchange says about a PMC006: the value that an instruction sets or reads."""
     row = BY_CODE.get(exchange.request[0])
     if row is None or exchange.reply is None or row.kind is Kind.ACTION:
         return {}

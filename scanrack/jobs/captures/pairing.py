@@ -43,7 +43,7 @@ class Pairing(Protocol):
     """Finds exchanges in the bytes of one connection."""
 
     def feed(self, at_ns: int, data: bytes, *, to_device: bool, fresh: bool) -> Iterator[PairedExchange]:
-        """Take bytes; yield the exchanges that they end.
+        """Take bytes; yield the exchanges that they complete.
 
         Args:
             to_device: they go to the controller.

@@ -19,6 +19,10 @@ class Choices(NamedTuple):
     source: str = ""
     names: tuple[str, ...] = ()
 
+    def at(self, place: int) -> Any:
+        """Return an option; of a single one, that."""
+        return self.options[place if len(self.options) > 1 else 0]
+
 
 UNKNOWN_CHOICES = Choices()
 
@@ -26,12 +30,12 @@ UNKNOWN_CHOICES = Choices()
 def combined(parts: Sequence[Choices], of: Callable[..., Any]) -> Choices:
     """Return a function of options; unknown if a part is, if the function fails, or of several sources."""
     several = [each for each in parts if len(each.options) > 1]
-    if not all(each.options for each in parts) or len({each.source for each in several}) > 1:
+    if len({each.source for each in several}) > 1:
         return UNKNOWN_CHOICES
     rows = range(min((len(each.options) for each in several), default=1))
-    columns = [each.options if len(each.options) > 1 else each.options * len(rows) for each in parts]
     try:
-        results = tuple(of(*(column[at] for column in columns)) for at in rows)
+        results = tuple(of(*(each.at(place) for each in parts)) for place in rows)
     except (TypeError, ValueError, ArithmeticError, LookupError, AttributeError):
         return UNKNOWN_CHOICES
-    return (several[0] if several else UNKNOWN_CHOICES)._replace(options=results)
+    first, *_ = *several, UNKNOWN_CHOICES
+    return first._replace(options=results)

@@ -1,4 +1,4 @@
-"""What a judged plan says: verdicts on scenes, rules and interpretations."""
+"""The result of a judged plan: verdicts on scenes, rules and interpretations."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Difference:
 
 @dataclass(slots=True)
 class SceneVerdict:
-    """What a scene says.
+    """The verdict on a scene.
 
     Attributes:
         reads: reads that were judged.

@@ -7,7 +7,7 @@
 Words that act while the axis moves leave its position uncertain by the steps between two instants that are
 tried, until it is read at rest.
 
-A hypothesis that does not explain a read is contradicted and goes. Those in one state continue as one. A
+A hypothesis that does not explain a read is dropped. Hypotheses in the same state are merged. A
 read that none of them explains is a difference. More than `most` of them at a time, and the search gives up.
 """
 
@@ -273,7 +273,7 @@ def _merged(live: list[Branch], since_ns: int, limit: int | None) -> list[Branch
 
     Args:
         since_ns: images from here on may still be needed.
-        limit: what is sent next may act from here on, so that none may have gone further.
+        limit: the next request may take effect from here on, so no branch may be later than this.
     """
     states: dict[Any, Branch] = {}
     now_ns = max(branch.now_ns for branch in live)

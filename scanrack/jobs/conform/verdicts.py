@@ -194,7 +194,7 @@ class Judge:
     def _may_explain(
         self, played: PlayedScene, alteration: Alteration, suspect: _Trail, found: Search
     ) -> bool:
-        """Whether a scene is explained with an alteration; one that changes nothing before is not tried."""
+        """Whether an alteration explains a scene; skip one without effect up to the difference."""
         if not suspect.touches(alteration):
             return False
         once = self._search(played, alteration, found.instants)

@@ -101,10 +101,7 @@ class DriveBench:
         if request.axis > axes:
             raise RequestError(f"axis: {request.axis} is not allowed: 1 to {axes}")
         self._set(request)
-        reply: dict[str, Any] = {}
-        if frame is not None:
-            answer = reply_frame(frame, self.registers.answer(frame[HEADER.size :])) if frame else None
-            reply["rx"] = None if answer is None else answer.hex(" ")
+        reply: dict[str, Any] = {} if frame is None else {"rx": self._answer_to(frame)}
         self.now_ns += int(request.for_ms * NS_PER_MS)
         for each in self.axes:
             each.advance(self.now_ns)
@@ -114,6 +111,11 @@ class DriveBench:
         for each in self.axes:
             each.events.clear()
         return {"t_ms": time_ms(self.now_ns), **reply}
+
+    def _answer_to(self, frame: bytes) -> str | None:
+        """Return the bytes that answer a frame; None for none."""
+        answer = reply_frame(frame, self.registers.answer(frame[HEADER.size :])) if frame else None
+        return None if answer is None else answer.hex(" ")
 
     def _set(self, request: DriveRequest) -> None:
         """Make the drives, and what is wired to them, as a request gives them."""

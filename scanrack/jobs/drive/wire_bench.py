@@ -151,17 +151,16 @@ class WireBench(Generic[New, Env]):
 
     def _checked(self, request: WireRequest[New, Env]) -> WireTarget[Env] | None:
         """Refuse an illegal request; return the target of a fresh bench, if it asks for one."""
-        fresh = None
-        if request.new is not None:
-            try:
-                fresh = self._make(request.new)
-            except ValueError as error:
-                raise RequestError(f"new: {error}") from None
+        try:
+            fresh = None if request.new is None else self._make(request.new)
+        except ValueError as error:
+            raise RequestError(f"new: {error}") from None
         if request.reset and not self.target.has_reset:
             raise RequestError("reset: this controller has no reset button; power_cycle is allowed")
         marks = {MARKED + name for name in (*(() if fresh else self._marks), request.mark or "")}
+        known = marks.union(self.target.signals)
         for name in request.observe or ():
-            if name not in self.target.signals and name not in marks:
+            if name not in known:
                 allowed = ", ".join((*self.target.signals, MARKED + "NAME"))
                 raise RequestError(
                     f'observe: "{name}" is not a signal, or no such mark is set; choose from {allowed}'

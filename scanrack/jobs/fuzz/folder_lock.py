@@ -18,7 +18,7 @@ STATE_NAME = "state.json"
 """The file of the campaign's state."""
 
 NAME = ".lock"
-"""The locked file; it stays after the campaign, without meaning."""
+"""The locked file; it stays after the campaign and has no meaning then."""
 
 
 @contextmanager

@@ -46,7 +46,7 @@ def _stimuli(recording: PackedTrace, spec: RackSpec) -> Iterator[Stimulus]:
 
 
 def scenario_of(path: Path, spec: RackSpec) -> Scenario:
-    """Return what acted in a recording or in a session of `watch`, as a scenario for any rack.
+    """Return the stimuli of a recording or a session of `watch` as a scenario for any rack.
 
     No file of the trace is used, so nothing has to be trusted. Incidents of its rack file are left out.
 

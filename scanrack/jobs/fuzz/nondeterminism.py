@@ -8,8 +8,7 @@
     os.environ, os.getpid, open, id, hash         state of the process
 
 A profile function sees the calls while the program is loaded and while it is called. It sees executed code
-only, and not the order of a set: it explains a difference between two runs, but does not prove that there is
-none.
+only, and not the order of a set: it can explain a difference between two runs, but can't rule one out.
 """
 
 from __future__ import annotations

@@ -48,7 +48,7 @@ class EvenTimer:
     """The members of a timer.
 
     Attributes:
-        last: virtual time at which it counted last, ns.
+        last: virtual time of its last count, ns.
         constants: with which its count is compared.
         copies: tags that get its count by a MOV, and nothing else.
     """

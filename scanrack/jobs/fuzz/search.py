@@ -129,7 +129,7 @@ def search(
         examples: number of scenarios in all, without shrinking.
         start: seed of the search; the same seed gives the same results.
         base: a scenario to vary; None = none.
-        corpus: what other searches have found, see `aim.corpus`; it grows.
+        corpus: of other searches, see `aim.corpus`; it grows.
         known: names of invariants, and keys of failures, to ignore.
         again: scenarios to run first; those that show something new enter the corpus.
         failed: called with a failure at once, before it is shrunk.

@@ -13,7 +13,7 @@ from scanrack.ladder.model.operands import Group, Place
 from scanrack.ladder.model.resolver import Resolver
 from scanrack.ladder.model.tags import Layout
 from scanrack.ladder.prove.answers import ScenarioStep, steps_of, tag_text
-from scanrack.ladder.prove.difference import ChangedValue, compare
+from scanrack.ladder.prove.difference import ChangedValue, Difference, compare
 from scanrack.ladder.prove.differing_runs import FAULT
 from scanrack.ladder.prove.monitors import Key
 from scanrack.ladder.prove.relation.stored import MOST_OPEN
@@ -29,14 +29,15 @@ from .scenario import on_scans_of
 from .subject import bounds_of
 
 FAULT_NAME = "a major fault"
-"""What stands in place of a tag's name for a fault that stops one of the programs alone."""
+"""Name of the value for a fault that stops only one of the programs."""
 
 
 @dataclass(frozen=True, slots=True)
 class ChangedTag:
-    """A value that can differ, with its name as the program has it, and a run in which it does.
+    """A value that can differ, under its name in the program, with a run in which it does.
 
-    Whether a major fault stops one of the programs alone is a value, too: `FAULT_NAME`.
+    Whether a major fault stops only one of the programs counts as a value: `FAULT_NAME`.
+
     """
 
     name: str
@@ -72,12 +73,12 @@ class EditedSubject:
 
     @property
     def beyond(self) -> tuple[ChangedTag, ...]:
-        """What can differ though `only` does not name it; everything without `only`."""
+        """The values that can differ and that `only` does not name; all of them without `only`."""
         return tuple(each for each in self.changed if not each.allowed)
 
     @property
     def is_equal(self) -> bool:
-        """Whether nothing can differ but what `only` names."""
+        """Whether only values that `only` names can differ."""
         return not self.beyond and not self.open
 
 
@@ -116,11 +117,13 @@ def edited(
         may_differ = any(_is_in(each.key, one) for one in allowed)
         changed.append(_with_scenario(job, before[1], layout, each, folder, allowed=may_differ))
     names = tuple(found.removed), tuple(found.added)
-    left = (
-        *[f"elements of {each} from {MOST_OPEN:,} on are not compared" for each in found.uncompared],
-        *[f"nothing is known after {each}" for each in found.unfollowed],
-    )
-    return EditedSubject(found.compared, tuple(changed), *names, bounds, held, left)
+    return EditedSubject(found.compared, tuple(changed), *names, bounds, held, tuple(_left_open(found)))
+
+
+def _left_open(found: Difference) -> Iterator[str]:
+    """Yield what the comparison does not cover, a sentence each."""
+    yield from (f"elements of {each} from {MOST_OPEN:,} on are not compared" for each in found.uncompared)
+    yield from (f"nothing is known after {each}" for each in found.unfollowed)
 
 
 def _ladder(file: str) -> tuple[LoadedRack, LadderLogic]:
@@ -133,7 +136,7 @@ def _ladder(file: str) -> tuple[LoadedRack, LadderLogic]:
 
 
 def _named(layout: Layout, text: str, option: str) -> Place | Group:
-    """Return what a name of an option means."""
+    """Return the tag or element that an option names."""
     try:
         found = Resolver(layout).named(text)
     except LadderError as error:
@@ -144,7 +147,7 @@ def _named(layout: Layout, text: str, option: str) -> Place | Group:
 
 
 def _is_in(key: Key, allowed: Place | Group) -> bool:
-    """Whether a value is one that an option names, or in it."""
+    """Whether a value is the tag or element of an option, or a part of it."""
     if isinstance(allowed, Place):
         return key == (allowed.leaf.path.upper(), allowed.fixed_index)
     path = allowed.path.upper()
@@ -225,7 +228,7 @@ def _list_line(begin: str, names: Sequence[str]) -> Iterator[str]:
 
 
 def as_json(found: EditedSubject) -> dict[str, Any]:
-    """Return what can differ in JSON's types."""
+    """Return the differences in JSON's types."""
     return {
         "compared": found.compared,
         "changed": [

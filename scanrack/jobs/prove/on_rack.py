@@ -31,7 +31,7 @@ from .scenario import RackScenario, on_scans_of
 from .subject import ProofSubject
 
 TWO_RUNS = "it takes two runs with the same --retain FILE, which a scenario has not"
-"""Why a scenario that begins again with retained tags is not done."""
+"""Why a scenario that restarts with retained tags is not run."""
 
 MORE = 5
 """Recorded scans after the one that breaks the claim."""
@@ -42,11 +42,11 @@ class OnRack:
     """What a scenario did on the rack.
 
     Attributes:
-        confirmed: whether it showed what the scenario is to show.
+        confirmed: whether it showed the expected result.
         scan: number of the scan that showed it, from 0; None if none did.
         scenario: the orders.
-        forced: words that modules were forced to show, and that they do not show by themselves.
-        why: why it did not, or could not be run.
+        forced: words that are forced because the modules do not show them by themselves.
+        why: the reason if it showed none, or could not be run.
     """
 
     confirmed: bool
@@ -121,7 +121,7 @@ def replay_on_rack(subject: ProofSubject, shows: Shows, scans: Sequence[ScanOf])
     """Run a scenario on the subject's rack; None without a rack.
 
     Args:
-        shows: what its last scan is to show.
+        shows: the expected result of its last scan.
     """
     job = replace(subject.job, logic=subject.program.program)
 
@@ -176,7 +176,7 @@ def _replayed(
 
 
 def _not_given(scenario: RackScenario, first: Callable[[RackScenario], int | None]) -> tuple[str, ...]:
-    """Return the forced words without which the modules do not show it."""
+    """Return the forced words that the result needs."""
     if not scenario.forced:
         return ()
     try:
@@ -187,7 +187,7 @@ def _not_given(scenario: RackScenario, first: Callable[[RackScenario], int | Non
 
 
 def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
-    """Run the scenario of a fault on the subject's rack; return what became of it, "" without a rack."""
+    """Run the scenario of a fault on the subject's rack; return the result in words, "" without a rack."""
     job = subject.job
     if not job.spec.slot:
         return ""
@@ -205,21 +205,21 @@ def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
 
 
 class _Looker(QuietListener):
-    """Looks at a program after each scan."""
+    """Observes a program after each scan."""
 
     def __init__(self, look: Callable[[], Any]) -> None:
         self._look = look
         self.found: list[Any] = []
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Note what is seen after a scan."""
+        """Note the observation of a scan."""
         self.found.append(self._look())
 
 
 def _seen(
     job: LoadedRack, scenario: RackScenario, look: Callable[[Debugger], Callable[[], Any]]
 ) -> list[Any]:
-    """Return what is seen after each scan; a ValueError for an order that can't be carried out."""
+    """Return the observations of all scans; a ValueError for an order that can't be carried out."""
     with ExitStack() as ports:
         run = _run(job, scenario, ports)
         assert run.program.debugger is not None

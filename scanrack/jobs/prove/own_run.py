@@ -1,4 +1,4 @@
-"""The rack's own run, as its file has it: what it does is possible, and no solver has to find a run to it.
+"""The rack's own run, as its file has it: its states are possible, and no solver has to find a run to them.
 
 Random scans rarely home an axis. The rack does, in thousands of scans.
 """
@@ -26,13 +26,13 @@ SCANS = 10_000
 """Maximum scans of the run: it ends as soon as every truth has been seen."""
 
 BLOCK = 500
-"""Scans that are computed at once."""
+"""Scans of a block of computation."""
 
 FIRST_SCAN_NAME = name_of(FIRST_SCAN)
 
 
 class OwnRun:
-    """Runs a rack on its own, and finds which truths of a problem some scan makes true.
+    """Runs a rack on its own, and finds the truths of a problem that hold in some scan.
 
     Args:
         subject: with a rack; a program alone has no own run.
@@ -42,7 +42,7 @@ class OwnRun:
         self._subject = subject
 
     def seen(self, truths: Sequence[T]) -> set[T]:
-        """Return the truths that some scan makes true; none without a rack."""
+        """Return the truths that hold in some scan; none without a rack."""
         job = self._subject.job
         if not job.spec.slot or not truths or not isinstance(job.logic, LadderLogic):
             return set()

@@ -1,4 +1,4 @@
-"""All claims of a subject, one after the other; each scenario is done on the rack, and written."""
+"""Decides all claims of a subject one after the other; runs each scenario on the rack, and writes it."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ FAULTS = ("fault", "endless")
 """Rules of faults, which a rack shows."""
 
 Progress = Callable[[str, int, int], object]
-"""Called before each claim: its name, its number from 1, how many there are."""
+"""Called before each claim with its name, its number from 1, and the number of claims."""
 
 
 def no_progress(_name: str, _number: int, _of: int) -> None:
@@ -175,7 +175,7 @@ def _at_own_time(
 
 @dataclass(frozen=True, slots=True)
 class FoundAnswer:
-    """What a built-in question found; with the run and its file, if a run found it."""
+    """A finding of a built-in question, with its run and file if it has one."""
 
     finding: Finding
     steps: tuple[ScenarioStep, ...] = ()

@@ -25,7 +25,7 @@ BLAME_SHOWN = 3
 
 
 def line_of(result: Result, width: int) -> str:
-    """Return the line of a claim: name, verdict, and what comes with it.
+    """Return the line of a claim: name, verdict and detail.
 
     Args:
         width: columns of the name.
@@ -34,7 +34,7 @@ def line_of(result: Result, width: int) -> str:
 
 
 def own_time_text(result: Result) -> str:
-    """Return that only scans longer than the rack's break a claim, if it is so."""
+    """Return that only scans longer than the rack's break a claim; "" for another claim."""
     if result.at_own_time is None:
         return ""
     time, known = time_text(result.own_ns), result.at_own_time.verdict.kind
@@ -43,7 +43,7 @@ def own_time_text(result: Result) -> str:
 
 
 def detail_of(result: Result) -> str:
-    """Return what comes with a verdict."""
+    """Return the detail of a verdict."""
     found, verdict = result.answer, result.answer.verdict
     if result.refused_by:
         return "; ".join(f"{each.solver} refuses the proof, {each.why}" for each in result.refused_by)
@@ -102,7 +102,7 @@ def open_text(answers: Questions) -> str:
 
 
 def question_lines(answers: Questions) -> Iterator[str]:
-    """Yield what became of the built-in questions, findings in the order of the program."""
+    """Yield the results of the built-in questions, findings in the order of the program."""
     if count := sum(answers.counts.values()):
         yield questions_text(count)
     for each in answers.found:
@@ -112,7 +112,7 @@ def question_lines(answers: Questions) -> Iterator[str]:
 
 
 def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
-    """Return what the answers depend on, a sentence each: the report's list of assumptions."""
+    """Return the assumptions of the answers, a sentence each."""
     held: dict[str, Any] = {}
     sentences = dict.fromkeys(subject.problem.happenings.assumed())  # of the built-in questions, too
     for each in results:

@@ -1,4 +1,4 @@
-"""What is proved about: a rack, a program or an export, with its monitors, as a problem for the prover."""
+"""The subject of a proof: a rack, a program or an export, with its monitors, as a problem for the prover."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..load.program import split_address
 
 @dataclass(frozen=True, slots=True)
 class ProofSubject:
-    """A program of which something is to be proved.
+    """A program that proofs are about.
 
     Attributes:
         name: stem of its file.
@@ -54,7 +54,7 @@ def subject_of(file: str, beside: ProgramSystem | None = None) -> ProofSubject:
 def subject_of_job(
     job: LoadedRack, beside: ProgramSystem | None = None, bounds: ScanBounds | None = None
 ) -> ProofSubject:
-    """Return a rack that is loaded, as a subject.
+    """Return the subject of a loaded rack.
 
     Args:
         beside: see `subject_of`.
@@ -92,7 +92,7 @@ def bounds_of(job: LoadedRack) -> ScanBounds:
 def _contracts(
     job: LoadedRack, program: MonitoredProgram, bounds: ScanBounds
 ) -> Iterator[tuple[Contract, str]]:
-    """Yield what the inputs of each 3601 in use keep, with a sentence about it."""
+    """Yield the contracts of the inputs of each 3601 in use, each with a sentence."""
     at_rpi = job.spec.controller == "compactlogix"
     each_update = not at_rpi or bounds.high_ms * 1_000_000 <= job.spec.rpi_ns
     used = {leaf.slot for leaf in program.program.build().layout.images}

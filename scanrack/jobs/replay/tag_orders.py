@@ -27,7 +27,7 @@ from ..record.logic_wrapper import unwrapped
 from ..record.order_repeater import OrderRepeater, orders_of
 from ..run.playback import ReplayPlan
 
-_TOLD = 3
+_SHOWN = 3
 
 
 class TagOrders:
@@ -62,8 +62,8 @@ class TagOrders:
             if isinstance(each.order, Edit):
                 self.given.append(each)
                 self._scans[each.order.number] = each.scan
-        scans = [event.scan for event in events if is_edit(event)]
-        self.lost = [scan for scan in scans if scan not in self._scans.values()]
+        repeated = self._scans.values()
+        self.lost = [event.scan for event in events if is_edit(event) and event.scan not in repeated]
 
     @property
     def notes(self) -> list[str]:
@@ -148,5 +148,5 @@ def first_few(sentences: Sequence[str]) -> list[str]:
     >>> first_few("abcde")
     ['a', 'b', 'c', 'and so on, 5 times in all']
     """
-    few = list(islice(sentences, _TOLD))
-    return few if len(sentences) <= _TOLD else [*few, f"and so on, {len(sentences):,} times in all"]
+    few = list(islice(sentences, _SHOWN))
+    return few if len(sentences) <= _SHOWN else [*few, f"and so on, {len(sentences):,} times in all"]

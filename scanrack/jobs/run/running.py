@@ -100,7 +100,7 @@ class JobRun:
         recorded = (
             None if recorder is None else self.program.recorded(recorder)
         )  # closed last: reads all files
-        optional = (each for each in (beside, recorded) if each is not None)
+        optional = filter(None, (beside, recorded))  # closed last: it reads all files
         listeners = [*options.listeners, self.hints, *optional]
         self._pacer = options.pacer or FreeRun()
         self._pacer.beat = lambda: _draft(recorder, beside)

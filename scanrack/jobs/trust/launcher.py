@@ -103,6 +103,7 @@ def _python(environment: dict[str, str] | None) -> tuple[str, dict[str, str] | N
 
 
 def _ticket(each: Handed, pid: int) -> Ticket:
+    """Return what another process needs to open shared memory, or a socket."""
     if isinstance(each, SharedMemory):
         return each.size, each.place
     if sys.platform == "win32":

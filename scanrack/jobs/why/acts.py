@@ -1,11 +1,11 @@
-"""What an owner could do so that a value becomes another one: found by doing it, on copies of the rack.
+"""Finds what an owner could do to change a value, by trying it on copies of the rack.
 
     the rack at the scan | copy 1: no action
                          | copy 2: press start for 60 ms, then 5 s
                          | copy 3: close stop, then press start ...
 
-A copy is a fork of the process: rack, machine and program continue. One act is tried before two,
-so that what is found lacks nothing and has nothing too much; all of it has been tried before it is reported.
+A copy is a fork of the process: rack, machine and program continue. One act is tried before two, so that each
+result is complete and minimal. Every reported result has been tried.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ WITHIN_NS = 5_000_000_000
 """Time that a copy has after the last act."""
 
 LOOKS = "20 ms"
-"""Time between two looks at the value."""
+"""Time between two readings of the value."""
 
 MOST_TRIES = 60
 """Most copies."""
@@ -72,7 +72,7 @@ class Act:
     """Something that an owner does."""
 
     text: str  # press start for 60 ms
-    on: str  # what it is done to: two acts on one thing are never tried together
+    on: str  # its object: two acts on one object are never tried together
     do: Callable[[Any], object]
     is_press: bool = False  # of a button
     orders: tuple[actions.Action | int, ...] = ()  # of a session, and ns between them; none if it has none
@@ -80,11 +80,11 @@ class Act:
 
 @dataclass(frozen=True, slots=True)
 class Acts:
-    """What was found: the acts in their order, and how long after the first one the value is as wished."""
+    """A result: the acts in their order, and the time from the first one until the value is as requested."""
 
     tag: str
     requested: object
-    found: tuple[Act, ...] | None  # none: it comes by itself; None: nothing was found
+    found: tuple[Act, ...] | None  # none: it changes by itself; None: nothing was found
     after_ns: int
     stimulus: str  # the first thing that the machine or the timeline of the rack file did meanwhile
     tries: int
@@ -121,7 +121,7 @@ def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts 
 
     Args:
         bench: at the scan of the question; it is not touched. It must not record: a copy would write, too.
-        link: the chain of the present value; what it ends in is tried first.
+        link: the chain of the present value; its ends are tried first.
     """
     if not hasattr(os, "fork"):
         return None
@@ -129,7 +129,7 @@ def acts_for(bench: Rack, link: CauseLink, tag: str, requested: object) -> Acts 
 
 
 def every_act(bench: Rack, link: CauseLink, tag: str, requested: object) -> Iterator[Acts]:
-    """Yield what an owner could do, no set with another one in it; at least one answer."""
+    """Yield the results, none of which contains another one; at least one."""
     tries, known = 0, list[set[str]]()
     for chosen in _sets(list(_acts(bench, link))):
         texts = {act.text for act in chosen}
@@ -154,7 +154,7 @@ def _sets(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
 
 
 def _tried(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tuple[int, str] | None:
-    """Return after how long a copy of the rack has the value, and what its machine did; None if never."""
+    """Return the time until a copy of the rack has the value, and what its machine did; None if never."""
     system: Any = os  # type checkers know its fork on POSIX only
     read, write = os.pipe()
     child: int = system.fork()
@@ -174,6 +174,7 @@ def _tried(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tup
 
 
 def _done(bench: Rack, acts: Sequence[Act], tag: str, requested: object) -> tuple[int, str] | None:
+    """Carry out acts; return the time until a tag has the value, ns, and the first stimulus, or None."""
     begun, noted = bench.now_ns, len(bench.events)
     for act in acts:
         act.do(bench)
@@ -249,7 +250,7 @@ def _of_panels(bench: Rack) -> Iterator[Act]:
 
 
 def _of_input(bench: Rack, number: int, name: str) -> Iterator[Act]:
-    """Yield what can be done to an input that the machine does not operate: the orders of a session."""
+    """Yield the acts on an input that the machine does not operate: the orders of a session."""
     slot = next(each for each in bench.spec.slot if each.number == number)
     own = ""  # the name of the terminal of a drive
     if slot.has(Trait.MACHINE) and name in INPUT_NAMES:

@@ -101,7 +101,7 @@ class RackChain:
         names = {tag, leaf.path, cells[0].name, chains.full_name(tag)}
         outranked = forced(self.recording.events, scan, names) or of_cpu(self.recording, row)
         stays = outranked is not None and outranked.kind == "fault" and chains.causes.origins(cells, scan)
-        if outranked is None or stays:  # a fault ends what a tag might still become, not what it is
+        if outranked is None or stays:  # a fault keeps a tag from changing; its value has a cause of its own
             self._row_of_question = row
             return chains.of_tag(tag, scan)
         while row and CpuMode(self.recording.flags[row] & MODE_MASK) is CpuMode.PROGRAM:
@@ -124,7 +124,7 @@ class RackChain:
         return self._of_rest(bits, name, row) if changed is None else self._of_change(bits, name, changed)
 
     def _overruled(self, bits: Bits, name: str, row: int) -> CauseLink | None:
-        """Return the link of what outranks the program or the module in a scan; None if nothing does."""
+        """Return the link of what overrides the program or the module in a scan; None if nothing does."""
         recording, scan = self.recording, self.recording.numbers[row]
         found = forced(recording.events, scan, spellings(bits.address))
         if found is None and bits.image == "out":
@@ -150,7 +150,7 @@ class RackChain:
 
     @property
     def chains(self) -> Chains:
-        """What makes chains through the ladder program."""
+        """The maker of chains through the ladder program."""
         if self._chains is None:
             assert self.maker is not None
             hooks = {
@@ -358,7 +358,7 @@ class RackChain:
         return self.link("module", bits, name, row, text or self._of_bit(bits, row), *causes)
 
     def _events_of_bits(self, slot: SlotInfo, bits: Bits, row: int) -> list[TraceEvent]:
-        """Return what a module reported in a scan that names these bits; without such, what names no bit."""
+        """Return a module's events in a scan that name these bits; without such, those that name no bit."""
         known = [each for each in self._events(row, slot.number) if each.topic == "/events"]
         names = set(self._names(slot, bits))
         own = [each for each in known if names.intersection(_named(each))]
@@ -395,7 +395,7 @@ class RackChain:
             yield linked([], **parts, **at, text=event_text(rules[0]))
 
     def _of_bit(self, bits: Bits, row: int) -> str:
-        """Return what a change of a bit says, by its row; of a word nothing."""
+        """Return the meaning of a change of a bit, by its row; "" of a word."""
         bit = bits.address.bit if self._slot(bits.slot).is_stepper else None
         cause = None if bit is None else cause_of(bits.word, bit)
         return (
@@ -403,7 +403,7 @@ class RackChain:
         )
 
     def _standing(self, slot: SlotInfo, bits: Bits, row: int) -> str:
-        """Return what ends an error that still stands at the scan of the question; "" if it does not."""
+        """Return what clears an error that is still set at the scan of the question; "" if it is not."""
         standing = StatusMsw.CONFIG_ERROR | StatusMsw.MODE_CONFIG | StatusMsw.POSITION_INVALID
         row_of_question = self._row_of_question
         if (
@@ -433,7 +433,7 @@ class RackChain:
                 yield self._of_change(bits, f"slot{slot.number}.status.{name}", row)
 
     def _done(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[tuple[str, str]]:
-        """Yield what was done to a module in a scan from outside: its kind, and a sentence."""
+        """Yield the outside actions on a module in a scan: kind, and a sentence."""
         at, scan = self._terminal(slot, bits), self.recording.numbers[row]
         for each in self._events_by_scan.get(scan, []):
             text = str(each.fields.get("text", ""))
@@ -471,7 +471,7 @@ class RackChain:
         return [name for name, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
 
     def _command(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[CauseLink]:
-        """Yield what a module answers to: its outputs just before, or the last start of a motion."""
+        """Yield the causes of a module's response: its outputs just before, or the last start of a motion."""
         past = Past(self.recording, row)
         answered = self._answered(slot, row)
         if answered is not None:

@@ -1,22 +1,21 @@
-"""The lines of a program in Python that run in scans of a recording.
+"""The executed lines of a Python program in scans of a recording.
 
 scans     0 ............ 7,999    8,000 ...... 8,999
-program   runs on their inputs    the same, traced: the lines of each scan
+program   runs on their inputs    the same, observed: the lines of each scan
 """
 
 from __future__ import annotations
 
-from scanrack.io_images.dataclass import dataclass
-from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.scan import LogicScan, ScanLogic
-from scanrack.traces.replay import PackedTrace
+from types import FrameType
 
-from ..record.logic_wrapper import LogicWrapper
-from ..replay.replaying import score_of
-from ..replay.tag_orders import TagOrders
-from .input_replay import InputReplay
-from .source.lines import Lines
-from .traced_run import Load, fresh
+from scanrack.io_images.dataclass import dataclass
+from scanrack.ladder.python.line_marks import Observer
+from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.traces.replay import PackedTrace
+from typing_extensions import override
+
+from .traced_run import Load
+from .twin import Twin
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +23,7 @@ class ExecutedLines:
     """The lines that ran.
 
     Attributes:
-        lines: by scan, sorted; of a scan without one the controller did not run the program.
+        lines: by scan, sorted.
         departs: the first scan with other outputs than recorded; None without one.
     """
 
@@ -37,35 +36,25 @@ def executed_lines(recording: PackedTrace, spec: RackSpec, load: Load, rows: ran
 
     Args:
         rows: the scans in question, by their places in the recording.
+
+    Raises:
+        ValueError: the recording does not begin with scan 0.
     """
-    following = InputReplay(recording, spec, rows[-1])
-    with fresh(load) as logic:
-        traced = _TracedLines(logic, load.program.name, following, rows)
-        following.play(traced, TagOrders(score_of(recording), recording.events, load.edited))
-    numbers, departs = recording.numbers, following.departs
-    lines = {numbers[row]: tuple(sorted(ran)) for row, ran in traced.ran.items()}
-    return ExecutedLines(lines, None if departs is None else numbers[departs])
+    twin, seen, found = Twin(load, spec, lambda: recording), _LinesOfFile(load.program.name), {}
+    for scan, _ in twin.walk(rows[0], rows[-1], lambda _logic: seen):
+        found[scan] = tuple(sorted(seen.numbers))
+        seen.numbers.clear()
+    return ExecutedLines(found, twin.departs)
 
 
-class _TracedLines(LogicWrapper):
-    """Notes the lines of one file in the scans in question."""
+class _LinesOfFile(Observer):
+    """Notes the lines of a file."""
 
-    def __init__(self, logic: ScanLogic, file: str, following: InputReplay, rows: range) -> None:
-        super().__init__(logic)
-        self._following, self._rows = following, rows
-        self.ran: dict[int, set[int]] = {}
-        suffixes = f"/{file}", f"\\{file}"
-        self._lines = Lines(
-            bool,
-            lambda *_: None,
-            lambda line, _: self._running.add(line.number) if line.file.endswith(suffixes) else None,
-        )
-        self._running: set[int]
+    def __init__(self, file: str) -> None:
+        self._file = file
+        self.numbers: set[int] = set()
 
-    def __call__(self, scan: LogicScan) -> None:
-        row = self._following.row
-        if row in self._rows:
-            self._running = self.ran[row] = set()
-            self._lines.call(self._logic, scan)
-        else:
-            self._logic(scan)
+    @override
+    def begins(self, file: str, line: int, frame: FrameType | None) -> None:
+        if file == self._file:
+            self.numbers.add(line)

@@ -1,4 +1,4 @@
-"""A ladder program on the inputs of a recording, compiled and without a rack: what most recordings allow.
+"""A ladder program on the inputs of a recording, compiled and without a rack: most recordings allow that.
 
 A recording whose tags were forced or set from outside, or whose program was edited, is played by a CPU
 instead, see `input_replay`; so is a program that writes its inputs, or has routines in Python.
@@ -34,7 +34,7 @@ UNUSUAL = ScanFlag.TAGS_FROM_OUTSIDE | ScanFlag.OUTPUT_FORCES | ScanFlag.FAULT
 
 
 class FollowResult(NamedTuple):
-    """What became of a program that followed a recording."""
+    """The result of a program that followed a recording."""
 
     row: int  # of the last scan
     met: bool  # whether a tag has come on in it
@@ -120,7 +120,7 @@ def _run(
 
 
 class _RecordedInputs:
-    """What went into the scans: images, and the faults of links as they change.
+    """The inputs of the scans: images, and the faults of links as they change.
 
     Attributes:
         block: the memory of the present scan of `from_to`.

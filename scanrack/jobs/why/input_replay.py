@@ -61,7 +61,7 @@ class InputReplay(QuietListener):
         return any(each.fields.get("cause") == Cause.WATCHDOG.value for each in self._recording.events)
 
     def hold(self, slot: int, image: bytes) -> None:
-        """Show a program this input image of a slot from the next scan on, whatever was recorded."""
+        """Give a program this input image of a slot from the next scan on, instead of the recorded one."""
         module = self._rack.slots[slot].module
         assert isinstance(module, RecordedInputs)
         module.hold(image)

@@ -1,4 +1,4 @@
-"""The scans of a bench, kept for the question why."""
+"""The scans of a bench, kept to explain them."""
 
 from __future__ import annotations
 

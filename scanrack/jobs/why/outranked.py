@@ -1,6 +1,6 @@
 """What outranks every rung and line: a force, the CPU's mode or fault, a lost link, a module without power.
 
-In this order. Where one of them is in effect, a value is what it makes of it, whatever the program says.
+In this order. Where one of them is in effect, it determines the value, whatever the program writes.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ CAUSES_OF_LOSS = {
 
 @dataclass(frozen=True, slots=True)
 class Outranking:
-    """What outranks the program, from a scan on."""
+    """An override of the program, from a scan on."""
 
     kind: str  # of the link
     scan: int
@@ -109,7 +109,7 @@ def losses(events: tuple[TraceEvent, ...], slot: int) -> Iterator[Loss]:
 
 
 def of_link(recording: PackedTrace, slot: SlotInfo, scan: int) -> Outranking | None:
-    """Return the loss of a link that a module's words in a scan are made by: it lasts, or has just ended."""
+    """Return the loss of a link that determines a module's words in a scan: it lasts, or has just ended."""
     for each in losses(recording.events, slot.number):
         if each.scan > scan or (each.until is not None and scan >= each.until + SETTLES):
             continue
@@ -136,7 +136,7 @@ def _shows(why: str, *, is_over: bool) -> str:
 
 
 def _reason(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> str:
-    """Return what made a loss; the incident before it, if it is recorded."""
+    """Return the cause of a loss: the incident before it, if it is recorded."""
     known = [
         str(each.fields.get("name"))
         for each in events

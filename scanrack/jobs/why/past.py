@@ -145,7 +145,7 @@ class SlotPast:
         return self.past.words(self.slot.number, "in", self.past.row)
 
     def since(self, image: str, word: int, mask: int) -> str:
-        """Return the age of bits' values as text: " since scan 7 (0.014 s)"; empty if always."""
+        """Return the age of the values of bits as text: " since scan 7 (0.014 s)"; empty if always."""
         row = self.past.last_change(self.slot.number, image, word, mask)
         return "" if row is None else f" since {self.past.when(row)}"
 

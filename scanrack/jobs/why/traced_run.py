@@ -21,6 +21,7 @@ from types import FrameType
 from typing import Any
 
 from scanrack.io_images.dataclass import dataclass
+from scanrack.ladder.python.line_marks import WATCH, LineWatch
 from scanrack.ladder.state.memory import same
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.rack import Slot
@@ -105,7 +106,7 @@ Watched = Callable[[ScanLogic], Callable[[], Any]]
 """Makes a function that returns a value of a fresh program."""
 
 Look = Callable[[Line, FrameType, Reads], None]
-"""Is shown each line of a traced scan as it begins, with its frame."""
+"""Receives each line of a traced scan as it begins, with its frame."""
 
 
 def run_again(
@@ -124,7 +125,7 @@ def run_again(
         rows: the scans to trace.
         last: row of the last scan to run.
         watched: a value to watch in place of the outputs.
-        look: is shown the lines of the traced scans.
+        look: receives the lines of the traced scans.
     """
     with fresh(load) as logic:
         read = None if watched is None else watched(logic)
@@ -142,8 +143,8 @@ def run_again(
 
 @contextmanager
 def fresh(load: Load) -> Iterator[ScanLogic]:
-    """Load a program again, with its own modules; drop its printed output."""
-    before = dict(sys.modules)
+    """Load a program again, with its own modules, whose lines are not observed; drop its printed output."""
+    before, watch = dict(sys.modules), WATCH.set(LineWatch())
     forget_imported(load.folder.resolve())
     try:
         with redirect_stdout(StringIO()), redirect_stderr(StringIO()):
@@ -151,6 +152,7 @@ def fresh(load: Load) -> Iterator[ScanLogic]:
     finally:
         forget_imported(load.folder.resolve())
         sys.modules.update(before)
+        WATCH.reset(watch)
 
 
 class _TracedLogic(LogicWrapper):

@@ -1,9 +1,9 @@
-"""What it would take, of a Python program: it runs again on its recorded inputs, then on with other ones.
+"""Finds inputs that would change a value of a Python program: the recorded inputs first, then others.
 
     recorded inputs ... scan 741 | copy 1: scans 742 to 751 with start on
                                  | copy 2: ... with guard off
 
-A program can't be copied, its process can: each try is a fork of the process that has come to the scan. On a
+A program can't be copied, but its process can: each try is a fork of the process at that scan. On a
 system that can't fork, each try runs the program from its start.
 """
 
@@ -62,7 +62,7 @@ class ProgramTrials:
         self._terminal, self._scans = terminal, scans
         self._answer: int | None = None  # of a try, its pipe
         self._watched: Watched
-        self._wish: Value = False
+        self._target: Value = False
         self._replay: InputReplay | None = None
         self._found: Remedies | None = None
         self._refused = ""
@@ -70,7 +70,7 @@ class ProgramTrials:
     def of(
         self, text: str, watched: Watched, requested: Value | None, name: Callable[[Bits], str]
     ) -> Remedies:
-        """Return the smallest sets of inputs after which a value of the program is as wished.
+        """Return the smallest sets of inputs after which a value of the program is as requested.
 
         Args:
             watched: reads the value.
@@ -78,7 +78,7 @@ class ProgramTrials:
             name: names inputs.
 
         Raises:
-            ValueError: nothing is wished of a value that is no bit, or the program ends before that scan.
+            ValueError: a value that is no bit needs a request, or the program ends before that scan.
         """
         self._watched = watched
         with fresh(self._load) as logic:
@@ -105,10 +105,10 @@ class ProgramTrials:
     def _over(
         self, own: _Observation, text: str, requested: Value | None, name: Callable[[Bits], str]
     ) -> bool:
-        """At the scan in question try all sets; return whether the run is over."""
+        """Try all sets at the scan in question; return whether the run is over."""
         scans = own.replay.row - self._row - 1
         if self._answer is not None:
-            met = own.value() == self._wish
+            met = own.value() == self._target
             if met:
                 os.write(self._answer, bytes([scans]))
             return bool(met or scans >= self._scans)
@@ -118,9 +118,9 @@ class ProgramTrials:
         if requested is None and not isinstance(value, bool):
             self._refused = f"{text} is {value!r}: give the value that it should have"
             return True
-        self._wish = (not value) if requested is None else requested
+        self._target = (not value) if requested is None else requested
         try:
-            self._found = self._searched(own, text, self._wish, name)
+            self._found = self._searched(own, text, self._target, name)
         except _GoesOnError:
             return False
         return True
@@ -133,7 +133,7 @@ class ProgramTrials:
         return known if known.found or not reported else search.among([*mine, *reported])
 
     def _try(self, changes: Sequence[InputChange], own: _Observation) -> int | None:
-        """Return after how many scans the value is as wished; a copy of the process does them."""
+        """Return the number of scans until the value is as requested, in a copy of the process."""
         system: Any = os  # type checkers know its fork on POSIX only
         read, write = os.pipe()
         child: int = system.fork()
@@ -149,14 +149,14 @@ class ProgramTrials:
         return source[0] if source else None
 
     def _try_from_start(self, changes: Sequence[InputChange], own: _Observation) -> int | None:
-        """Return after how many scans the value is as wished; a fresh program does all scans."""
+        """Return the number of scans until the value is as requested, in a fresh program."""
         found: list[int] = []
 
         def over() -> bool:
             scans = replay.row - self._row - 1
             if scans == 0:
                 self._hold(replay, changes)
-            elif scans > 0 and value() == self._wish:
+            elif scans > 0 and value() == self._target:
                 found.append(scans)
             return bool(found) or scans >= self._scans
 
@@ -226,7 +226,7 @@ class _GoesOnError(Exception):
 
 
 def _longer(recording: PackedTrace, row: int, scans: int) -> PackedTrace:
-    """Return a recording up to a scan, which is repeated some times."""
+    """Return a recording up to a scan, with that scan repeated."""
     columns = recording.columns.rows(0, row + 1)
     last = columns.rows(row, row + 1)
     period_ns = int(columns.time_ns[-1] - columns.time_ns[-2]) if row else 1_000_000

@@ -51,7 +51,7 @@ CLEARED_BY = {
     "POSITION_INVALID": "a search for home or a preset clears it; it takes no absolute move before",
     "INPUT_ERROR": "the next move and RESET_ERRORS clear it [STS-M11, chapter 6]",
 }
-"""The commands that clear error bits; all others are cleared by RESET_ERRORS."""
+"""The commands that clear error bits; RESET_ERRORS clears all others."""
 
 
 def waits(past: SlotPast) -> list[str]:

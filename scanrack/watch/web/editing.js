@@ -6,6 +6,7 @@ import { button, el, setFlag, setText } from "./dom.js";
 import * as draft from "./draft.js";
 import { sentence } from "./format.js";
 import { hush, tell } from "./notice.js";
+import { isClicked } from "./pointer.js";
 import * as orders from "./orders.js";
 import { begin, deleteRung, edit, newRung } from "./rungedit.js";
 import { selected } from "./selection.js";
@@ -80,15 +81,27 @@ const bar = el(
   hint
 );
 
+let pressed = null; // the button of the bar that has the focus, or had it until it could no longer be pressed
+
 draft.onDraft(() => {
+  const { activeElement: focused } = document;
+  if (focused !== document.body) pressed = bar.contains(focused) ? focused : null;
   for (const [name, node] of stepButtons) node.disabled = !STEPS[name][1](draft.draft, draft.session);
   undoButton.disabled = !draft.canUndo();
   redoButton.disabled = !draft.canRedo();
   setFlag(hint, "hidden", draft.draft.rungs.size > 0 || draft.session.stage !== "" || draft.would.hasChildNodes());
   others.replaceChildren(...draft.draft.mistakes.map(each => el("p", { class: "note", "data-kind": "mistake" }, each)));
+  keepFocus();
   const hasEdit = draft.session.stage || (draft.draft.own && !draft.draft.words); // or a draft of this tab before
   if (hasEdit && bar.hidden && orders.allowed() && panel.hidden) resume();
 });
+
+// A button that keys have pressed and that can't be pressed again leaves the focus to the next one: Firefox loses it.
+function keepFocus() {
+  if (!pressed?.disabled || isClicked(pressed) || ![pressed, document.body].includes(document.activeElement)) return;
+  const all = [...bar.querySelectorAll("button")], at = all.indexOf(pressed);
+  [...all.slice(at), ...all].find(each => !each.disabled).focus();
+}
 
 // An edit that another page, or this one before it was loaded again, has accepted.
 async function resume() {

@@ -35,8 +35,8 @@ const SPANS = [0.2, 0.5, 1, 2, 5, 10, 20, 60]; // s
 // lanes for which there is room from the start: nothing moves when bits change first
 const ROOM = 10, ROOM_PER_AXIS = 4;
 const MOST_LANES = 24;
-// CSS pixels: of a position where there is room; of the heading, the times and the choices
-const MOST_CURVE = 150, BESIDE = 100;
+// CSS pixels: of a position in a low strip, and where there is room; of the heading, the times and the choices
+const LOW = 40, MOST_CURVE = 320, BESIDE = 100;
 const ROWS = 240; // edges that are listed
 const LEAST_SCANS = 4; // that a view may have
 const LIST_MS = 250, FILL_MS = 200;
@@ -290,11 +290,12 @@ function draw() {
   const tagsHigh = tags.reduce((sum, tag) => sum + highOf(tag.points), 0),
     others = TOP + tagsHigh + Math.max(bitsHigh, 3 * LANE);
   if (!wide) return;
-  tall = Math.max(CURVE, Math.min(MOST_CURVE, Math.floor((at("strip").clientHeight - BESIDE - others) / axes.length)));
+  const least = at("strip").clientHeight < 200 ? LOW : CURVE;
+  tall = Math.max(least, Math.min(MOST_CURVE, Math.floor((at("strip").clientHeight - BESIDE - others) / axes.length)));
   const seen =
-      at("strip").clientHeight - at("strip").firstChild.offsetHeight - AXIS - TOP - tagsHigh - axes.length * CURVE,
+      at("strip").clientHeight - at("strip").firstChild.offsetHeight - AXIS - TOP - tagsHigh - axes.length * least,
     rest = seen % LANE;
-  if (tall === CURVE && seen > 0 && axes.length) tall += Math.floor(rest / axes.length); // no half lane above the times
+  if (tall === least && seen > 0 && axes.length) tall += Math.floor(rest / axes.length); // no half lane above the times
   const high = others + axes.length * tall;
   const to = pen(canvas, wide, high), left = leftOf(wide), [from, end] = view();
   const axis = axisOf(wide), x = axis.x;

@@ -247,8 +247,8 @@ def test_the_encoder_is_turned_by_hand() -> None:
     ("text", "problem"),
     [
         ("in1=high", "in1=high: it has to be on, off, or positions such as 9000.. or ..-3000 or 5..10"),
-        ("cable=on", "cable=on: it has to be lost or connected"),
-        ("temperature=hot", "temperature=hot: it has to be -273 to 1,000"),
+        ("cable=on", "cable=on: must be lost or connected"),
+        ("temperature=hot", "temperature=hot: must be -273 to 1,000"),
         ("3:in1=on", "'3:in1=on' wires no input: it has to be NAME=STATE, or ADDRESS:NAME=STATE"),
     ],
 )

@@ -143,7 +143,7 @@ def test_places_that_the_program_does_not_have(client: DebugClient, tmp_path: Pa
     client.event("terminated")
 
 
-WRONG = [None, -1, 1 << 70, 0.5, True, "x", [7], {"x": 1}, [{}], [{"name": 7}]]
+WRONG: list[Any] = [None, -1, 1 << 70, 0.5, True, "x", [7], {"x": 1}, [{}], [{"name": 7}]]
 RIGHT: dict[str, dict[str, Any]] = {
     "setBreakpoints": {"source": {"path": "examples/feeder/feeder.rung"}, "breakpoints": [{"line": 40}]},
     "variables": {"variablesReference": 1},

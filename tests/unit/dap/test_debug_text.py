@@ -8,12 +8,18 @@ from __future__ import annotations
 import sys
 from contextlib import ExitStack
 from pathlib import Path
+from typing import NoReturn
 
 import pytest
 from debug_client import DebugClient, RefusedError
+from scanrack.dap.recorded import recorded_subject
+from scanrack.dap.text_subject import WINDOW_MOST
 from scanrack.jobs import load_job
 from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs.load.program import lines_marked
 from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs.why.twin import Twin
+from scanrack.watch.recorded_session import open_to_read
 
 pytestmark = pytest.mark.slow
 
@@ -139,6 +145,10 @@ def begin(client: DebugClient, rack: Path) -> None:
     client.begin(rack, speed="max")
     client.ask("configurationDone")
     assert client.stopped() == ("step", 0)
+
+
+def never(*_: object) -> NoReturn:
+    raise AssertionError("a scan that is prepared does not run again")
 
 
 def where(client: DebugClient) -> tuple[int, str]:
@@ -273,6 +283,15 @@ def test_values_are_set_and_forced_and_the_way_back_knows_it(client: DebugClient
     assert body["description"] == "counting.number changed last in scan 5"
 
 
+def test_a_question_runs_scans_again_and_meets_no_breakpoint(client: DebugClient, sequences: Path) -> None:
+    begin(client, sequences)
+    client.break_at(sequences.with_name("counting.py"), line_of(SEQUENCES, "self.number = before"))
+    client.go()
+    assert client.go() == ("breakpoint", 5)
+    assert "self.number = before + step" in client.value("why counting.number")
+    assert client.go() == ("breakpoint", 10)
+
+
 def test_from_a_past_scan_a_branch_continues(client: DebugClient, sequences: Path) -> None:
     begin(client, sequences)
     client.ask("setFunctionBreakpoints", breakpoints=[{"name": "scan == 60"}, {"name": "scan == 20"}])
@@ -387,6 +406,22 @@ def test_a_recording_is_debugged_as_the_session(
     assert client.frames()[0]["source"]["path"] == str(rack.with_name(file))
     back = [client.go("reverseContinue")[1] for _ in stops[1:]]
     assert back == stops[-2::-1]
+
+
+def test_scans_before_the_one_shown_are_prepared_while_the_client_is_silent(
+    plain: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    trace = tmp_path / "run.mcap"
+    with ExitStack() as stack:
+        JobRun(load_job(str(plain)), stack, RunOptions(trace=trace)).run(6000)
+        stack.enter_context(lines_marked())
+        subject = recorded_subject(open_to_read(stack, trace, trust=True), trace)
+        subject.view(5900)
+        slices = sum(1 for _ in iter(subject.prepare, False))
+        assert slices > 10  # requests are answered between them
+        monkeypatch.setattr(Twin, "walk", never)
+        for scan in range(5900, 5900 - WINDOW_MOST, -1):
+            assert subject.view(scan).tags["state.number"] == scan + 1
 
 
 def test_a_pause_breaks_off_a_search_of_the_past(

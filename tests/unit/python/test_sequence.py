@@ -297,3 +297,24 @@ def test_racks_in_threads_do_not_disturb_each_other():
     finally:
         sys.setswitchinterval(interval)
     assert [bench.logic.rounds for bench in benches] == [1_999] * 4
+
+
+def test_a_sequence_that_runs_says_its_line():
+    """Read while it runs, as a debugger does; Python 3.11 and 3.12 crash in some of a thousand calls."""
+    lines = set()
+
+    class Look:
+        def __call__(self, logic):
+            lines.add(logic.cycle.line)
+
+    look = Look()
+
+    class Looking(Logic):
+        @sequence
+        async def cycle(self):
+            for _ in range(5_000):
+                look(self)
+            await dwell("1 s")
+
+    SequenceBench(Looking).scan(1)
+    assert len(lines) == 1

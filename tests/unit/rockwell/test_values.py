@@ -130,9 +130,9 @@ def test_values_of_eight_bytes_lie_as_the_revision_has_them(imported):
 @pytest.mark.parametrize(
     ("tags", "name", "says"),
     [
-        (raw("A", "DINT", bytes([1] * 7)), "A", "it has 7 bytes, which are not as many as its type has"),
+        (raw("A", "DINT", bytes([1] * 7)), "A", "it has 7 bytes; its type has another size"),
         (raw("A", "MESSAGE", bytes([1] * 7)), "A", "the order of the bytes of a MESSAGE is not known"),
-        ('<Tag Name="A" DataType="DINT"><Data>zz</Data></Tag>', "A", "'zz' are no bytes"),
+        ('<Tag Name="A" DataType="DINT"><Data>zz</Data></Tag>', "A", "'zz' is not a list of bytes"),
         (tag("A", "DINT", data=value("DINT", 99999999999)), "A", "99999999999 does not fit DINT"),
         (tag("A", "SINT", data=value("SINT", 300)), "A", "300 does not fit SINT: it starts with 44"),
         (tag("A", "INT", data=value("INT", "16#1_0000")), "A", "16#1_0000 does not fit INT"),

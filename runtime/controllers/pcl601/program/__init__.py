@@ -1,4 +1,4 @@
-"""Stored programs in time: the machine that runs them against the controller's axis."""
+"""Execution of stored programs on the controller's axis."""
 
 from __future__ import annotations
 

@@ -178,7 +178,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
 
     @override
     def configure(self) -> Talk:
-        """Stop the motor, clear latched stops, arm those of the configuration, set the counter to B."""
+        """Stop the motor, clear latched stops, arm the configured stops, set the counter to B."""
         yield from self._set(free_run=0)
         yield from self._do("speed_mode", 0)
         yield from self.halt()

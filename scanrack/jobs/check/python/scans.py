@@ -98,7 +98,7 @@ class Scans:
                 known = {*dir(value), *_fields(classes[kind.__name__])}
                 self._missing(self._reader.tree, name, known)
         for each in classes.values():
-            if not each.bases and not each.keywords:
+            if not [*each.bases, *each.keywords]:
                 self._missing(each, "self", {*_fields(each), *dir(object)})
         for name, view in self._views().items():
             self._missing(self._reader.tree, name, set(dir(view)))

@@ -153,7 +153,7 @@ def not_zeroed(subject: Subject) -> Iterator[Violation]:
     """Find commands that the module does not see, since their bit is still set from the one before."""
     for machine in _machines(subject):
         for first in machine.motions:
-            for start in first.steps or () if first.sets else ():
+            for start in (first.steps or ()) if first.sets else ():
                 later = _next_unseen(machine, first, start)
                 if later is not None:
                     text = (

@@ -5,7 +5,7 @@
         out.load(WORDS)               out.load(WORDS)
 
 Each extra statement has the line of the statement after it: errors and traces show the same places. The
-code of a file is made once; a run executes it again.
+code of a file is compiled once; each run executes it again.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Branching = TypeVar("Branching", ast.If, ast.For, ast.AsyncFor, ast.While, ast.E
 
 @contextmanager
 def branches_noted() -> Iterator[None]:
-    """Let the Python programs that are loaded meanwhile note their branches."""
+    """Instrument the branches of Python programs that are loaded in this context."""
     before = COMPILER.set(_compiled)
     try:
         yield

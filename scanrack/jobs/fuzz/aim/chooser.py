@@ -31,11 +31,11 @@ FRESH_FIRST, FRESH, SWEPT_FIRST, SWEPT = 0.4, 0.25, 0.3, 0.3
 """Shares of the runs that begin from nothing, and of the sweep, in the first runs and later."""
 
 HELD_AT, HELD_MS, MOST_HELD = 0.3, 300, 24
-"""When a contact is held alone, as a share of the run; for how long, ms, without times of the program; and
-the largest number of such runs."""
+"""Of runs with a single contact: its begin, as a share of the run; its duration in a program without
+times, ms; and the largest number of such runs."""
 
 TRIMMING = 0.25
-"""Runs of trimming for each other run, about; the other entries wait for their turn."""
+"""Trimming runs per other run; further entries wait."""
 
 MOST_PARTS = 12
 """A scenario with more parts is cut before it is varied."""
@@ -46,7 +46,7 @@ class Chooser:
 
     Args:
         base: scenario that is varied in place of an empty one.
-        corpus: what other searches have found; it grows.
+        corpus: of earlier searches; it grows.
     """
 
     def __init__(

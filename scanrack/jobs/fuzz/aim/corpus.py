@@ -49,7 +49,7 @@ class Entry:
         points: scans in which something was new.
         new_features: what was new; empty once the scenario is trimmed.
         chosen: how often it was varied.
-        before: how often when it was shared.
+        before: `chosen` when it was shared.
         number: its number in the corpus that has shared it, -1 for a new one.
     """
 
@@ -120,7 +120,7 @@ class Corpus:
         return entry
 
     def merge(self, other: Corpus) -> None:
-        """Add what another search has found that had a share of this corpus."""
+        """Add the results of a search that began with a share of this corpus."""
         own = {each.number: each for each in self.entries if each.number >= 0}
         for each in other.entries:
             if each.number in own:

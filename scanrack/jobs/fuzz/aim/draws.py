@@ -196,11 +196,11 @@ class Draws:
 
     @property
     def has_events(self) -> bool:
-        """Whether there is something with an instant to draw."""
+        """Whether a timed event can be drawn."""
         return bool(self._all_events)
 
     def event(self, at: int) -> Timed | None:
-        """Return an event that begins in a scan; None if there is nothing with an instant to draw."""
+        """Return an event that begins in a scan; None if no timed event can be drawn."""
         return self._random.choice(self._all_events)(at, NO_EDGES) if self._all_events else None
 
     def narrow(self) -> None:

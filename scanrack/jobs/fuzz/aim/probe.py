@@ -1,4 +1,4 @@
-"""A listener that notes what changes in a run, and in which scans.
+"""A listener that notes the changes in a run, and their scans.
 
     group      a change of
     status     status bits of a 3601, input words of a card
@@ -43,7 +43,7 @@ SMALL = range(-1, 33)
 """Integers whose values are distinguished; of others only the size is."""
 
 MOST_TAGS = 1_000
-"""Largest number of tags that are looked at."""
+"""Largest number of watched tags."""
 
 Values = list[Hashable] | dict[Hashable, Hashable]
 """Values of a group by place or name."""
@@ -75,11 +75,11 @@ class Probe(QuietListener):
             for slot in rack.slots.values()
         ]
         self._memory = rack.memory
-        self._looked_at = [
+        self._watched = [
             (places.outputs.start, places.inputs.start + 2 * min(known + 1, len(slot.inputs)))
             for (slot, known, _), places in zip(self._slots, rack.layout.places.values(), strict=True)
         ]
-        self._seen = [bytearray(end - begin) for begin, end in self._looked_at]
+        self._seen = [bytearray(end - begin) for begin, end in self._watched]
         self._words = [((0,) * len(slot.inputs), (0,) * len(slot.outputs)) for slot, *_ in self._slots]
         self.logic = logic
         inside, notes = unwrapped(logic), self._notes
@@ -99,7 +99,7 @@ class Probe(QuietListener):
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Note what differs from the scan before."""
         memory = self._memory
-        for place, (begin, end) in enumerate(self._looked_at):
+        for place, (begin, end) in enumerate(self._watched):
             if memory[begin:end] != self._seen[place]:
                 self._seen[place] = memory[begin:end]
                 self._note_words(place, scan)

@@ -23,7 +23,7 @@ DEEP = 2
 """Number of objects on the way to a value."""
 
 MOST_HOLDERS, MOST_FIELDS = 50, 200
-"""Largest number of objects that are looked at, and of values in one of them."""
+"""Largest number of objects, and of values in one of them."""
 
 
 def namespace_of(logic: ScanLogic) -> dict[str, Any]:

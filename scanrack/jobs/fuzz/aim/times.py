@@ -1,7 +1,7 @@
 """The times of a program: presets of its timers, texts such as "50 ms", numbers that it compares.
 
-An operator waits as long as the program makes him wait. Numbers that a program compares (`if age > 20`) are
-taken as scans.
+Operators wait as long as the program makes them. Numbers that a program compares (`if age > 20`) count as
+scans.
 """
 
 from __future__ import annotations

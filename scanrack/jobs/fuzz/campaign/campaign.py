@@ -53,13 +53,13 @@ class Task:
     examples: int
     known: frozenset[str] = frozenset()
     base: Scenario | None = None  # a scenario to vary, or None
-    corpus: Corpus | None = None  # what earlier rounds have found
+    corpus: Corpus | None = None  # of earlier rounds
     again: tuple[Scenario, ...] = ()  # scenarios to run first, of a corpus on disk
     allowance: Allowance = Allowance()  # at its beginning
 
 
 Work = Callable[[Task], SearchReport]
-"""Does a task, in this process or another one; it can be pickled."""
+"""Runs a task in this process or another one; picklable."""
 
 Suggest = Callable[[State], tuple[Scenario, ...]]
 """Returns scenarios to run next, such as a solver's answers."""
@@ -130,7 +130,7 @@ class _Tasks:
         self._tried: Counter[int] = Counter()
 
     def reports(self, tasks: Iterator[Task], number: int) -> Iterator[SearchReport]:
-        """Do the tasks of a round; yield their reports in the order of the tasks, from a number on."""
+        """Run the tasks of a round; yield their reports in the order of the tasks, from a number on."""
         self._submit_all(tasks)
         while self._running:
             done, _ = wait(self._running, return_when=FIRST_COMPLETED)

@@ -1,4 +1,4 @@
-"""The recipe of a run: a file of 100 to 600 bytes with everything that decides the run.
+"""The recipe of a run: a file of 100 to 600 bytes with everything that determines the run.
 
     {"scenario": {...}, "scans": 1000, "rack": HASH, "program": HASH, "version": "1.0"}
 
@@ -43,7 +43,7 @@ MOST_SCANS = 10**15
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """What runs, beside the scenario."""
+    """What a run depends on besides its scenario."""
 
     scans: int
     rack: str  # hash of the rack file
@@ -66,7 +66,7 @@ class Recipe:
     """A run.
 
     Attributes:
-        broken: name of the invariant that it breaks; empty in a corpus. It decides nothing.
+        broken: name of the invariant that it breaks; empty in a corpus. A run ignores it.
     """
 
     scenario: Scenario
@@ -148,7 +148,7 @@ def read_recipe(file: Path) -> Recipe:
 def recipes_in(folder: Path, spec: RackSpec) -> Iterator[tuple[Path, Recipe | str]]:
     """Yield the files of a folder with their recipes, or with the reason why one is left out.
 
-    Hidden files are passed over, and so is what follows the first thousand.
+    Hidden files and all after the first thousand are skipped.
     """
     if not folder.is_dir():
         return

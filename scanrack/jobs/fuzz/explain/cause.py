@@ -36,7 +36,7 @@ def cause_of(recording: PackedTrace, job: LoadedRack, rack: str, broken: BrokenI
 
 
 def _last_on(past: Past) -> tuple[int, str] | None:
-    """Return the row in which an output bit came on last, and its address; None if none ever did."""
+    """Return the last row in which an output bit came on, and its address; None without one."""
     rows = [(row, place) for place in _words(past) for row in past.changes(place.slot, "out", place.word)]
     for row, place in sorted(rows, reverse=True):
         now = past.words(place.slot, "out", row)[place.word]

@@ -23,7 +23,7 @@ Names = dict[str, frozenset[str]]
 
 
 def changes_in(bench: TrialBench, scenario: Scenario, scan: int) -> tuple[str, ...]:
-    """Return what began in a scan and what the modules showed and got, a sentence each."""
+    """Return what began in a scan, and how status and commands changed, a sentence each."""
     views: list[_BitView] = []
 
     def listeners(_spec: RackSpec, rack: Rack) -> Iterable[QuietListener]:

@@ -1,4 +1,4 @@
-"""Measures the coverage of a program by runs: what was never on, never off or never reached in each rung."""
+"""Measures the coverage of a program by runs: instructions that were never on, never off or never reached."""
 
 from __future__ import annotations
 

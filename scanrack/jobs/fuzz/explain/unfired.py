@@ -244,9 +244,9 @@ def _reasons(rule: Rule, need: Need, given: GivenWords, oldest: Firmware) -> Ite
         yield UnfiredRule(rule, kind.CONFIGURATION, f"no configuration has {_either(ConfigMsw(mask))}")
     if need.lacks and given.configurations and reduce(and_, given.configurations) & need.lacks == need.lacks:
         yield UnfiredRule(rule, kind.CONFIGURATION, f"every configuration has {_both(ConfigMsw(need.lacks))}")
-    for inputs in _missing([mask & _ALL_INPUTS for mask in need.uses], given.inputs):
-        if inputs:
-            yield UnfiredRule(rule, kind.INPUTS, f"{_either(InputBit(inputs))} was never active")
+    inputs = filter(None, (mask & _ALL_INPUTS for mask in need.uses))
+    for mask in _missing(inputs, given.inputs):
+        yield UnfiredRule(rule, kind.INPUTS, f"{_either(InputBit(mask))} was never active")
     yield UnfiredRule(rule, kind.APART, WORDS[kind.APART])
 
 

@@ -47,7 +47,7 @@ def obstacle(spec: RackSpec, slot: SlotSpec) -> str | None:
 def set_by_level(machine: MachineSpec) -> list[InputBit]:
     """Return the inputs that the bench's machine can't feed: the script sets them, up to a scan late.
 
-    Those are inputs with a failing sensor, with a normally closed switch, or with several.
+    Inputs with a failing sensor, a normally closed switch, or several switches.
     """
     feeds = [switch.input for switch in machine.switches]
     fails = {entry.input for entry in machine.timeline}

@@ -89,7 +89,7 @@ class Signal(Part):
 
 @dataclass(frozen=True, slots=True)
 class Turn(Part):
-    """A master encoder turns; one that still turns from the part before begins when that ends."""
+    """A master encoder turns; overlapping turns follow one another."""
 
     counts: StrictInt  # x4, negative counts down
     at_ns: Time

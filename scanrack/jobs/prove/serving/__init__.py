@@ -1,8 +1,8 @@
-"""What proofs say to others.
+"""Proofs for other commands.
 
 | file | serves |
 |---|---|
-| `judging` | `scanrack check`: what proofs say of its findings |
+| `judging` | `scanrack check`: proofs of its findings |
 | `effects` | the preview of an edit: what it can change |
-| `aims` | `scanrack fuzz`: what of a program is dead, and a scenario that makes a contact or coil on |
+| `aims` | `scanrack fuzz`: dead parts of a program, and a scenario that switches a contact or coil on |
 """

@@ -1,8 +1,8 @@
-"""What a search asks: which rungs and contacts are dead, and a scenario that makes one of them on.
+"""Questions of a search: which rungs and contacts are dead, and a scenario that switches one of them on.
 
-Dead is proved for free inputs of all modules, in faults, too: no scenario of any search makes it. A scenario
-sets what an operator and a machine can: tags, inputs of cards, the six inputs of a 3601. Everything else that
-the prover supposes of a module, such as the end of a move, is left to the module: the run decides.
+Dead is proved for free inputs of all modules, in faults, too: no scenario of any search switches it on. A
+scenario sets what an operator and a machine can: tags, inputs of cards, the six inputs of a 3601. It does not
+set what else the prover assumes about a module, such as the end of a move: the run decides.
 """
 
 from __future__ import annotations
@@ -49,15 +49,15 @@ class DeadPoint:
 
     @property
     def state(self) -> PointState:
-        """What never happens: reached, on, off."""
+        """The state that never occurs: reached, on, off."""
         return self.point.state
 
 
 def dead(job: LoadedRack, budget: int = BUDGET) -> tuple[DeadPoint, ...]:
-    """Return what is proved never to happen in a ladder program, in its order; () without the solver.
+    """Return the states of a ladder program that are proved impossible, in its order; () without the solver.
 
     Args:
-        budget: the work, see `Solver`; what is undecided then is not among them. The same on every machine.
+        budget: the work, see `Solver`; the rest stays undecided. The result is the same on every machine.
     """
     problem = _problem(job)
     if problem is None:
@@ -87,11 +87,11 @@ def _bounds(spec: RackSpec, longest_ns: int = LONGEST_NS) -> ScanBounds:
 
 @dataclass(frozen=True, slots=True)
 class AimedScenario:
-    """A scenario that makes a point if the modules answer as the prover supposes.
+    """A scenario that reaches a point if the modules answer as the prover assumes.
 
     Attributes:
         scenario: times count from power-up, or from `at_ns`.
-        scans: of the rack, from there, until the point is made.
+        scans: of the rack, from there until the point is reached.
         supposed: words of modules that the prover has chosen, and that no scenario sets.
     """
 
@@ -114,8 +114,8 @@ def scenario_to(
         point: as in `DeadPoint.point`, or `RungPoint(number in LoweredProgram.sites, state)`.
         start: the engine of a run of the same rack, in the state to begin with; None for power-up.
         at_ns: time of the next scan of that run.
-        longest_ns: longest scan that the solver may choose: in long ones it reaches far, and what needs an
-            instant does not come about on the rack.
+        longest_ns: longest scan that the solver may choose. Long ones reach far, but miss what needs an
+            instant on the rack.
 
     Raises:
         LadderError: the program has no such point.
@@ -137,22 +137,22 @@ def _aimed(spec: RackSpec, problem: ProgramSystem, scans: Sequence[ScanOf], at_n
     presses: list[Press] = []
     pushes: list[ContactPress] = []
     supposed = []
+    forces = [(at[scan], each) for scan, each in found.orders if isinstance(each, Force)]
     for slot, word in ((each, word) for each in spec.slot for word in range(len(each.words.inputs))):
         name = f"Local:{slot.number}:I.Data[{word}]"
-        forces = [(at[scan], each) for scan, each in found.orders if isinstance(each, Force)]
         levels = [(at_ns, each.value) for at_ns, each in forces if each.tag == name]
         if levels:
             times = [*levels, (at[found.scans], 0)]
-            made = list(_presses(slot, word, times)), list(_pushes(slot, word, times))
-            presses += made[0]
-            pushes += made[1]
-            supposed += [] if any(made) else [name]
+            pressed, pushed = list(_presses(slot, word, times)), list(_pushes(slot, word, times))
+            presses += pressed
+            pushes += pushed
+            supposed += [name] * (not pressed and not pushed)
     scenario = Scenario(orders=tuple(orders), presses=tuple(presses), pushes=tuple(pushes))
     return AimedScenario(scenario, found.scans, tuple(supposed))
 
 
 Levels = Sequence[tuple[int, bool | int | float | str]]
-"""Times, ns, from which a word has a value; at the last one the run has ended."""
+"""Times, ns, from which a word has each value; the last one is the end of the run."""
 
 
 def _presses(slot: SlotSpec, word: int, levels: Levels) -> Iterator[Press]:

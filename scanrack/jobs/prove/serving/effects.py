@@ -1,4 +1,4 @@
-"""What an edit of a ladder program can change, where the solver is installed and decides soon."""
+"""Finds what an edit of a ladder program can change, if the solver is installed and decides quickly."""
 
 from __future__ import annotations
 
@@ -6,16 +6,16 @@ from scanrack.ladder import LadderLogic
 from scanrack.ladder.model.errors import LadderError
 
 MOST_INSTRUCTIONS = 1_500
-"""Instructions of a program up to which it is compared: a second or two."""
+"""Largest number of instructions of a compared program: a second or two."""
 
 Group = tuple[str, tuple[str, ...]]
-"""What may happen, and the names of the values to which it may."""
+"""A kind of effect, and the names of the affected values."""
 
 
 def effects_of(old: LadderLogic, new: LadderLogic) -> tuple[Group, ...]:
     """Return which outputs and other values can differ after an edit, with the same inputs from power-up.
 
-    What is not named is equal in every run. Nothing is returned if no proof covers the programs.
+    Other values are equal in every run. Nothing is returned if no proof covers the programs.
     """
     from scanrack.ladder.prove.solving.solver import is_installed
 

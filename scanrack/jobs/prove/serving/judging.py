@@ -1,4 +1,4 @@
-"""What proofs say of the findings of `scanrack check`, where the solver is installed and few steps decide.
+"""Proofs of the findings of `scanrack check`, if the solver is installed and few steps decide.
 
 The questions are those of `scanrack prove`: whether an output of a rung ever has power, whether a coil is
 ever on, whether a divisor can be zero. Bits that the program only clears, and tags named after an operator's
@@ -35,10 +35,10 @@ RULES: Mapping[str, str] = {
 
 
 def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
-    """Yield what proofs find in the lines that the user has written; nothing without the solver.
+    """Yield the findings of proofs in the user's lines; nothing without the solver.
 
     Args:
-        facts: what `check` knows of the program.
+        facts: of `check` about the program.
     """
     own = facts.sites
     if not isinstance(job.logic, LadderLogic) or len(own) > MOST_LINES:
@@ -69,7 +69,7 @@ def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
 
 
 def set_outside(facts: Facts) -> Iterator[str]:
-    """Yield the names of variables that someone outside sets, too: an operator's, and bits only cleared."""
+    """Yield the variables that are also set from outside: an operator's, and bits that are only cleared."""
     for variable, accesses in facts.by_variable():
         writes = [each for each in accesses if each.writes]
         only_cleared = all(each.use is Touch.UNLATCH and not each.part for each in writes)

@@ -140,14 +140,19 @@ def addresses(
     """
     found = [ServerAddress.parse(each) for each in given or ()]
     names = [each.protocol for each in found]
-    twice = [name for name in names if names.count(name) > 1]
-    if twice:
-        raise ValueError(f"--server {twice[0]} is given twice: a rack has one of each")
+    for name in names:
+        if names.count(name) > 1:
+            raise ValueError(f"--server {name} is given twice: a rack has one of each")
+    _check_security(names, security, users)
+    return tuple(_secured(each, security, users) if each.protocol == OPC_UA else each for each in found)
+
+
+def _check_security(names: Sequence[str], security: str | None, users: Path | None) -> None:
+    """Raise ValueError for options of an OPC UA server that is missing or not encrypted."""
     if (security or users) and OPC_UA not in names:
         raise ValueError(f"--opc-ua-{'security' if security else 'users'} goes with --server {OPC_UA}")
     if users and security == OPEN:
         raise ValueError(f"--opc-ua-users needs encryption: it can't go with --opc-ua-security {OPEN}")
-    return tuple(_secured(each, security, users) if each.protocol == OPC_UA else each for each in found)
 
 
 def _secured(address: ServerAddress, security: str | None, users: Path | None) -> ServerAddress:

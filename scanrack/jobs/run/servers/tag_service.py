@@ -101,28 +101,27 @@ class TagService:
 
     def describe(self) -> list[str]:
         """Return lines about the server: its address, who reads and who writes."""
-        patterns = self._spec.server.writable if self._writes else ()
+        listed = self._spec.server.writable
         there = join_address(self._where.host, self.port)
-        lists = self._spec.server.writable
-        none = (
-            "with --live only watch --allow-writes lets them write"
-            if lists
-            else "[server] writable lists nothing to write"
-        )
-        can = f"clients write {', '.join(patterns)}" if patterns else f"clients read; {none}"
+        can = f"clients write {', '.join(listed)}"
+        if not listed:
+            can = "clients read; [server] writable lists nothing to write"
+        elif not self._writes:
+            can = "clients read; with --live only watch --allow-writes lets them write"
         lines = [f"{self._title} server on {there}: {can}"]
         if self._security is not None:
             lines.append(_guarded_by(self._security))
-        if not self._where.is_local and (self._security is None or not self._security.users):
-            who = "anyone who reaches this address"
-            if self._security is not None and self._security.trusted is not None:
-                who = "each trusted client"
-            lines.append(
-                f"{who} reads all {'mapped ' if self._where.kind.maps else ''}tags"
-                + (" and writes the listed ones" if patterns else "")
-                + ": the server asks for no password"
-            )
+        if not (self._where.is_local or (self._security is not None and self._security.users)):
+            lines.append(self._warning(writes=self._writes and bool(listed)))
         return lines
+
+    def _warning(self, *, writes: bool) -> str:
+        """Return who reaches the tags without a password."""
+        is_trusting = self._security is not None and self._security.trusted is not None
+        who = "each trusted client" if is_trusting else "anyone who reaches this address"
+        what = f"all {'mapped ' if self._where.kind.maps else ''}tags"
+        also = " and writes the listed ones" if writes else ""
+        return f"{who} reads {what}{also}: the server asks for no password"
 
     def serve(self, run: JobRun) -> TagDesk:
         """Serve the tags of a run from now on; return its desk, which is a listener of the run."""

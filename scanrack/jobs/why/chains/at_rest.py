@@ -1,4 +1,4 @@
-"""Why a value of a Python program has not changed: lines that could write it, and what is false around them.
+"""Explains why a value of a Python program has not changed: lines that could write it, in false conditions.
 
 The last scan runs once more. Where it comes to a condition around such a line, or to the line itself, the
 parts of the condition are evaluated on that copy, and the inputs that each false part reads are noted.
@@ -41,12 +41,12 @@ class Writer:
     line: int
     function: str
     value: ast.expr
-    tests: tuple[tuple[ast.expr, bool], ...]  # each with what it has to be
+    tests: tuple[tuple[ast.expr, bool], ...]  # each with its required truth
 
 
 @dataclass(frozen=True, slots=True)
 class FalsePart:
-    """A part of a condition that is other than it has to be."""
+    """A part of a condition without the required truth."""
 
     text: str
     masks: Masks  # the inputs that it reads
@@ -58,14 +58,14 @@ class Looker:
     """Evaluates the conditions of some writers where the traced scan comes to them.
 
     Attributes:
-        lacks: by writer the false parts of the first condition that is not as it has to be.
+        lacks: by writer the false parts of its first false condition.
     """
 
     writers: Sequence[Writer]
     lacks: dict[Writer, list[FalsePart]] = field(default_factory=dict)
 
     def __call__(self, line: Line, frame: FrameType, reads: Reads) -> None:
-        """Evaluate what begins at a line."""
+        """Evaluate the conditions that begin at a line."""
         for each in self.writers:
             if each in self.lacks or each.function != line.function:
                 continue
@@ -81,7 +81,7 @@ class Looker:
 
 
 class PythonChain(Protocol):
-    """What values at rest, and waits, ask of the program's chain."""
+    """The part of the program's chain that values at rest and waits use."""
 
     recording: PackedTrace
     load: Load
@@ -215,7 +215,7 @@ def _is_constant(value: ast.expr, present: Any) -> bool:
 
 
 def _false_parts(test: ast.expr, expected: bool, frame: FrameType, reads: Reads) -> Iterator[FalsePart]:
-    """Yield the parts of an expression that keep it from being as expected."""
+    """Yield the parts of an expression that keep it from having the expected truth."""
     if isinstance(test, ast.UnaryOp) and isinstance(test.op, ast.Not):
         yield from _false_parts(test.operand, not expected, frame, reads)
     elif isinstance(test, ast.BoolOp):
@@ -232,7 +232,7 @@ def _false_parts(test: ast.expr, expected: bool, frame: FrameType, reads: Reads)
 
 
 def _meant(test: ast.expr, frame: FrameType) -> ast.expr:
-    """Return what a local name was set to in its function, so that its inputs are read again."""
+    """Return the expression that a local name was set to, so that its inputs are read again."""
     if not isinstance(test, ast.Name) or test.id not in frame.f_locals or frame.f_locals is frame.f_globals:
         return test
     try:

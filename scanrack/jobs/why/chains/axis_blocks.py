@@ -20,13 +20,13 @@ MODULE = "AMCI3601"
 
 
 class Chain(Protocol):
-    """What the blocks ask of the rack's chain."""
+    """The part of the rack's chain that the blocks use."""
 
     recording: PackedTrace
 
     @property
     def chains(self) -> Chains:
-        """What makes chains through the ladder program."""
+        """The maker of chains through the ladder program."""
 
     def lost(self, slot: int, name: str, row: int) -> CauseLink | None:
         """Return the link of a lost link to a module."""

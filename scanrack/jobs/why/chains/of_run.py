@@ -1,4 +1,4 @@
-"""The chain of causes in a recorded run: for what is found in runs, such as by `fuzz`."""
+"""The chain of causes in a recorded run: for findings in runs, such as those of `fuzz`."""
 
 from __future__ import annotations
 

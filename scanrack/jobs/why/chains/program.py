@@ -46,7 +46,7 @@ class ProgramChain(RackChain):
         """Return the chain of a value of the program after a scan; None if nothing is known of it.
 
         Args:
-            depth: how many values led to it.
+            depth: number of values on the way to it.
         """
         scan, found = self.recording.numbers[row], self._last_changes([text], row)
         if text not in self.present:
@@ -203,7 +203,7 @@ class ProgramChain(RackChain):
         return f"{self.names.prefix}{name.removeprefix('self.')}" if name.startswith("self.") else name
 
     def watched(self, text: str) -> Watched:
-        """Return what reads a value of the program."""
+        """Return a function that reads a value of the program."""
 
         def watched(logic: ScanLogic) -> Callable[[], Any]:
             namespace = namespace_of(logic)

@@ -21,7 +21,7 @@ _EDGE = re.compile(r"(\w+) (rises|falls)")
 
 
 def open_wait(chain: PythonChain, steps: Sequence[Step], row: int) -> CauseLink | None:
-    """Return what the last of a sequence's steps waits for at a scan; None if that is not known."""
+    """Return what a sequence's last step waits for at a scan; None if that is unknown."""
     step = steps[-1]
     if not step.line:
         return None
@@ -33,7 +33,7 @@ def open_wait(chain: PythonChain, steps: Sequence[Step], row: int) -> CauseLink 
 
 
 def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
-    """Yield what the inputs and axes of a wait are doing."""
+    """Yield the states of the inputs and axes of a wait."""
     for name in chain.names.named_in(step.wait):
         slot = chain.names.axes.get(name)
         if slot is not None:
@@ -45,7 +45,7 @@ def _parts(chain: PythonChain, step: Step, row: int) -> Iterator[CauseLink]:
 
 
 def of_axis(chain: PythonChain, name: str, number: int, row: int) -> CauseLink:
-    """Return what the module of an axis does or waits for at a scan; its lost link outranks that."""
+    """Return what the module of an axis does or waits for at a scan; a lost link comes first."""
     recording = chain.recording
     slot = next(each for each in recording.slots if each.number == number)
     lost = of_link(recording, slot, recording.numbers[row])

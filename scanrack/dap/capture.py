@@ -1,0 +1,175 @@
+"""The lines of a scan of a program without rungs, as they ran, with the values before each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
+from enum import Enum
+from functools import cache, lru_cache
+from pathlib import Path
+from types import CodeType, FrameType
+from typing import Any, NamedTuple
+
+from scanrack.jobs.record.logic_wrapper import unwrapped
+from scanrack.jobs.record.sequence_watch import sequences_in, standing
+from scanrack.jobs.record.tag_names import named_values, namespace_of
+from scanrack.jobs.why.twin import Twin
+from scanrack.ladder.files.steps import Steps
+from scanrack.ladder.model.tree import Origin
+from scanrack.ladder.python.line_marks import Observer
+from scanrack.runtime.loop.faults import is_the_users
+from scanrack.runtime.loop.scan import ScanLogic
+from scanrack.watch.history.watched_python import MOST
+from typing_extensions import override
+
+from .variables import BareText
+
+DEEPEST, MOST_ITEMS = 3, 100
+"""Levels of a value that are kept, and items of one level."""
+
+
+class TextLine(NamedTuple):
+    """A line of a program, as `cursor` and `places` know rungs."""
+
+    number: int
+    origin: Origin
+
+
+class TextRun(NamedTuple):
+    """A line that ran."""
+
+    routine: str  # the name of its file
+    line: TextLine
+    name: str  # of its function
+    values: Mapping[str, Any]  # the locals before it
+    caller: TextCaller | None = None
+
+
+class TextCaller(NamedTuple):
+    """The line that called a function, or awaits it."""
+
+    run: TextRun
+
+
+class TextState(NamedTuple):
+    """The values of a program at a place of a scan."""
+
+    values: Mapping[str, Any]
+    waits: Mapping[str, str]  # of sequences, and of a list of steps
+
+
+class ProgramValues(Mapping[str, Any]):
+    """The present values of a program by name; nothing of a list of steps."""
+
+    def __init__(self, logic: Callable[[], ScanLogic]) -> None:
+        self._logic = logic
+
+    def _space(self) -> dict[str, Any]:
+        logic: Any = unwrapped(self._logic())
+        return {} if isinstance(logic, Steps) else namespace_of(logic)
+
+    def __getitem__(self, name: str) -> Any:
+        try:
+            value = eval(_code(name), self._space())
+        except Exception as error:  # whatever a property of the user's raises
+            raise KeyError(name) from error
+        return value.name if isinstance(value, Enum) else value
+
+    def copies(self, names: Iterable[str]) -> dict[str, Any]:
+        """Return copies of values, those that there are now."""
+        space, found = self._space(), dict[str, Any]()
+        for name in names:
+            with suppress(Exception):  # whatever a property of the user's raises
+                found[name] = copied(eval(_code(name), space))
+        return found
+
+    def __iter__(self) -> Iterator[str]:
+        try:
+            return iter([each.name for each in named_values(self._space(), ["*"])[:MOST]])
+        except ValueError:
+            return iter(())
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+    def __contains__(self, name: object) -> bool:
+        if not isinstance(name, str) or not all(each.isidentifier() for each in name.split(".")):
+            return False
+        try:
+            self[name]
+        except KeyError:
+            return False
+        return True
+
+
+@lru_cache(maxsize=4096)
+def _code(name: str) -> CodeType:
+    return compile(name, "<value>", "eval")
+
+
+def copied(value: object, depth: int = DEEPEST) -> Any:
+    """Return a value as it is now, for later: plain ones, lists and dicts of them, the texts of others."""
+    if isinstance(value, Enum):
+        return value.name
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    if depth and isinstance(value, list | tuple | set | frozenset):
+        return [copied(each, depth - 1) for each in list(value)[:MOST_ITEMS]]
+    if depth and isinstance(value, dict):
+        return {str(key): copied(each, depth - 1) for key, each in list(value.items())[:MOST_ITEMS]}
+    try:
+        return repr(value)[:200]
+    except Exception as error:  # whatever a repr of the user's raises
+        return f"<{type(value).__name__}: {error}>"
+
+
+class Capture(Observer):
+    """Notes the lines of a scan, and the values before each."""
+
+    def __init__(self, logic: ScanLogic) -> None:
+        self.lines = None
+        self._logic, self._values = logic, ProgramValues(lambda: logic)
+        self._names = list(self._values)
+        self.runs: list[tuple[TextRun, int, TextState]] = []
+
+    @override
+    def begins(self, file: str, line: int, frame: FrameType | None) -> None:
+        above = [] if frame is None else list(_callers(frame))
+        step = TextRun(file, TextLine(line, Origin(file, line)), "step", {})
+        run = step if frame is None else self._run(frame, above)
+        self.runs.append((run, len(above), self.state()))
+
+    def _run(self, frame: FrameType, above: list[FrameType]) -> TextRun:
+        own = {name: copied(each) for name, each in frame.f_locals.items() if each is not self._logic}
+        caller = TextCaller(self._run(above[0], above[1:])) if above else None
+        path, line = frame.f_code.co_filename, frame.f_lineno
+        return TextRun(Path(path).name, TextLine(line, Origin(path, line)), frame.f_code.co_name, own, caller)
+
+    def state(self) -> TextState:
+        """Return the present values."""
+        return TextState(self._values.copies(self._names), waits_of(self._logic))
+
+
+_is_own = cache(is_the_users)
+
+
+def _callers(frame: FrameType) -> Iterator[FrameType]:
+    """Yield the frames of the user's files that a frame was called or awaited from, innermost first."""
+    above = frame.f_back
+    outermost = Twin._call.__code__  # its callers look at the program, such as a test
+    while above is not None and above.f_code is not outermost:
+        if _is_own(above.f_code.co_filename):
+            yield above
+        above = above.f_back
+
+
+def waits_of(logic: ScanLogic) -> Mapping[str, str]:
+    """Return where the sequences of a program wait, and for what, by name."""
+    inside: Any = unwrapped(logic)
+    if isinstance(inside, Steps):
+        return {"step": BareText(f"line {inside.line}")}
+    steps = {each.name: standing(each, 0) for each in sequences_in(inside)}
+    return {
+        name: BareText(f"line {each.line}: {each.wait}" if each.wait else "over")
+        for name, each in steps.items()
+    }
