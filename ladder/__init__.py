@@ -116,10 +116,10 @@ def _rung_svg(rung: Rung) -> str:
     return routines_svg([(Routine("", (rung,)), [0])])
 
 
-def _ask(program: LadderLogic, **asked: Any) -> object:
+def _ask(program: LadderLogic, **parameters: Any) -> object:
     from .prove.answers import ask
 
-    return ask(program, **asked)
+    return ask(program, **parameters)
 
 
 hooks.rung_svg, hooks.ask = _rung_svg, _ask

@@ -181,12 +181,17 @@ class _Comparison:
         return [key for key in keys if _is_shown(key) and self.is_output(key)]
 
     def _add_changes(
-        self, result: Difference, both: Sequence[Key], asked: Sequence[Key], now: set[Key], dirty: set[Key]
+        self,
+        result: Difference,
+        both: Sequence[Key],
+        open_keys: Sequence[Key],
+        now: set[Key],
+        dirty: set[Key],
     ) -> None:
         """Decide values one by one; add those that are not proved equal, and what the proofs assume.
 
         Args:
-            asked: values that may differ.
+            open_keys: values that may differ.
             now: values that one scan after equal states may make different.
             dirty: all values that may ever differ.
         """
@@ -197,8 +202,8 @@ class _Comparison:
         system = self._together()
         self.base = _Base(system, self.limits, [self._differ(key) for key in dirty])
         result.held = self._held(system, both)
-        self.runs = random_runs(self.old, self.new, asked)
-        for key in asked:
+        self.runs = random_runs(self.old, self.new, open_keys)
+        for key in open_keys:
             found = self._changed(system, key, now=key in now, surely=not result.unfollowed)
             if found is not None and key == FAULT:
                 result.fault = found
@@ -323,12 +328,12 @@ class _Comparison:
     def _held(self, system: System, both: Iterable[Key]) -> list[HeldNumber]:
         """Return what is held and decides whether some values differ."""
         differing = {key: self._differ(key) for key in both}
-        asked = [key for key, differ in differing.items() if differ is not FALSE]
+        differing_keys = [key for key, differ in differing.items() if differ is not FALSE]
         cone = system.cone(differing.values())
         found: dict[object, HeldNumber] = {}
         for problem in (self.old, self.new):
             names = {name.removeprefix(NEW) for name in cone} & problem.key_of.keys()
-            roots = [_after(problem, key) for key in asked]
+            roots = [_after(problem, key) for key in differing_keys]
             found |= {(each.key, each.bit): each for each in problem.held_numbers(names, roots)}
         return list(found.values())
 

@@ -101,7 +101,7 @@ class RegisterMap:
         Args:
             request: of `decoded`.
         """
-        return carried_out(request, lambda asked: self._carry_out(asked, snapshot))
+        return carried_out(request, lambda each: self._carry_out(each, snapshot))
 
     def _carry_out(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         try:
@@ -206,15 +206,15 @@ class RegisterMap:
 
 
 _FUNCTIONS: Mapping[int, Callable[[RegisterMap, Any, TagSnapshot], ModbusPDU]] = {
-    0x01: lambda own, asked, now: bits.ReadCoilsResponse(bits=own.read_bits(COILS, asked, now)),
-    0x02: lambda own, asked, now: bits.ReadDiscreteInputsResponse(
-        bits=own.read_bits(DISCRETE_INPUTS, asked, now)
+    0x01: lambda own, request, now: bits.ReadCoilsResponse(bits=own.read_bits(COILS, request, now)),
+    0x02: lambda own, request, now: bits.ReadDiscreteInputsResponse(
+        bits=own.read_bits(DISCRETE_INPUTS, request, now)
     ),
-    0x03: lambda own, asked, now: words.ReadHoldingRegistersResponse(
-        registers=own.read_words(HOLDING_REGISTERS, asked.address, asked.count, now)
+    0x03: lambda own, request, now: words.ReadHoldingRegistersResponse(
+        registers=own.read_words(HOLDING_REGISTERS, request.address, request.count, now)
     ),
-    0x04: lambda own, asked, now: words.ReadInputRegistersResponse(
-        registers=own.read_words(INPUT_REGISTERS, asked.address, asked.count, now)
+    0x04: lambda own, request, now: words.ReadInputRegistersResponse(
+        registers=own.read_words(INPUT_REGISTERS, request.address, request.count, now)
     ),
     0x05: RegisterMap.write_bit,
     0x06: RegisterMap.write_word,

@@ -16,6 +16,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import compress
 
 from scanrack.io_images.site import Site
 
@@ -301,4 +302,4 @@ class _RandomScans:
             ]
             self._done += 1
             self._quiet = 0 if sum(self._seen) > before else self._quiet + 1
-        return {t for t, seen in zip(self._watched, self._seen, strict=True) if seen}
+        return set(compress(self._watched, self._seen))

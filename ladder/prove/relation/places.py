@@ -102,7 +102,7 @@ def _choices(leaf: Leaf, index: T) -> tuple[T, range]:
 
 
 def chosen(values: list[T], number: T) -> T:
-    """Return the value of a number; one beyond them is not asked for."""
+    """Return the value with a number; the number is never beyond them."""
     k = 0
     while len(values) > 1:
         truth = bit(number, k)

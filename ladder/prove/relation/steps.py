@@ -219,7 +219,7 @@ class TermSteps(TermValues):
         found: dict[Hashable, T] = {"power": power} if _acts_without_power(step) else {}
         for leaf in (*own, *self._system):
             path = leaf.path.upper()
-            found.update(((path, index), self._kept[path, index]) for index in self.asked(leaf))
+            found.update(((path, index), self._kept[path, index]) for index in self.elements_in_use(leaf))
         for root in {leaf.root for operand in step.operands for leaf in _named_by(operand)} - {""}:
             where: Any = self.frame[root]
             parts = {"first": where.first, "left": where.left, "bit": -1 if where.bit is None else where.bit}

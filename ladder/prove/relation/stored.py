@@ -71,7 +71,7 @@ class TermPlaces(Interpreter):
         self.stops: T = FALSE  # where a major fault stops the processor
         self.faulted: T = FALSE  # where one has ended the scan, if `ends`
         self._lost: dict[str, list[Lost]] = {}  # where all of a leaf has become unknown, by path in capitals
-        self._asked: dict[str, list[int]] = {}  # elements with a variable, by path in capitals
+        self._in_use: dict[str, list[int]] = {}  # elements with a variable, by path in capitals
         self.active: T = TRUE
         self._facts_of, self._known_facts = TRUE, frozenset[int]()
         self.dt = var("~dt", INT, *dt)
@@ -134,7 +134,7 @@ class TermPlaces(Interpreter):
     def _read_first(self, key: Key, leaf: Leaf) -> None:
         """Make the variable of a place, or the constant of one that never changes."""
         put = self.log.put
-        self.log.append_at(self._asked, key[0], key[1])
+        self.log.append_at(self._in_use, key[0], key[1])
         if key in self.known:
             put(self._kept, key, const(self.known[key], kind_of(leaf.type)[0]))
             return
@@ -158,22 +158,22 @@ class TermPlaces(Interpreter):
     def havoc(self, leaf: Leaf, origin: UnknownOrigin = ONLY) -> None:
         """Let all elements of a leaf be anything where the current instruction is reached.
 
-        Those from `MOST_OPEN` on that nothing has asked for so far become unknown once something does.
+        Those from `MOST_OPEN` on that are not in use yet become unknown once they are.
 
         Args:
             origin: the instruction.
         """
         path = leaf.path.upper()
-        for index in self.asked(leaf):
+        for index in self.elements_in_use(leaf):
             self.poke(leaf, index, self.unknown_of(leaf, index, origin))
         if leaf.size > MOST_OPEN:
             self.log.append_at(self._lost, path, (self.active, self.lowered.sites[self.site]))
 
-    def asked(self, leaf: Leaf) -> list[int]:
+    def elements_in_use(self, leaf: Leaf) -> list[int]:
         """Give each element of a leaf a variable, as far as `MOST_OPEN`; return those that have one."""
         for index in range(min(leaf.size, MOST_OPEN)):
             self.value_here(leaf, index)
-        return self._asked.get(leaf.path.upper(), [])
+        return self._in_use.get(leaf.path.upper(), [])
 
     @property
     def partly_lost(self) -> list[str]:

@@ -72,8 +72,8 @@ class _Writer:
     def block(self, statements: Sequence[ast.stmt], depth: int) -> list[ast.stmt]:
         """Return a block from the statement with the point on."""
         steps = self._point.steps
-        wanted = steps[depth].node if depth < len(steps) else self._point.statement
-        place = next(number for number, each in enumerate(statements) if each is wanted)
+        target = steps[depth].node if depth < len(steps) else self._point.statement
+        place = next(number for number, each in enumerate(statements) if each is target)
         return [*self._statement(statements[place], depth), *statements[place + 1 :]]
 
     def _statement(self, node: ast.stmt, depth: int) -> list[ast.stmt]:
@@ -125,8 +125,8 @@ class _Writer:
             return self.block(node.orelse, depth + 1)
         first = self._once(node)
         if step.field == "test":
-            asked = _at(ast.IfExp(first(), self._first(node.test), node.test), node)
-            return [_with(node, test=asked)]
+            both = _at(ast.IfExp(first(), self._first(node.test), node.test), node)
+            return [_with(node, test=both)]
         again = _at(ast.If(first(), self.block(node.body, depth + 1), node.body), node.body[0])
         test = _at(ast.BoolOp(ast.Or(), [self._once(node)(), node.test]), node.test)
         return [_with(node, test=test, body=[again])]

@@ -100,11 +100,11 @@ class Driver(Exchanges[Drive]):
     def _connect(self) -> Talk:
         """Ask for the identity until it arrives; then check whether the controller has kept its state."""
         while self.state is ControllerState.ABSENT:
-            asked_ns = self.master.now_ns
+            sent_ns = self.master.now_ns
             reply = yield self.identify()
             if reply is None:
                 yield from self.restore_protocol()
-                yield LinePause(max(0, asked_ns + PROBE_NS - self.master.now_ns))
+                yield LinePause(max(0, sent_ns + PROBE_NS - self.master.now_ns))
                 continue
             self._good()
             if self._was_ready or (yield from self.admit()):

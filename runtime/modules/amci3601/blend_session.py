@@ -18,7 +18,7 @@ class BlendSession:
     acknowledged: bool = False
     good: bool = True  # no faulty block so far
     blocks: int = 0  # number received, including the header
-    wanted: int = 0  # segments announced by the header
+    announced: int = 0  # segments announced by the header
     types: list[Shape] = field(default_factory=list)  # acceleration type of each segment, from the header
     segments: list[BlendLeg] = field(default_factory=list)  # those received
     final_deceleration: int = 1  # of the ramp at the end, steps/ms/s
@@ -27,7 +27,7 @@ class BlendSession:
     @property
     def complete(self) -> bool:
         """Whether all segments have been received."""
-        return len(self.segments) >= self.wanted
+        return len(self.segments) >= self.announced
 
     def program(self) -> BlendProgram | None:
         """Return the profile if all of its blocks were received and good, else None."""
@@ -41,7 +41,7 @@ class BlendSession:
 
     def fits(self, start_sps: int) -> bool:
         """Whether the newest segment contains its ramp, and the last one also the final ramp (A-58)."""
-        if len(self.segments) == self.wanted:
+        if len(self.segments) == self.announced:
             try:
                 check_blend(start_sps, self.segments, self.final_deceleration, self.final_shape)
             except ValueError:

@@ -44,7 +44,7 @@ class HomingByAxis(Homing):
     again at starting speed.
     """
 
-    _sought_from = 0
+    _search_start = 0
     """Position at the begin of the axis's own search."""
 
     @override
@@ -53,7 +53,7 @@ class HomingByAxis(Homing):
         self._search(now_ns, self.direction, self.profile)
 
     def _search(self, now_ns: int, direction: int, profile: Profile) -> None:
-        self._sought_from = self.axis.position
+        self._search_start = self.axis.position
         self.axis.home(now_ns, direction, profile)
 
     @override
@@ -83,7 +83,7 @@ class HomingByAxis(Homing):
         """Wait for the end of the search; one that has made no step has not found the switch."""
         if self.axis.moving:
             return
-        self.found = self.axis.position != self._sought_from
+        self.found = self.axis.position != self._search_start
         if not self.found:
             give_up(self.host, now_ns, STOPPED_ELSEWHERE)
 

@@ -64,13 +64,13 @@ class BlendBlock:
 
     def _read_header(self) -> None:
         words, session, options = self.command.words, self.session, self.host.options
-        session.wanted = words[2]
-        if not SEGMENTS_MIN <= session.wanted <= SEGMENTS_MAX:
+        session.announced = words[2]
+        if not SEGMENTS_MIN <= session.announced <= SEGMENTS_MAX:
             self._spoil("PRF-04")
         types = words[4] & 0xFFFF | (words[3] & 0xFFFF) << 16
         codes = [types >> 2 * at & 0b11 for at in range(SEGMENTS_MAX)]
         session.types = [SHAPES[code] for code in codes]
-        if options.blend_type_10_invalid and 0b10 in codes[: max(0, session.wanted)]:
+        if options.blend_type_10_invalid and 0b10 in codes[: max(0, session.announced)]:
             self._spoil("BLD-12")
         if options.blend_reserved_words_checked and any(words[6:]):
             self._spoil("PRF-02", alone=True)
