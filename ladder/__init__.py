@@ -49,6 +49,7 @@ if TYPE_CHECKING:  # type checkers import these lines, `_HOMES` reads them
     from .lowering.controller import Controller
     from .lowering.program import Program
     from .lowering.runnable import LadderLogic
+    from .lowering.text import parse_rung
     from .model.errors import BuildError, LadderError, LadderFault, MinorFault, RungTextError
     from .model.tree import Rung
     from .model.types import (
@@ -101,6 +102,7 @@ if TYPE_CHECKING:  # type checkers import these lines, `_HOMES` reads them
         "Program",
         "RungTextError",
         "Structure",
+        "parse_rung",
         "read_program",
         "write_program",
         *instructions.NAMES,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
     from .config.rackfile import RackFileError, load_rack_file, parse_rack_file
     from .config.rackspec import RackSpec, SlotSpec
     from .line.wire import Device, LineFormat, SerialBus
-    from .live.actions import Edit, Force, Write
+    from .live.actions import Edit, Force, Online, Write
     from .loop.cpu import Cpu, CpuFault, CpuMode, ScanFlag
     from .loop.incidents import FaultKind, InjectedFault
     from .loop.pace import Clock, FreeRun, Watchdog

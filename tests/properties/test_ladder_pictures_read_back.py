@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from ladder_programs import rungs
+from scanrack.ladder import parse_rung
 from scanrack.ladder.draw import rung_text
 from scanrack.ladder.draw.ruler import SHORTEST, SYMBOLS
-from scanrack.ladder.lowering.text import parse_rung
 from scanrack.ladder.model.tree import Branch, instructions_of
 
 UP, DOWN, LEFT, RIGHT = (0, -1), (0, 1), (-1, 0), (1, 0)

@@ -29,7 +29,7 @@ from hypothesis.stateful import (
 from scanrack.jobs.record.program_versions import ProgramVersion
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.files import parse_program
-from scanrack.runtime.live.actions import Edit, Online
+from scanrack.runtime import Edit, Online
 from scanrack.watch import edited_programs
 from scanrack.watch import editor as editor_module
 from scanrack.watch.edited_programs import EditedPrograms

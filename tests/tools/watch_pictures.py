@@ -66,7 +66,7 @@ def saved(look: Look, name: str) -> None:
     """Save what the window shows."""
     from PIL import Image
 
-    small = picture(look).quantize(COLORS, Image.Quantize.MAXCOVERAGE)
+    small = picture(look).quantize(COLORS, Image.Quantize.MEDIANCUT)
     small.save(IMAGES / name, optimize=True)
 
 

@@ -118,13 +118,6 @@ EQUIVALENT = (
     Equivalent("scanrack/jobs/check/python/reader.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
     Equivalent("scanrack/jobs/check/python/calls.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
     Equivalent(
-        "scanrack/jobs/check/rungs/output_writes.py",
-        "WriteReader._written",
-        "0",
-        "1",
-        "word and bits are put in afterwards, and bit 0 of an unknown value is not looked at",
-    ),
-    Equivalent(
         "scanrack/jobs/trust/trust.py", "fingerprints", "0", "1", "without files no line has the width"
     ),
     Equivalent(f"{LAYER}/operation.py", "limit_of", "direction > 0", "direction >= 0", A_DIRECTION),

@@ -359,10 +359,10 @@ def test_breakpoints_are_set_in_modules_beside_the_program(
 ) -> None:
     forget_helpers()
     rack = made(tmp_path, "plain.py", HELPED)
-    (tmp_path / "doubling.py").write_text("def twice(value):\n    return 2 * value\n")
+    (tmp_path / "doubling.py").write_text("def twice(value):\n    return 2 * value\n", encoding="utf-8")
     (tmp_path / "parts").mkdir()
-    (tmp_path / "parts/__init__.py").write_text("")
-    (tmp_path / "parts/thirds.py").write_text("def third(value):\n    return value / 3\n")
+    (tmp_path / "parts/__init__.py").write_text("", encoding="utf-8")
+    (tmp_path / "parts/thirds.py").write_text("def third(value):\n    return value / 3\n", encoding="utf-8")
     if recorded:
         with ExitStack() as ports:
             JobRun(load_job(str(rack)), ports, RunOptions(trace=tmp_path / "run.mcap")).run(100)

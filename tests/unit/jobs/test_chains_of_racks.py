@@ -333,14 +333,22 @@ inputs = { tank = 0 }
 """
 
 
-@pytest.fixture(params=["as this system does", "without fork"])
+@pytest.fixture
 def tried(request, monkeypatch):
     """How sets of inputs are tried."""
     if request.param == "without fork":
         monkeypatch.delattr(os, "fork", raising=False)
 
 
-@pytest.mark.parametrize(("scans", "what", "wanted", "inputs", "after"), PYTHON_TAKES)
+@pytest.mark.usefixtures("tried")
+@pytest.mark.parametrize(
+    ("tried", "scans", "what", "wanted", "inputs", "after"),
+    [
+        *(("as this system does", *each) for each in PYTHON_TAKES),
+        ("without fork", *PYTHON_TAKES[1]),
+    ],
+    indirect=["tried"],
+)
 def test_what_it_would_take_of_python_is_confirmed_by_a_run(made, scans, what, wanted, inputs, after):
     program = LINES.replace("    count = 0", "    count = level = 0")
     program += "    state.level = 2 if scan.slot[4].inputs[0] > 12000 else 1\n"
@@ -464,7 +472,6 @@ TAKES = [
 ]  # fmt: skip
 
 
-@pytest.mark.usefixtures("tried")
 @pytest.mark.parametrize(("what", "wanted", "expected"), TAKES)
 def test_what_it_would_take_of_an_analog_input_and_of_a_module(beside, what, wanted, expected):
     beside.scan(22)

@@ -2,8 +2,8 @@
 
 import pytest
 from ladder_bench import Named
+from scanrack.ladder import parse_rung
 from scanrack.ladder.files import parse_program
-from scanrack.ladder.lowering.text import parse_rung
 from scanrack.ladder.model.errors import BuildError
 
 TAGS = "TAG A : DINT\nTAG B : DINT\nTAG X : REAL\nTAG Text : STRING\nTAG Names : STRING[3]\nTAG Out : BOOL\n"

@@ -7,12 +7,11 @@ gap that is left out at the end of a leg.
 from pathlib import Path
 
 import pytest
-from scanrack.ladder import LadderError
+from scanrack.ladder import LadderError, parse_rung
 from scanrack.ladder.draw.live import live_rung
 from scanrack.ladder.files.rewriting import rewritten
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.lowering.edited import BEFORE_FIRST, EditedProgram, NewTag, RungEdit
-from scanrack.ladder.lowering.text import parse_rung
 from scanrack.rockwell.l5x.importer import import_l5x
 from scanrack.rockwell.l5x.rewriting import rewritten_l5x
 

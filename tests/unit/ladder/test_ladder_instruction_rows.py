@@ -20,10 +20,10 @@ from scanrack.ladder import (
     LadderFault,
     Program,
     instructions,
+    parse_rung,
 )
 from scanrack.ladder.draw import rung_text
 from scanrack.ladder.instructions import BY_NAME, FAMILIES, SPECS
-from scanrack.ladder.lowering.text import parse_rung
 from scanrack.ladder.model.operand_checks import OPERAND_CHECKS
 from scanrack.ladder.model.spec import InstructionKind, Spec, Use
 from scanrack.ladder.model.statements import Invocation

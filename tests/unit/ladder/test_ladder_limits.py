@@ -2,10 +2,18 @@
 
 import pytest
 from ladder_bench import both, program_of
-from scanrack.ladder import DINT, MOV, BuildError, LadderError, LadderFault, Program, RungTextError
+from scanrack.ladder import (
+    DINT,
+    MOV,
+    BuildError,
+    LadderError,
+    LadderFault,
+    Program,
+    RungTextError,
+    parse_rung,
+)
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
-from scanrack.ladder.lowering.text import parse_rung
 from scanrack.ladder.model.expressions import parse_address
 from scanrack.ladder.model.tree import BRANCHES, LEVELS, SUBSCRIPT, Address, Operand, Operation, addresses_in
 from scanrack.ladder.state import fault_log

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from ladder_programs import rungs
+from scanrack.ladder import parse_rung
 from scanrack.ladder.draw import live_rung, power, rung_text
-from scanrack.ladder.lowering.text import parse_rung
 from scanrack.ladder.model.tree import Address, Branch, Instruction, Number, Rung, instructions_of
 
 SEAL_IN = "[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);"

@@ -6,9 +6,8 @@ from xml.etree import ElementTree
 import pytest
 from scanrack.commands import build
 from scanrack.jobs import load_program
-from scanrack.ladder import Program
+from scanrack.ladder import Program, parse_rung
 from scanrack.ladder.draw import captions_of, routine_text, routines_svg, rung_text
-from scanrack.ladder.lowering.text import parse_rung
 from scanrack.ladder.model.routine import Routine
 from typer.testing import CliRunner
 

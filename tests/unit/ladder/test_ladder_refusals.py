@@ -2,10 +2,21 @@
 
 import pytest
 from ladder_bench import program_of
-from scanrack.ladder import BOOL, DINT, OTE, REAL, TIMER, TON, BuildError, LadderError, Program, RungTextError
+from scanrack.ladder import (
+    BOOL,
+    DINT,
+    OTE,
+    REAL,
+    TIMER,
+    TON,
+    BuildError,
+    LadderError,
+    Program,
+    RungTextError,
+    parse_rung,
+)
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.lowering.python_rungs import make
-from scanrack.ladder.lowering.text import parse_rung
 
 TAGS = """TAG Run : BOOL
 TAG Go : BOOL

@@ -5,10 +5,9 @@ import math
 import pytest
 from ladder_bench import both, program_of
 from scanrack.io_images.image import Image
-from scanrack.ladder import LadderFault, RungTextError
+from scanrack.ladder import LadderFault, RungTextError, parse_rung
 from scanrack.ladder.compiler.services import regions_of, services
 from scanrack.ladder.files import parse_program
-from scanrack.ladder.lowering.text import parse_rung
 from scanrack.ladder.model.tags import RESERVED
 from scanrack.ladder.state.fault_log import MOST_RECURSION
 

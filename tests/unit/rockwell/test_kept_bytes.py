@@ -13,10 +13,9 @@ import pytest
 from l5x_files import HEAD, cdata, data_type, document, ladder, machine, member, program, rung, tag
 from real_mix import real_controller
 from scanrack.commands import build
-from scanrack.ladder import LadderError
+from scanrack.ladder import LadderError, parse_rung
 from scanrack.ladder.instructions.slc import SLC_SPECS
 from scanrack.ladder.lowering.edited import BEFORE_FIRST, FileChange, NewTag, RungEdit, normalized
-from scanrack.ladder.lowering.text import parse_rung
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.partial import partial_l5x
 from scanrack.rockwell.l5x.rewriting import rewritten_l5x

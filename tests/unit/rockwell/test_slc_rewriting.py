@@ -6,10 +6,9 @@ another one of its line with it, a division that becomes an OR.
 """
 
 import pytest
-from scanrack.ladder import LadderError
+from scanrack.ladder import LadderError, parse_rung
 from scanrack.ladder.instructions.slc import SLC_SPECS
 from scanrack.ladder.lowering.edited import BEFORE_FIRST, NewTag, RungEdit
-from scanrack.ladder.lowering.text import parse_rung
 from scanrack.rockwell.slc import import_text
 from scanrack.rockwell.slc.rewriting import program_text, rewritten_slc
 

@@ -250,15 +250,6 @@ def _opc_tag(row: TagRow, name: str) -> dict[str, Any]:
 _NODE_RED = dict.fromkeys(("BOOL", "SINT", "INT", "DINT", "REAL"))
 
 
-def _without_grids(rows: Iterable[TagRow], made: TagFile) -> Iterator[TagRow]:
-    """Yield the rows but for members that are arrays of several dimensions, which are left out."""
-    for row in rows:
-        if len(row.dims) > 1 and "." in _program_and_name(row.enip)[1]:
-            made.left_out.append(row.name)
-        else:
-            yield row
-
-
 def node_red(rows: Iterable[TagRow], title: str) -> TagFile:
     """Return a flow: an endpoint, a node that shows all tags, and a node for each writable one.
 
@@ -268,7 +259,10 @@ def node_red(rows: Iterable[TagRow], title: str) -> TagFile:
     made = TagFile()
     table: dict[str, dict[str, dict[str, str]]] = {}
     outs = []
-    for row in made.single(_without_grids(rows, made), _NODE_RED):
+    rows = list(rows)
+    grids = [row for row in rows if len(row.dims) > 1 and "." in _program_and_name(row.enip)[1]]
+    made.left_out += [row.name for row in grids]
+    for row in made.single((row for row in rows if row not in grids), _NODE_RED):
         program, name = _program_and_name(row.enip)
         kind = "BIT_STRING" if row.type_name == "BOOL" and name.endswith("]") else row.type_name
         table.setdefault(program, {})[name] = {"type": kind}
