@@ -375,7 +375,10 @@ def _different(old: Sequence[Field], new: Sequence[Field]) -> tuple[list[str], l
 
 
 def _orders_of_members(old: Item, new: Item) -> list[str]:
-    """Return the common members in both orders, [] if these are equal: the layout of a type in memory."""
+    """Return the orders that both versions have of their common members; [] if they have the same order.
+
+    The order decides the layout of a type in memory.
+    """
     if old.what != "data type":
         return []
     orders = _members(old), _members(new)
