@@ -11,11 +11,11 @@ import io
 from collections.abc import Iterable
 
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
-"""What a formula begins with."""
+"""First characters of a formula."""
 
 
 def cell(value: object) -> object:
-    """Return a value for a cell: a text is no formula, and a number stays what it is.
+    """Return a cell value: text that a spreadsheet would take for a formula is quoted, the rest is unchanged.
 
     >>> cell("=HYPERLINK(0)"), cell("+1"), cell("Motor"), cell(-1)
     ("'=HYPERLINK(0)", "'+1", 'Motor', -1)

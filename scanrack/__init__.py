@@ -1,7 +1,7 @@
 """scanrack: a PLC rack in software for stepper controllers.
 
 These are the names that a program, a test or a notebook needs. Each is imported when it is first used, so
-`import scanrack` costs nothing. Everything else is in the rooms: `scanrack.io_images`, `scanrack.ladder`,
+`import scanrack` costs nothing. Everything else is in the packages `scanrack.io_images`, `scanrack.ladder`,
 `scanrack.rockwell`, `scanrack.runtime`, `scanrack.traces` and `scanrack.jobs`.
 
 >>> from scanrack import Move, MoveKind

@@ -160,7 +160,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> _Report:
-    """Add the section of scanrack to the report of a failed test; a rerun of the test begins anew."""
+    """Add the section of scanrack to the report of a failed test; a rerun of the test starts over."""
     report = yield
     found = item.stash.get(ARTIFACTS, None)
     if found is not None:

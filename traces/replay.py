@@ -92,5 +92,5 @@ class PackedTrace:
         return block_layout(self.slots)
 
     def span(self, image: Image) -> slice:
-        """Return the place of an image in the memory block, bytes; KeyError for no such slot."""
+        """Return the bytes of the memory block that hold an image; KeyError for an unknown slot."""
         return self.layout.places[image[0]].image(image[1])

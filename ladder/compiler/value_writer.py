@@ -140,7 +140,7 @@ class ValueWriter(PlaceWriter):
         return self.term_of(self.read(operand), operand.type)
 
     def term_of(self, text: str, kind: Elementary) -> Term:
-        """Return a value of a type."""
+        """Return text as a term with the range of a type."""
         if kind.is_real or kind.is_double:
             return Term(text, real=True, double=kind.is_double)
         return Term(text, kind.lowest, kind.highest)

@@ -203,7 +203,7 @@ def _check_name(name: str, known: Iterable[str], what: str) -> None:
 def _writer(words: Sequence[str]) -> Callable[[Image], None]:
     """Return the function that writes the words of a step to the output image."""
     if words[0] == "words":
-        values = [_word(word) for word in _some(words[1:])]
+        values = [_word(word) for word in _within_limit(words[1:])]
         return lambda outputs: _fill(outputs, values)
     if len(words) == 1 and words[0] in _PLAIN:
         return _PLAIN[words[0]]
@@ -240,7 +240,7 @@ def _put(image: Image, name: str, text: str) -> None:
     image[place], image[place + 1] = split_thousands(value)
 
 
-def _some(words: Sequence[str]) -> Sequence[str]:
+def _within_limit(words: Sequence[str]) -> Sequence[str]:
     if not 1 <= len(words) <= WORDS_MAX:
         raise ValueError(f"{len(words)} words are given: must be 1 to {WORDS_MAX}")
     return words

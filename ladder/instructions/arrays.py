@@ -129,7 +129,7 @@ def _write_size(rungs: RungWriter, array: Resolved, dimension: Constant, target:
     if len(dims) == 1:
         texts = subscripts_kept(rungs.values, array)
         size = elements_left(rungs, region, texts) if region.whole else str(count_of(dims))
-    size = f"max({size}, 0)" if not size.isdigit() else size
+    size = f"max({size}, 0)" if not size.isdigit() else size  # a subscript may lie beyond the end
     rungs.values.assign(target, f"converted(types[{target.type.name!r}], {size})")
 
 

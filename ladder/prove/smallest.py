@@ -37,7 +37,7 @@ def smallest(
 
     Args:
         assume: bits that each scan sets.
-        modules: contracts that its inputs keep.
+        modules: contracts that the inputs must keep.
     """
     kept, layout = tuple(scans), program.build().layout
     for simpler in islice(_simplifications(layout, kept), MOST_RUNS):

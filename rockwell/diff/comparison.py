@@ -379,7 +379,10 @@ def _different(old: Sequence[Field], new: Sequence[Field]) -> tuple[list[str], l
 
 
 def _order_of_members(old: Item, new: Item, item: Item) -> str:
-    """Return the order of members that both have, "" if it is the same: the layout of a type in memory."""
+    """Return the order that `item` has of the members in both versions; "" if they have the same order.
+
+    The order decides the layout of a type in memory.
+    """
     if old.what != "data type":
         return ""
     orders = [[label for label, _ in each.fields if label.startswith("member ")] for each in (old, new)]

@@ -85,7 +85,7 @@ def outline(data: bytes, file: str) -> Item:
 
 
 def rung_key(text: str) -> str:
-    """Return a rung's text without blanks outside of its strings.
+    """Return a rung's text without the white space outside its strings.
 
     >>> rung_key("EQU( S ,'a b') ;")
     "EQU(S,'a b');"

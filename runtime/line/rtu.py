@@ -86,10 +86,10 @@ class Framer:
         return self._timing.gap_ns
 
     def receive(self, start_ns: int, now_ns: int, data: bytes) -> list[bytes]:
-        """Receive bytes without a pause between them; return frames that are complete without silence.
+        """Receive bytes without a pause between them; return the frames whose end needs no silence.
 
         Args:
-            start_ns: begin of the first byte.
+            start_ns: start of the first byte.
         """
         timing = self._timing
         if self._buffer and timing.pause_ns is not None and start_ns - self._last_ns > timing.pause_ns:

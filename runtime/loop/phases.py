@@ -83,6 +83,7 @@ class ScanPhases:
         self.flags = self._prepared_flags = 0
         self.call_logic: Phase = self.logic
         self.attention = self.plain = False
+        self._given: tuple[object, ...] = ()  # what the phases were listed for
         self.after_logic: tuple[Phase, ...] = (self.output_latch, self.record, housekeeping)
         self._rack, self._exchange, self._forces = rack, exchange, forces
         self._pacer, self._watchdog = pacer, watchdog
@@ -193,14 +194,13 @@ class ScanPhases:
         news = bool(self._news or self._announced)
         forced_in, forced_out = self._forces.on_inputs, logic_runs and self._forces.on_outputs
         starting = mode is CpuMode.RUN and not self._modules_run
-        self.call_logic = self._timed_logic if self._watchdog.timed else self.logic
-        plan = [
-            (phase, cause)
-            for is_active, phase, cause in self._plan(mode, starting, news, forced_in, forced_out)
-            if is_active
-        ]
-        self.order = tuple(phase for phase, _ in plan)
-        self.blame = dict(plan)
+        given = (mode, starting, news, forced_in, forced_out, self._watchdog.timed, self._pacer.free)
+        if given != self._given:  # listing them costs more than a short scan
+            self._given = given
+            self.call_logic = self._timed_logic if self._watchdog.timed else self.logic
+            plan = self._plan(mode, starting, news, forced_in, forced_out)
+            self.blame = {phase: cause for is_active, phase, cause in plan if is_active}
+            self.order = tuple(self.blame)
         self.flags = self._prepared_flags = _flags(
             mode, first, forced_in, forced_out, tags_set or tags_forced
         )

@@ -110,7 +110,7 @@ def with_images(listing: Listing, slots: Mapping[int, ModuleWords], profile: str
 
 
 def part_of_image(address: str, slots: Mapping[int, ModuleWords], profile: str) -> str:
-    """Return the address of a word or bit as the images have it; any other one as it is.
+    """Return the address of a word or bit as the images name it; return other addresses unchanged.
 
     >>> slots = {1: PLAIN_WORDS, 2: PLAIN_WORDS}
     >>> part_of_image("Local:2:I.Data.20", slots, GENERIC)

@@ -282,10 +282,10 @@ class _Writer(Transformer[Token, str]):
 
 
 def _in_unit(part: str, other: str) -> str:
-    """Return a number in the unit of the tag that it is compared with, anything else as it is.
+    """Return a number in the unit of the tag that it is compared with; return anything else unchanged.
 
     Raises:
-        ExpressionError: the tag has another unit, or there is none.
+        ExpressionError: the tag has another unit, or none.
     """
     if not isinstance(part, _Part) or not part.written:
         return part

@@ -79,14 +79,14 @@ def check_module(
     words: Draw | None = None,
     machine: MachineSpec = NO_MACHINE,
 ) -> None:
-    """Check that any words are survived, two runs are equal, calls between do not matter, and names decode.
+    """Check that a module survives any words, repeats its runs, ignores extra calls, and decodes its names.
 
     Args:
         record: of the module.
         options: by name; the others are drawn, their defaults or ends of their ranges.
         seeds: each draws options and a script of a dozen steps.
         words: draws output words that lead far into the module; `any_words` if left out.
-        machine: that the module moves.
+        machine: the machine that the module moves.
 
     Raises:
         ContractError: a promise that it does not keep.

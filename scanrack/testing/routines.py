@@ -88,7 +88,7 @@ class RoutineTest(pytest.Item):
 
 
 def _said(error: CpuFault) -> str:
-    """Return a fault in the words of the program."""
+    """Return a fault with the line and the instruction of the program."""
     fault = error.__cause__
     if not isinstance(fault, LadderFault):
         return str(error)

@@ -136,6 +136,7 @@ class Editor:
                 self._hand_over(partial(self._tell, {"mistake": mistake}))
 
     def _attend(self) -> None:
+        """Answer pages, then load or preview the program if an order or a saved file asks for it."""
         while self._orders:
             self._follow()  # what a page knows from an answer has been followed
             self._answer(*self._orders.popleft())

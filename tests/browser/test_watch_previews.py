@@ -160,7 +160,7 @@ def test_python_that_is_typed_says_which_sequence_prevents_it(page, rack):
         typed(page, SEQUENCE.replace("go.rises", "go.falls"), AS_IT_IS)
         assert "is no longer at its place" in page.run(TEXTS, "[data-old='11'] + .note")[0]
         page.click("//button[text()='Take over, restart cycle']", "xpath")
-        until(lambda: "begin anew: cycle" in page.run(NOTICE))
+        until(lambda: "restart: cycle" in page.run(NOTICE))
         until(lambda: "go falls" in page.run("return document.querySelector('.waits')?.textContent ?? ''"))
 
 

@@ -128,7 +128,7 @@ def test_an_edit_that_a_sequence_prevents_is_taken_over_with_a_restart_of_that_s
         until(lambda: "is no longer at its place" in page.run(NOTICE))
         assert "small.py:11: cycle waits in cycle" in page.run(NOTICE)
         page.run("document.querySelector('#notice button').click()")
-        until(lambda: "begin anew: cycle" in page.run(NOTICE))
+        until(lambda: "restart: cycle" in page.run(NOTICE))
         until(lambda: "go falls" in page.run(WAITS))
         assert page.value("small.rounds") == "7"
 

@@ -24,7 +24,7 @@ no gap in it, so the rack's memory block is copied as it is, its padding as `int
 Tags, where a user names any, follow the slots; see `tagplan`. A reader ignores fields after the tags,
 such as the decoded values of a copy; see `decoded`.
 
-Viewers merge schemas of one name, so the name carries a hash of the text. It
+Viewers merge schemas with the same name, so the name carries a hash of the text. It
 is joined without an underscore: ROS 2 allows letters and digits only in the
 name of a message, and its decoders hold to that.
 """

@@ -1,4 +1,4 @@
-"""Formats of the numbers of modules whose configuration selects them, scan by scan.
+"""The number format in each scan, for modules whose configuration selects it.
 
 A module reports each change as an event of kind "format"; until the first one its numbers are in thousands.
 

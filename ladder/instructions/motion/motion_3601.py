@@ -176,7 +176,7 @@ def _home(axis: Axis, motion: MotionControl) -> None:
     elif speed is None or rate is None:
         motion.refuse(OUT_OF_RANGE)
     else:
-        command = COMMANDS[HOME] if settings.home_direction > 0 else 2 * COMMANDS[HOME]
+        command = COMMANDS[HOME] if settings.home_direction > 0 else 2 * COMMANDS[HOME]  # the next bit: CCW
         axis.request(motion, HOME, *_profile(command, 0, speed, (rate, rate)))
         motion.set(DN=True, IP=True, AC=True)
 

@@ -160,7 +160,7 @@ class TruthDecider:
         return each if held else replace(each, scans=min(each.scans, each.k + 1), replays=False)
 
     def _follows(self, system: System) -> bool:
-        """Whether the relation of a system follows the program."""
+        """Whether the model of a system matches the program, as every proof checks."""
         return bool(prove(system, FALSE, replace(self.limits.each, replays=False)))
 
     # --- one truth

@@ -37,7 +37,7 @@ class Byte(NamedTuple):
 
 
 class Bits(NamedTuple):
-    """A byte of eight truths, the lowest first; None for a bit that no member has, which may be on."""
+    """Eight Boolean terms as a byte, lowest bit first; None for a bit without a member, which may be set."""
 
     truths: tuple[T | None, ...]
 

@@ -60,7 +60,7 @@ class LogicEdit:
             ("gone", self.dropped),
             ("keep their value", self.restated),
             ("continue", self.continued),
-            ("begin anew", self.restarted),
+            ("restart", self.restarted),
         )
 
     def __str__(self) -> str:
@@ -202,7 +202,7 @@ def _refusal(errors: Mapping[str, NotPlacedError]) -> EditRefusal:
     """Return the refusal of an edit, by the sequences that can't continue."""
     names, text = ", ".join(errors), "\n".join(map(str, errors.values()))
     sites = (site for error in errors.values() for site in sites_of(error))
-    refused = EditRefusal(f"{text}\nthe edit is possible if {names} begins anew", *sites)
+    refused = EditRefusal(f"{text}\nthe edit is possible if you restart {names}", *sites)
     refused.sequences, refused.refusals = tuple(errors), tuple(errors.values())
     return refused
 

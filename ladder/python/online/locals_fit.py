@@ -28,7 +28,7 @@ def names_needed(body: list[ast.stmt], point: Point) -> Names:
 
 
 class _Reads:
-    """Collects names that are read before they are certainly assigned."""
+    """Collects names that may be read before they are assigned."""
 
     def __init__(self) -> None:
         self._found: set[str] = set()

@@ -36,7 +36,7 @@ _INDEX = re.compile(r"\[\d{1,9}(?:,\d{1,9})*+\]")
 
 
 def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], types: Types) -> Iterator[Force]:
-    """Yield the forces of a tag from its `ForceData`, and from `Data` that show some, which count first.
+    """Yield the forces of a tag, from `Data` elements that show any, otherwise from its `ForceData`.
 
     Raises:
         ValueTextError: force data that can't be read.

@@ -1,11 +1,11 @@
-"""The XML of values, most of a document: cut out of it, and parsed tag by tag.
+"""The XML of values, which makes up most of a document: cut out, and parsed tag by tag.
 
-As elements values take sixteen times the memory of their text.
+Parsed elements take sixteen times the memory of their text.
 
     <Data Format="Decorated"> ... </Data>   becomes   <Data Format="Decorated" Cut="0"/>
 
-Values in the words of Studio 5000 are read by a regular expression, a third of the time that elements take;
-all others by the XML parser, which also says what is wrong with them.
+A regular expression reads values as Studio 5000 writes them, in a third of the time that elements take. The
+XML parser reads all others, and says what is wrong with them.
 """
 
 from __future__ import annotations

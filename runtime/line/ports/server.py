@@ -127,7 +127,7 @@ class PduServer(Server):
 
 
 class GatewayServer(Server):
-    """A gateway at a Modbus TCP port: requests go onto the serial line, one after another.
+    """A gateway on a Modbus TCP port, which passes requests to the serial line one at a time.
 
     Args:
         gateway: the master of the line.

@@ -184,7 +184,7 @@ class Exchanges(Generic[Drive]):
         self.cut = False
 
     def stop_and_read_status(self) -> Talk:
-        """Stop at once, wait for standstill, and read the position."""
+        """Stop at once, wait for standstill, and read the status and the final position."""
         yield from self.stop()
         while not (yield from self.rest()):
             if self.master.overdue:  # the answer to the stop may be older

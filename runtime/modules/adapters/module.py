@@ -140,11 +140,11 @@ class Adapter(Generic[Drive]):
         self.driver = self._kind.driver(self._options, self._address)
         self.driver.master.now_ns = self._now_ns
         self._locked_out = False
-        self._begin_anew()
+        self._start_over()
         self._image.clear()
         self._publish()
 
-    def _begin_anew(self) -> None:
+    def _start_over(self) -> None:
         self.axis = self._kind.axis(self.driver, self._options)
         self.layer = CommandLayer(
             self.axis, Firmware.parse("4.1"), Amci3601Options(), self.events, self._now_ns
@@ -349,7 +349,7 @@ class Adapter(Generic[Drive]):
 
     def _lose_power(self, now_ns: int) -> None:
         self._note(now_ns, "power lost", "the controller has lost its power and its configuration")
-        self._begin_anew()
+        self._start_over()
         self._image.clear()
 
     def _stray(self, now_ns: int) -> None:

@@ -1,7 +1,7 @@
 """A simulated networked drive: time, inputs, its image of ten words in each direction.
 
 It has no clock and no port. In a slot the scan loop calls `update`; a server or an adapter calls `advance`
-and `obey`. New words act at the instant at which they arrive. Inputs are sampled every 250 us (reading
+and `obey`. New words take effect the instant they arrive. Inputs are sampled every 250 us (reading
 R-41), and the end of a motion is exact; between such instants only the position moves, by a formula. So the
 image does not depend on the number of calls.
 """
@@ -242,7 +242,7 @@ class DriveUnit(SteppedModule):
         self._condition(StatusBit.ENCODER_ERROR, on=faulty)
 
     def set_cable(self, connected: bool) -> None:
-        """Pull out the network cable, or plug it in again, from now on [17 p. 82, p. 84; reading R-22]."""
+        """Unplug the network cable, or plug it back in, now [17 p. 82, p. 84; reading R-22]."""
         if connected != self._cable:
             self._touch()
             self._cable = connected

@@ -42,7 +42,7 @@ def _plot_command(
         typer.Option(
             "--tag",
             metavar="PATTERN",
-            help="Only recorded tags of this name, such as 'Dwell.*'; may be repeated.",
+            help="Only recorded tags that match, such as 'Dwell.*'; may be repeated.",
             show_default="as many as there is room for; none with --slot",
         ),
     ] = None,

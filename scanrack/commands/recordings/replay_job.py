@@ -139,9 +139,7 @@ def _sources(trace: Trace, folder: Path, options: ReplayOptions) -> tuple[RackSp
     rack, program, trust = options.rack, options.program, options.trust
     if options.into is ReplayTarget.MODULE:
         if program is not None:
-            raise ValueError(
-                "--program goes with --into program or rack: a module is played recorded outputs"
-            )
+            raise ValueError("--program goes with --into program or rack: a module gets the recorded outputs")
         return (load_spec(rack)[0] if rack else spec_of(trace, folder, trust=trust)), None
     job = load_job(rack, program) if rack else job_of(trace, folder, trust=trust, program=program)
     return job.spec, job.logic

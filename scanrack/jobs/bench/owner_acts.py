@@ -37,7 +37,7 @@ def acts_in_trace(
     """Yield what an owner could do after a scan of a recording, up to `MOST_ANSWERS`; see `every_act`.
 
     Args:
-        folder: for the files of the trace.
+        folder: where to unpack the files of the trace.
         orders: of the session up to then.
 
     Raises:

@@ -140,7 +140,7 @@ class Branch:
             del samples[:first]
 
     def explains(self, seen: SeenImage, timing: Timing) -> bool:
-        """Whether the model shows a read in its window."""
+        """Advance the model past the window of a read; return whether it shows the words that were read."""
         since = self.instants[-1] if self.instants else self.now_ns
         drift = abs(seen.window.high_ns - since) * timing.drift_ppm // 1_000_000
         low, high = (

@@ -201,6 +201,7 @@ def _steps(text: str, where: str) -> list[SceneStep]:
 
 
 def _step(words: list[str]) -> SceneStep:
+    """Parse a step; `inputs` has a duration as other steps do, so their parser reads it."""
     if words[0] != "inputs":
         step = parse_steps(" ".join(words)).steps[0]
         if step.for_ns is None and not step.rise and not step.fall:

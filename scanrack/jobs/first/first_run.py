@@ -159,7 +159,7 @@ class _Inputs:
     def unchanged(self, *, module: bool) -> list[str]:
         """Return those that never changed: of modules, or the others."""
         left = (name for name in self._places if name not in self._changed)
-        return [name for name in left if (":" in self._places[name].leaf.path) is module]
+        return [name for name in left if (":" in self._places[name].path) is module]
 
 
 def _read_only(debugger: Debugger) -> Iterator[tuple[str, Place]]:
@@ -170,10 +170,10 @@ def _read_only(debugger: Debugger) -> Iterator[tuple[str, Place]]:
         where = each.where
         if each.writes:
             written.add(path_of(where))
-        elif isinstance(where, Place) and not where.leaf.frame and _is_fixed(where):
+        elif isinstance(where, Place) and not where.frame and _is_fixed(where):
             read.setdefault(each.text, where)
     for text, where in read.items():
-        parts = where.leaf.path.upper().split(".")
+        parts = where.path.upper().split(".")
         above = {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
         if above.isdisjoint(written) and not parts[0].startswith("S:"):
             yield text, where

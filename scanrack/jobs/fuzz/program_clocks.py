@@ -132,8 +132,7 @@ def _uses_of(timers: Iterable[str], mentions: Iterable[Mention]) -> dict[str, _U
 
 
 def _path(mention: Mention) -> str:
-    where = mention.where
-    return (where.path if isinstance(where, Group) else where.leaf.path).upper()
+    return mention.where.path.upper()
 
 
 def _is_single_timer(mention: Mention) -> bool:

@@ -10,7 +10,6 @@ from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.draw import captions_of, routines_svg
 from scanrack.ladder.model.errors import LadderFault
-from scanrack.ladder.model.operands import Place
 from scanrack.ladder.prove.answers import ScenarioStep
 from scanrack.ladder.prove.monitors import WatchedClaim
 from scanrack.ladder.prove.replaying import ScanOf
@@ -160,7 +159,7 @@ def _cross_reference(debugger: Debugger) -> tuple[dict[RungPlace, set[str]], dic
     writers: dict[str, list[RungPlace]] = {}
     for each in debugger.cross_reference.mentions:
         place = each.site.routine, each.site.rung or 0
-        path = (each.where.leaf.path if isinstance(each.where, Place) else each.where.path).upper()
+        path = each.where.path.upper()
         if each.reads:
             reads.setdefault(place, set()).add(path)
         if each.writes:

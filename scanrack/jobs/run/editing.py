@@ -55,7 +55,7 @@ class RestartEdit:
     @property
     def groups(self) -> tuple[tuple[str, tuple[str, ...]], ...]:
         """See `DescribedEdit`."""
-        return (("begin anew", self.names),)
+        return (("restart", self.names),)
 
 
 @dataclass(frozen=True, slots=True)

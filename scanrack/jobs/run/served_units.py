@@ -99,7 +99,7 @@ def pcl601_units(
 ) -> list[Unit]:
     """Make PCL601s, one for each address, by default 1; a frame ends by its length and its CRC.
 
-    After silence of `gap_ms` of real time another frame may begin. A program goes to the unit that its
+    Another frame may begin after `gap_ms` of silence, in real time. A program goes to the unit that its
     `.axis` names; without that directive, to the only unit.
 
     Raises:

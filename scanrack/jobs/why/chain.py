@@ -365,7 +365,7 @@ class RackChain:
         return own or [each for each in known if not _named(each)]
 
     def _switches(self, slot: SlotInfo, events: Sequence[TraceEvent], row: int) -> list[CauseLink]:
-        """Return the inputs that made events of a module, or what cut its motion short."""
+        """Return the inputs that caused a module's events, or what cut its motion short."""
         cut = next((each for each in events if each.fields.get("outcome") in _CUT), None)
         if cut is None and not any(map(_may_be_switched, events)):
             return []

@@ -193,7 +193,7 @@ class Monitor(ABC):
         page.show(NOTHING_SHOWN)
         page.send({"hello": self.subject.described(self.about, page.program)})
         page.events = None
-        page.begin_anew()
+        page.start_over()
 
     def leave(self, page: Page) -> None:
         """Remove a page, and let go what it holds."""

@@ -57,7 +57,7 @@ class Page:
         self.due = asyncio.Event()  # set when there is something to send
         self._times: deque[int] = deque(maxlen=ORDERS_PER_SECOND)
 
-    def begin_anew(self) -> None:
+    def start_over(self) -> None:
         """Send everything in the next frame."""
         self.last = {}
         self.place = self.lanes_at = None

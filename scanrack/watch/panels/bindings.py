@@ -70,7 +70,7 @@ class Bindings:
         return {**found, "broken": broken}
 
     def _hint(self, tag: str) -> str:
-        """Return the names that may be meant by an unknown tag, "" without any; kept by the program."""
+        """Suggest names for an unknown tag, "" without any; the program caches the suggestions."""
         kept, key = self._program.hints, (tag, len(self._names))
         if key not in kept and self._hints_left:
             self._hints_left -= 1

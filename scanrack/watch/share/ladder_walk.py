@@ -122,7 +122,7 @@ class LadderWalk:
                     self._lists.note(f"power\n{self._number}\n{key}", scan, value)
 
     def _tag(self, name: str) -> _Tag:
-        """Return a tag that is read when its variables change; always if only reading it can tell."""
+        """Return a tag that is read when its variables change, or in every scan if they are not known."""
         tags, memory = self._engine.tags, self._engine.memory
         where = tags.where(name)
         scans, values = self._lists.of(f"tags\n{self._number}\n{name}")

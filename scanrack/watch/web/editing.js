@@ -156,7 +156,7 @@ const field = el("textarea", {
 });
 const shown = el("div", { class: "shown", "aria-live": "polite" });
 const takeButton = button("Take over", () => take(), { title: "Continue with it from the next scan on" });
-const anewButton = button("Take over with restart", () => take(restarts.join(",")), {
+const restartButton = button("Take over with restart", () => take(restarts.join(",")), {
   title: "Continue with it; these sequences restart",
   hidden: true,
 });
@@ -168,7 +168,7 @@ const panel = el(
   title,
   el("div", { class: "page" }, marks, field),
   words.list,
-  el("div", { class: "line" }, takeButton, anewButton, backButton),
+  el("div", { class: "line" }, takeButton, restartButton, backButton),
   shown
 );
 
@@ -294,9 +294,9 @@ async function take(restart = "") {
 function permit(on, { mistakes = [], restart = [], rows = [] } = {}) {
   restarts = restart;
   takeButton.disabled = !on || mistakes.length > 0 || !rows.length;
-  setFlag(anewButton, "hidden", !restart.length);
-  anewButton.disabled = !on;
-  setText(anewButton, `Take over, restart ${restart.join(", ")}`);
+  setFlag(restartButton, "hidden", !restart.length);
+  restartButton.disabled = !on;
+  setText(restartButton, `Take over, restart ${restart.join(", ")}`);
 }
 
 function show(preview) {

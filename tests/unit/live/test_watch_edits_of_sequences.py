@@ -64,7 +64,7 @@ def test_a_session_with_edits_of_sequences_and_forces_runs_again(stations):
             assert "is no longer at its place" in mistake["text"]
             assert (mistake["restart"], mistake["line"] is None) == (["cycle"], False)
             assert "refused" not in await page.ask("reload", restart="cycle")
-            assert "begin anew: cycle" in (await told(page, "edited"))["text"]
+            assert "restart: cycle" in (await told(page, "edited"))["text"]
             begun = page.frame["scan"]
             await page.until(lambda seen: seen.frame["scan"] > begun + 300)
             page.hello, scan = {}, page.frame["scan"] - 100

@@ -157,7 +157,7 @@ def test_a_python_function_begins_anew_and_its_text_needs_trust(rack):
         base = (await page.ask("source"))["base"]
         preview = (await page.ask("draft", text=text, base=base))["preview"]
         assert preview["keeps"] == "the program is loaded again: the objects of its module are new"
-        assert groups(preview) == {"begin anew": ["state.count"]}
+        assert groups(preview) == {"restart": ["state.count"]}
         broken = (await page.ask("draft", text=f"{text}    (\n", base=base))["preview"]
         assert [(each["line"], each["text"][:33]) for each in broken["mistakes"]] == [
             (10, "the program has a syntax error: '")

@@ -64,11 +64,10 @@ def given_in_tests() -> list[tuple[set[str], set[str]]]:
     for path in set(TESTS.rglob("test_*.py")) - {Path(__file__)}:
         text = path.read_text(encoding="utf-8")
         if "--" in text:
-            mainly = Counter(
-                command for command in QUOTED.findall(text) if command in COMMAND_NAMES
-            ).most_common(1)
+            named = Counter(command for command in QUOTED.findall(text) if command in COMMAND_NAMES)
+            mainly = [name for name, count in named.most_common(1) if 2 * count >= named.total()]
             imported = re.findall(r"from (scanrack\.(?:commands|watch)[\w.]*) import", text)
-            found.append((set(OPTION.findall(text)), {*(name for name, _ in mainly), *imported}))
+            found.append((set(OPTION.findall(text)), {*mainly, *imported}))
             found += [(set(OPTION.findall(part)), set(QUOTED.findall(part))) for part in text.split("\n\n\n")]
     return found
 

@@ -30,7 +30,7 @@ class Retired(NamedTuple):
 
 RETIRED = {
     r"surroundings": Retired("conditions, scenario", 0, 0, 0),
-    r"incidents?": Retired("injected fault", 3, 0, 0),
+    r"incidents?": Retired("injected fault", 2, 0, 0),
     r"readings?": Retired("interpretation", 104, 0, 6),
     r"(?:any|no|every|some)body": Retired("you, anyone, no one", 0, 0, 0),
     r"any more": Retired("no longer", 0, 0, 0),
@@ -42,7 +42,7 @@ RETIRED = {
     r"to and fro": Retired("back and forth", 0, 0, 0),
     r"(?:look|search)(?:s|es|ing|ed)? for home": Retired("home", 2, 0, 9),
     r"as it is": Retired("unchanged", 3, 0, 0),
-    r"anew": Retired("again, restart", 0, 0, 5),
+    r"anew": Retired("again, restart", 0, 0, 0),
     r"laws?": Retired("invariant", 0, 0, 0),
     r"claims?": Retired("property", 0, 0, 4),
     r"whatever the": Retired("in every case", 2, 0, 1),

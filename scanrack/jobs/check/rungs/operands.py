@@ -71,8 +71,7 @@ def is_fixed(operand: Place | Group) -> bool:
 
 def path_of(operand: Place | Group, *, as_written: bool = False) -> str:
     """Return the path of a tag, in capitals unless as written."""
-    path = operand.leaf.path if isinstance(operand, Place) else operand.path
-    return path if as_written else path.upper()
+    return operand.path if as_written else operand.path.upper()
 
 
 def around(path: str) -> Iterator[str]:

@@ -244,7 +244,7 @@ class Steps:
         return (own if not coils else UNKNOWN), own
 
     def first(self, machine: str) -> frozenset[Step]:
-        """Return the steps in which a machine may begin: of its initial values, and of the first scan."""
+        """Return the steps in which a machine may start: set by the first scan, else the initial ones."""
         place = self._places.get(machine)
         found = None if place is None else self._values.initial(place)
         steps = self._machines.get(machine, frozenset())

@@ -59,7 +59,7 @@ def connect(path: str) -> TagClient:
     """Return a connection to `HOST[:PORT][,SLOT]`.
 
     Raises:
-        ValueError: the path is none, pycomm3 is missing, or nothing answers there.
+        ValueError: the path has another form, pycomm3 is missing, or nothing answers there.
     """
     match = PATH.fullmatch(path)
     if match is None:

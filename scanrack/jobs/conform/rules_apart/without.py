@@ -176,7 +176,7 @@ STATEMENTS: Mapping[str, Alteration] = {
         "Hold with data is ignored.", d.HOLD, lambda words: (0, *words[1:]) if any(words[2:]) else words
     ),
     "HLD-12": _HOLD_STAYS,
-    "RSM-01": ruled("Resume begins the move anew.", layers.ResumesAnew),
+    "RSM-01": ruled("Resume starts the move over.", layers.ResumesAnew),
     "RSM-02": _HOLD_STAYS,
     "RSM-04": hide("It never shows Move Complete.", _COMPLETE),
     "IST-01": ruled("Immediate Stop holds.", layers.StopHolds),
