@@ -36,7 +36,7 @@ Rows = NDArray[np.void]
 """Rows of a ring: scan, flags, now_ns, wall_ns, figures, memory, again."""
 
 
-_ROWS, _MESSAGES, _SNAPSHOTS, ORDERS, ASKED = range(5)
+_ROWS, _MESSAGES, _SNAPSHOTS, ORDERS, REQUESTS = range(5)
 """Numbers in the head: rows written so far, bytes of messages, bytes of snapshots; and two that the monitor
 writes: orders sent so far, snapshots requested.
 """
@@ -171,13 +171,13 @@ class Ring:
         self.head[ORDERS] = orders
 
     @property
-    def asked(self) -> int:
+    def requests(self) -> int:
         """Snapshots requested so far."""
-        return self.head[ASKED]
+        return self.head[REQUESTS]
 
-    @asked.setter
-    def asked(self, asked: int) -> None:
-        self.head[ASKED] = asked
+    @requests.setter
+    def requests(self, requests: int) -> None:
+        self.head[REQUESTS] = requests
 
     def close(self) -> None:
         """Close it. The memory is released when the last process has closed it, or has ended."""

@@ -84,7 +84,7 @@ class Tap(QuietListener):
         self.lasting: Callable[[], Iterable[Mapping[str, object]]] = tuple  # messages for a new monitor
         self._latest: tuple[int, ...] = (0,) * ring.shape.figures
         self._due_ns = self._due = 0
-        self._seen_asked = 0
+        self._seen_requests = 0
         self._forces: Mapping[str, JsonValue] = {}
         self._images: list[bytes] = []  # of the latest scans, whose rows are not written yet
         self._batch, self._begun_ns = 1, 0  # scans of a batch at most, and when it began
@@ -135,7 +135,7 @@ class Tap(QuietListener):
             self._latest = self._figures.read(self._now_ns)
         self._write()
         self.notes.note(scan)
-        if self._ring.asked != self._seen_asked:
+        if self._ring.requests != self._seen_requests:
             self.give()
 
     def _write(self) -> None:
@@ -159,15 +159,15 @@ class Tap(QuietListener):
             self._images.append(self._copy())
             self._write()
             self.notes.give(self._scan + 1)
-        if self._ring.asked != self._seen_asked:
+        if self._ring.requests != self._seen_requests:
             self.give()
 
     def give(self) -> None:
         """Send the values before the next scan to the monitor."""
-        if self._seen_asked != self._ring.asked:
+        if self._seen_requests != self._ring.requests:
             for message in self.lasting():
                 self.tell(message)
-        self._seen_asked = self._ring.asked
+        self._seen_requests = self._ring.requests
         self.notes.give(self._scan + 1)
         self.tell({"state": self.session.described()})
         self.tell({"forces": {"scan": self.session.scan, "forces": self._forces}})

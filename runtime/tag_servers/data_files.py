@@ -202,8 +202,8 @@ class DataFiles:
         if masked:
             (mask,) = struct.unpack_from("<H", data)
             data = data[2:]
-        if file.letters == "ST" and masked and 2 <= len(data) < size and len(data) % 2 == 0:
-            size = len(data)  # some clients name the whole element and send what there is of the text
+            if file.letters == "ST" and 2 <= len(data) < size and len(data) % 2 == 0:
+                size = len(data)  # some clients name the whole element and send what there is of the text
         if len(data) != size or (masked and size % 2):
             raise PcccRefusedError(ILLEGAL)
         try:

@@ -208,6 +208,15 @@ def _root(tag: ListedTag) -> str:
     return f"{PROGRAM}{tag.program}.{tag.name}" if tag.program else tag.name
 
 
+def _flat_index(indices: Sequence[int], lengths: Sequence[int]) -> int:
+    flat = 0
+    for index, length in zip(indices, lengths, strict=True):
+        if index >= length:
+            raise CipRefusedError(GENERAL, BEYOND)
+        flat = flat * length + index
+    return flat
+
+
 class _Walk:
     """Follows the steps of a path into a tag."""
 
@@ -247,11 +256,7 @@ class _Walk:
             return total, not self._dims
         if not self._dims or len(indices) not in (1, len(self._dims)):
             raise CipRefusedError(UNKNOWN_OBJECT)
-        flat = 0
-        for index, length in zip(indices, self._dims if len(indices) > 1 else (total,), strict=True):
-            if index >= length:
-                raise CipRefusedError(GENERAL, BEYOND)
-            flat = flat * length + index
+        flat = _flat_index(indices, self._dims if len(indices) > 1 else (total,))
         self._offset += flat * self._kind.size
         self._dims = ()
         return total - flat, True

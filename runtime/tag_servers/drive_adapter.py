@@ -96,6 +96,12 @@ class IoConnection:
     heard_ns: int = 0
     sequence: int | None = None
 
+    def takes(self, packet: IoPacket) -> bool:
+        """Whether a packet is of this connection, whole, and newer than the latest one."""
+        if packet.connection != self.ours or len(packet.data) != TO_TARGET_BYTES - 2:
+            return False
+        return self.heard is None or 0 < packet.count - self.heard & 0xFFFF_FFFF < 1 << 31
+
 
 class DriveAdapter:
     """The objects of a drive and its class 1 connection.
@@ -279,11 +285,7 @@ class DriveAdapter:
     def receive(self, datagram: bytes, host: str, wall_ns: int) -> None:
         """Take a packet of data; what is not the owner's next packet is dropped."""
         io, packet = self.io, io_packet(datagram)
-        if io is None or packet is None or packet.connection != io.ours or host != io.place[0]:
-            return
-        if len(packet.data) != TO_TARGET_BYTES - 2:
-            return
-        if io.heard is not None and not 0 < packet.count - io.heard & 0xFFFF_FFFF < 1 << 31:
+        if io is None or packet is None or host != io.place[0] or not io.takes(packet):
             return
         if io.heard is not None and wall_ns - io.heard_ns > 2 * io.awaited_ns:
             self.late_received += 1

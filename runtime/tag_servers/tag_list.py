@@ -196,12 +196,16 @@ def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, lis
         placed = [_place(each, tables, free) for each in parts]
         if not all(placed):
             left_out.append(row.name)
+    return _toml_of(tables, patterns), left_out
+
+
+def _toml_of(tables: Mapping[str, Sequence[str]], patterns: Sequence[str]) -> str:
     listed = ", ".join(f'"{each}"' for each in patterns)
     lines = ["[server]", f"writable = [{listed}]    # tags that clients may write"]
     lines += ["", "[server.modbus]"]
     for name, made in tables.items():
         lines += [f"{name} = [", *(f"    {each}," for each in made), "]"] if made else []
-    return "\n".join(lines) + "\n", left_out
+    return "\n".join(lines) + "\n"
 
 
 def _place(row: TagRow, tables: dict[str, list[str]], free: dict[str, int]) -> bool:

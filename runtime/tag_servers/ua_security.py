@@ -74,16 +74,21 @@ def users_of(text: str) -> dict[str, bytes]:
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip() or line.startswith("#"):
             continue
-        name, colon, password = line.partition(":")
-        if not (name and colon and password):
-            raise ValueError(f"line {number}: must be name:password")
-        if not name.isprintable():
-            raise ValueError(f"line {number}: {name!r} has characters that can't be printed")
-        if len(name.encode()) > PASSWORD_MOST or len(password.encode()) > PASSWORD_MOST:
-            raise ValueError(f"line {number}: a name and a password have at most {PASSWORD_MOST} bytes")
+        name, password = _user_in(line, number)
         if name in users:
             raise ValueError(f"line {number}: {name!r} stands above, too")
         users[name] = sha256(password.encode()).digest()
     if not 0 < len(users) <= USERS_MOST:
         raise ValueError(f"it must name 1 to {USERS_MOST} users, each as name:password")
     return users
+
+
+def _user_in(line: str, number: int) -> tuple[str, str]:
+    name, _, password = line.partition(":")
+    if not (name and password):
+        raise ValueError(f"line {number}: must be name:password")
+    if not name.isprintable():
+        raise ValueError(f"line {number}: {name!r} has characters that can't be printed")
+    if max(len(name.encode()), len(password.encode())) > PASSWORD_MOST:
+        raise ValueError(f"line {number}: a name and a password have at most {PASSWORD_MOST} bytes")
+    return name, password

@@ -129,13 +129,7 @@ class Variable:
         )
         places = runs(elements, self.dims)
         sizes = [len(each) for each in elements]
-        if not isinstance(value, list) and prod(sizes) == 1:
-            values = [value]
-        elif isinstance(value, list) and len(value) == prod(sizes) and not isinstance(value[0], list):
-            values = value
-        else:
-            values = _flat(value, sizes, MismatchError)
-        taken = iter(values)
+        taken = iter(_part_values(value, sizes))
         if characters is not None:
             numbers = chain.from_iterable(places)
             return [self._characters(number, characters, next(taken), data) for number in numbers]
@@ -174,6 +168,15 @@ class Variable:
             return struct.pack(f"<{len(values)}{_FORMS[self.kind.name]}", *values)
         except (struct.error, OverflowError) as error:
             raise ValueError(f"{self.path} is {self.kind.name}: {error}") from error
+
+
+def _part_values(value: Any, sizes: Sequence[int]) -> list[Any]:
+    """Return the values of a part in one list, see `Variable.part_to`."""
+    count = prod(sizes)
+    if not isinstance(value, list):
+        return [value] if count == 1 else _flat(value, sizes, MismatchError)
+    is_flat = len(value) == count and not isinstance(value[0], list)
+    return value if is_flat else _flat(value, sizes, MismatchError)
 
 
 @dataclass(frozen=True)

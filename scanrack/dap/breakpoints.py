@@ -53,6 +53,12 @@ _SIGNS: Mapping[str, Callable[[int, int], bool]] = {
 _FIELD = re.compile(r"\{([^{}]+)\}")
 
 
+def tag_that_changes(text: str) -> str:
+    """Return the tag of an expression such as `Level changes`; "" of any other."""
+    head, _, tail = text.rpartition(" ")
+    return head.strip() if tail.lower() == CHANGES else ""
+
+
 @dataclass(slots=True)
 class Breakpoint:
     """A breakpoint of an editor."""
@@ -72,6 +78,11 @@ class Breakpoint:
     def placed(self) -> bool:
         """Whether its line is one of the program that runs."""
         return bool(self.keys) or not self.path
+
+    @property
+    def changing_tag(self) -> str:
+        """The tag that it waits for to change; "" of a breakpoint on something else."""
+        return self.name if self.kind == "data" else tag_that_changes(self.name)
 
     def counts(self) -> bool:
         """Count a hit; return whether it is one that stops."""
@@ -324,9 +335,8 @@ class Looker:
         return met
 
     def _expression(self, text: str) -> Callable[[int], str | None]:
-        head, _, tail = text.rpartition(" ")
-        if tail.lower() == CHANGES and head.strip():
-            return self._tag(head.strip())
+        if tag := tag_that_changes(text):
+            return self._tag(tag)
         read, known = self._compiled(text), [True]
 
         def met(_scan: int) -> str | None:

@@ -111,7 +111,7 @@ def copied(value: object, depth: int = DEEPEST) -> Any:
     """Return a value as it is now, for later: plain ones, lists and dicts of them, the texts of others."""
     if isinstance(value, Enum):
         return value.name
-    if value is None or isinstance(value, bool | int | float | str):
+    if isinstance(value, bool | int | float | str | None):
         return value
     if depth and isinstance(value, list | tuple | set | frozenset):
         return [copied(each, depth - 1) for each in list(value)[:MOST_ITEMS]]

@@ -290,9 +290,9 @@ def _in_unit(part: str, other: str) -> str:
     if not isinstance(part, _Part) or not part.written:
         return part
     unit = other.unit if isinstance(other, _Part) and not other.written else ""
-    if unit == part.unit or (part.unit == "ns" and not unit):
+    if unit == part.unit:
         return part
-    if part.unit == "ns" and unit in UNITS_NS:
-        return f"({part} / {UNITS_NS[unit]})"
+    if part.unit == "ns" and unit in ("", *UNITS_NS):
+        return f"({part} / {UNITS_NS[unit]})" if unit else part
     allowed = f"must be in {unit}" if unit else "must have no unit, since the page shows none"
     raise ExpressionError(f"{part.written}: {allowed}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .breakpoints import CHANGES, Breakpoint
+from .breakpoints import Breakpoint
 from .view import Stop, View
 
 END = 1 << 30
@@ -103,11 +103,9 @@ class Cursor:
             return self.end
         if one.kind == "exception":
             return self.end if one.name == "fault" else self.start
-        head, _, tail = one.name.rpartition(" ")
-        tag = one.name if one.kind == "data" else head.strip() if tail.lower() == CHANGES else ""
-        if not tag:
+        if not one.changing_tag:
             return self.end
-        place = self.view.last_write(tag)
+        place = self.view.last_write(one.changing_tag)
         return self.start if place is None else Spot(*place)
 
     def position(self, spot: Spot) -> tuple[int, int]:

@@ -97,14 +97,12 @@ class ExecutedScan(View):
     def last_write(self, tag: str) -> tuple[int, int | None] | None:
         """See `View`."""
         cells = cells_of(self.tags.where(tag), counts=True) if tag in self.tags else []
-        written = [each for each in self.execution.writes if any(map(each.changes, cells))]
-        write = written[-1] if written else None
-        if write is None or write.by is None:
+        writes = [each for each in self.execution.writes if any(map(each.changes, cells))]
+        if not writes or writes[-1].by is None:
             return None
-        by = write.by.run
-        own = [index for index, stop in enumerate(self.stops) if stop.run is by]
-        before = [index for index in own if self.stops[index].order < write.order]
-        return (before[-1], write.order) if before else None
+        run, order = writes[-1].by.run, writes[-1].order
+        before = [index for index, stop in enumerate(self.stops) if stop.run is run and stop.order < order]
+        return (before[-1], order) if before else None
 
     # --- frames and scopes
 

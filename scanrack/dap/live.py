@@ -369,11 +369,8 @@ class Live(ScanDriver):
         if not self._placed and not self._session.repeats:
             self._place()
         hits, adapter = self.look(scan, now_ns, flags), self._adapter
-        arrived = isinstance(self.subject, LiveText) and self.subject.arrived
-        if (hits or arrived) and not self._session.repeats:
-            self._hits = hits
-            if not self._session.state.paused:
-                self._order(actions.Pause())
+        if not self._session.repeats:
+            self._pause_at(hits)
         if self._session.state.breakpoints != self._seen:
             self._take_breakpoints()
         if adapter.wire.waiting:
@@ -382,6 +379,14 @@ class Live(ScanDriver):
             adapter.leave()
             adapter.running = True  # a page has let it continue
             adapter.event("continued", threadId=1, allThreadsContinued=True)
+
+    def _pause_at(self, hits: list[Hit]) -> None:
+        """Pause at breakpoints, or where a step ends."""
+        arrived = isinstance(self.subject, LiveText) and self.subject.arrived
+        if hits or arrived:
+            self._hits = hits
+            if not self._session.state.paused:
+                self._order(actions.Pause())
 
     def _order(self, order: actions.Action) -> None:
         cpu, subject = self._run.cpu, self.subject

@@ -130,12 +130,13 @@ class RungPlaces(Places):
     @override
     def named(self, text: str) -> list[LineKey] | None:
         head, dot, number = text.rpartition(".")
-        name = (head if dot and number.isdigit() else text).upper()
+        is_numbered = bool(dot) and number.isdigit()
+        name = (head if is_numbered else text).upper()
         found = [each for each in self._lowered.routines if name in (each, each.rpartition(".")[2])]
         if len(found) != 1:
             return None
         numbers = [line.number for line in self._lowered.routines[found[0]].lines if line.number >= 0]
-        rung = int(number) if dot and number.isdigit() else min(numbers, default=-1)
+        rung = int(number) if is_numbered else min(numbers, default=-1)
         return [(found[0], rung)] if rung in numbers else None
 
 

@@ -28,11 +28,8 @@ def page_names(one: Breakpoint, spelled: Spelled) -> list[str]:
     if when is None or one.hits or one.log or one.kind == "exception":
         return []
     if one.keys:
-        places = [(spelled(routine), number) for routine, number in one.keys]
-        return [f"{name}.{number}{when}" for name, number in places if name]
-    head, _, tail = one.name.rpartition(" ")
-    tag = one.name if one.kind == "data" else head.strip() if tail.lower() == CHANGES else ""
-    return [tag] if tag and not one.condition else []
+        return [f"{name}.{number}{when}" for routine, number in one.keys if (name := spelled(routine))]
+    return [one.changing_tag] if one.changing_tag and not one.condition else []
 
 
 def of_page(name: str, number: int, places: Places) -> Breakpoint:

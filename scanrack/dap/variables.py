@@ -238,6 +238,11 @@ def _named(addresses: dict[str, str], name: str) -> str:
     return addresses[name]
 
 
+def _unquoted(text: str) -> str:
+    quoted = len(text) > 1 and text[0] in "'\"" and text[-1] == text[0]
+    return text[1:-1] if quoted else text
+
+
 def value_in(text: str, current: object) -> Any:
     """Return the value that a text means for a tag with a present value.
 
@@ -249,11 +254,7 @@ def value_in(text: str, current: object) -> Any:
     """
     written = text.strip()
     if isinstance(current, str):
-        return (
-            written[1:-1]
-            if written[:1] in "'\"" and written[-1:] == written[:1] and len(written) > 1
-            else written
-        )
+        return _unquoted(written)
     words = {"true": True, "false": False, "on": True, "off": False}
     if written.lower() in words:
         return words[written.lower()]

@@ -193,6 +193,13 @@ def _members(type_name: str) -> list[Offer]:
     return [Offer(each.name, "member", each.type.name) for each in members]
 
 
+def _usable(text: str, *, structured: bool) -> Iterator[Spec]:
+    """Yield the instructions that rungs or structured text may have, each once."""
+    for each in {spec.name: spec for spec in _instructions(text).values()}.values():
+        if not each.instead if structured else each.in_rungs:
+            yield each
+
+
 def offers(text: str, before: str, *, structured: bool) -> list[Offer]:
     """Return what may be written at a place of rungs or structured text.
 
@@ -209,8 +216,7 @@ def offers(text: str, before: str, *, structured: bool) -> list[Offer]:
         for each in declarations(text)
         if each.what not in ("PROGRAM", "CONTROLLER", "TASK", "TYPE")
     ]
-    specs = {each.name: each for each in _instructions(text).values()}.values()
-    usable = (each for each in specs if (not each.instead if structured else each.in_rungs))
+    usable = _usable(text, structured=structured)
     named = (Offer(each.name, "instruction", signature(each), instruction_text(each)) for each in usable)
     blocks = (
         Offer(each.name, "instruction", block_signature(each), block_text(each)) for each in _blocks(text)
