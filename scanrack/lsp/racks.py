@@ -1,4 +1,4 @@
-"""What stands at a place of a rack file: keys and values from the schema, by the tables around the place."""
+"""Keys and values at a position in a rack file, from the schema and the enclosing tables."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def _schema() -> Node:
 
 
 def offers(text: str, line: int, column: int) -> list[Offer]:
-    """Return the keys or the values that may be written at a place.
+    """Return the keys or the values that are allowed at a position.
 
     Args:
         line: from 0.
@@ -44,7 +44,7 @@ def offers(text: str, line: int, column: int) -> list[Offer]:
 
 
 def meaning(text: str, line: int, column: int) -> str:
-    """Return what the key at a place means, in Markdown; "" if there is none."""
+    """Return the meaning of the key at a position, in Markdown; "" if there is no key."""
     lines = text.splitlines()
     for found in _KEY.finditer(lines[line].partition("#")[0]) if line < len(lines) else ():
         if found.start(1) <= column <= found.end(1):
@@ -96,7 +96,7 @@ def _below(node: Node, key: str) -> Iterator[Node]:
 
 
 def _open(node: Node) -> Iterator[Node]:
-    """Yield a node without references, arrays and choices, with its own description."""
+    """Resolve references, arrays and choices; yield the resulting nodes, each with its own description."""
     own = {key: node[key] for key in ("description", "default") if key in node}
     if "$ref" in node:
         node = {**_schema()["$defs"][node["$ref"].rpartition("/")[2]], **own}
