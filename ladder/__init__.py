@@ -1,7 +1,7 @@
 """Ladder logic: rungs in Python or as text, checked, compiled, interpreted, drawn and debugged.
 
 A program is declared tags and routines (`Program`); a controller is tags that its programs share, and
-tasks (`Controller`). Both are logic of a scan. The rooms, each importing only from those above it:
+tasks (`Controller`). Both run in a scan. A package imports only from the packages above it in this table:
 
 | package | content |
 |---|---|
@@ -18,17 +18,16 @@ tasks (`Controller`). Both are logic of a scan. The rooms, each importing only f
 
 To add an instruction:
 
-1. In the file of its family in `instructions/`, write its row and the functions that the row names.
-   `spec.Spec` says what the functions get and return, and has what the pictures and structured text need. A
-   rare instruction needs no `write`: the compiled program then calls its `run`.
+1. In its family's file in `instructions/`, write its row and the functions that the row names.
+   `spec.Spec` documents their arguments and results, and has the fields that drawings and structured text
+   use. A rare instruction needs no `write`: without it, the compiled program calls `run`.
 2. In `tests/manual/test_ladder_semantics_*.py`, add a row with the manual's page.
 3. `python -m tests.tools.generate` adds its name to `docs/instructions.md`.
 
-`tests/unit/ladder/test_ladder_instruction_rows.py` names what is forgotten. Random programs have the
-instruction by the uses of its operands, see `tests/support/ladder_programs.py`.
+`tests/unit/ladder/test_ladder_instruction_rows.py` reports a missing step. Random programs include the
+instruction automatically, from the uses of its operands: see `tests/support/ladder_programs.py`.
 
-A use of operands that no instruction has yet is one more member of `spec.Use`, with its row in
-`operand_checks.OPERAND_CHECKS`.
+If an operand is used in a new way, add a member to `spec.Use` and its row to `operand_checks.OPERAND_CHECKS`.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ from scanrack.io_images.front_door import homes_in, imported_from
 
 from .model import hooks
 
-TYPE_CHECKING = False  # a type checker takes it for true
+TYPE_CHECKING = False  # type checkers assume that it is true
 
 if TYPE_CHECKING:  # type checkers import these lines, `_HOMES` reads them
     from . import instructions

@@ -1,10 +1,10 @@
-"""The answer to "why" in at most six lines: the value and its time, the way to the cause, the cause.
+"""The answer to "why" in at most six lines: the value and its time, the path to the cause, the cause.
 
     Lamp is off since 9 s (scan 4,500): Main rung 1: XIC(Run)
       because Run is off since 9 s: Main rung 0: XIC(Stop)
     Cause: Stop is off since 9 s: slot 2 input 1 (stop): The stop input is de-energized.
 
-The last line is the end of `CauseLink.path`. The middle of a longer way is left out; `deep` adds the chain.
+The last line is the end of `CauseLink.path`. The middle of a longer path is omitted; `deep` adds the chain.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ MOST_ALSO = 2
 """Maximum number of other causes in the last line."""
 
 AT_REST = ("never", "setting", "timer")
-"""Kinds of links whose text has its own time."""
+"""Kinds of links whose text includes a time."""
 
 
 def answer_text(link: CauseLink, *, deep: bool = False) -> str:
-    """Return a chain as an answer of at most six lines; with `deep` the whole chain follows."""
+    """Return a chain as an answer of at most six lines; with `deep`, the whole chain follows."""
     path = link.path
     way = list(path[1:-1])
     lines = [_line("", link, _scan(link))]
@@ -61,7 +61,7 @@ def answer_text(link: CauseLink, *, deep: bool = False) -> str:
 
 
 def _folded(line: str) -> list[str]:
-    """Return a line of a chain as lines of readable length, with a hanging indent."""
+    """Wrap a line of a chain into lines of readable length, with a hanging indent."""
     indent = " " * (len(line) - len(line.lstrip()) + 4)
     return wrap(line, LONGEST, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False)
 
@@ -71,7 +71,7 @@ def _scan(link: CauseLink) -> str:
 
 
 def _also(link: CauseLink) -> str:
-    """Return the other causes of the same kind and scan as the last one: what was missing as well."""
+    """Return the other causes of the same kind and scan as the last one, which were also missing."""
     end = link.end
     others = [
         each for each in _ends(link) if each is not end and (each.kind, each.scan) == (end.kind, end.scan)
@@ -81,7 +81,7 @@ def _also(link: CauseLink) -> str:
 
 
 def _ends(link: CauseLink) -> Iterator[CauseLink]:
-    """Yield the ends of the other causes that the links of the path needed."""
+    """Yield the last links of the other causes that were needed along the path."""
     for each in link.path:
         for group in each.causes:
             if len(group) == 1 and group[0] not in link.path:
@@ -114,7 +114,7 @@ def _cut(text: str) -> str:
 
 
 def _wrapped(text: str, most: int) -> list[str]:
-    """Return a text in at most so many lines."""
+    """Wrap a text into at most `most` lines."""
     lines = wrap(text, LONGEST, subsequent_indent="    ", break_on_hyphens=False)
     return (
         lines

@@ -1,8 +1,8 @@
-"""The causes of a change: the values that the instruction read and that differ from the scan before.
+"""The causes of a change: values that the instruction read and that differ from the previous scan.
 
-Both scans are run again. Where all contacts in series conduct, all were needed, and those that changed are
-the causes. Where some do not conduct, each of them is enough. Branches work the other way round. If nothing
-differs, as when a timer ends, the latest change counts.
+Both scans are run again. If all contacts in series conduct, all of them were needed, and those that changed
+are the causes. If some do not conduct, each of them alone is enough. Branches work the other way round. If
+nothing differs, as when a timer ends, the latest change is the cause.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ class Cause:
 
     read: Read
     by: StepRun
-    changed: bool = True  # since the run before; False if it is only the latest change
+    changed: bool = True  # since the previous run; False if it is only the latest change
 
 
 @dataclass(frozen=True, slots=True)
 class CellChange:
-    """The change of a cell: by an instruction, or from outside before the scan."""
+    """A change of a cell: by an instruction, or from outside before the scan."""
 
     scan: int
     cell: Cell
@@ -61,7 +61,7 @@ class Causes:
 
     @property
     def engine(self) -> TracedEngine:
-        """The engine that repeats scans, in its state after the latest of them."""
+        """The engine that repeats scans, in the state after the last repeated scan."""
         return self._engine
 
     def value(self, cell: Cell, scan: int) -> Value:
@@ -72,7 +72,7 @@ class Causes:
         return value if cell.mask is None else bool(int(value) & cell.mask)
 
     def execution(self, scan: int) -> Execution:
-        """Return a scan as it was executed; ValueError if it can't be repeated."""
+        """Return an executed scan; raise a ValueError if it can't be repeated."""
         known = self._known.get(scan)
         if known is None:
             self._engine.traced = True
@@ -82,7 +82,7 @@ class Causes:
                 self._engine.traced = False
             known = self._engine.execution
             assert known is not None
-            if known.scan != scan:  # the program did not run in it
+            if known.scan != scan:  # the program did not run in that scan
                 known = Execution(scan)
             self._known[scan] = known
             while len(self._known) > KEPT:
@@ -114,7 +114,7 @@ class Causes:
         return value_in(cell, scan) != value_in(cell, scan - 1)
 
     def written(self, cell: Cell, scan: int) -> list[Value]:
-        """Return the values written before a scan, from outside, of what shares memory with a cell."""
+        """Return the values written from outside before a scan that share memory with a cell."""
         inputs = self.inputs(scan)
         writes = inputs.writes if inputs is not None else ()
         return [value for leaf, index, value in writes if Cell(leaf, index).overlaps(cell)]
@@ -141,7 +141,7 @@ class Causes:
         """Return the changes of cells in the latest scan that changed one of them.
 
         Args:
-            order: only changes before this place in the scan count; None for all of it.
+            order: count only changes before this place in the scan; None for the whole scan.
         """
         found = list(self._changes_in(cells, scan, order))
         if found or scan == 0:
@@ -150,7 +150,7 @@ class Causes:
         return [] if last is None else list(self._changes_in(cells, last, None))
 
     def triggers(self, pending: Leaf, scan: int) -> list[CellChange]:
-        """Return the EVENT that made a task due, in a scan or the one before."""
+        """Return the EVENT that made a task due, in a scan or in the previous one."""
         for at in (scan, scan - 1):
             for each in reversed(self.execution(at).writes):
                 if each.cell.leaf is pending and each.after and each.by is not None:
@@ -167,7 +167,7 @@ class Causes:
                 yield CellChange(scan, cell, None)
 
     def of(self, origin: CellChange) -> list[list[Cause]]:
-        """Return groups of causes of a change: each group was needed, one cause of it was enough."""
+        """Return groups of causes of a change: each group was needed; one cause of a group was enough."""
         write = origin.write
         if write is None or write.by is None:
             return []
@@ -180,7 +180,7 @@ class Causes:
         return [group for group in groups if group]
 
     def _of_lost_write(self, cell: Cell, entry: StepRun, scan: int) -> list[list[Cause]]:
-        """Return what took power from another instruction: the one that wrote last in the scan before."""
+        """Return what took power from the instruction that wrote the cell last in the previous scan."""
         writes = reversed(self.execution(scan - 1).writes) if scan else ()
         earlier = next((each.by for each in writes if each.cell.overlaps(cell)), None)
         if earlier is None or (earlier.step is entry.step and earlier.instance == entry.instance):
@@ -190,7 +190,7 @@ class Causes:
         return [] if now is None or now.power else self._of_power(now, scan)
 
     def _reads_behind(self, entry: StepRun, cell: Cell) -> Iterator[Read]:
-        """Yield the reads that decided a cell: for a copied cell, the same part of the source."""
+        """Yield the reads that decided a cell; for a copied cell, only the same part of the source."""
         copied = self._source(entry, cell)
         for each in entry.reads:
             source = each.cell
@@ -202,7 +202,7 @@ class Causes:
                 yield each
 
     def _source(self, entry: StepRun, cell: Cell) -> Cell | None:
-        """Return the cell that was copied to a cell; None if that is not known."""
+        """Return the cell that was copied to a cell; None if it is not known."""
         if entry.copied is None:
             return None
         source, destination = entry.copied
@@ -214,14 +214,14 @@ class Causes:
         return Cell(leaf, index, cell.mask) if 0 <= index < leaf.size else None
 
     def _previous(self, entry: StepRun, scan: int) -> StepRun | None:
-        """Return the run of an instruction in the scan before."""
+        """Return the run of an instruction in the previous scan."""
         run = self.execution(scan - 1).runs.get(entry.run.key) if scan else None
         return None if run is None else run.steps.get(id(entry.step))
 
     def _changed_reads(
         self, entry: StepRun, scan: int, reads: Sequence[Read] | None = None
     ) -> Iterator[Cause]:
-        """Yield the reads of an instruction whose values differ from the scan before."""
+        """Yield the reads of an instruction whose values differ from the previous scan."""
         before = self._previous(entry, scan)
         earlier = {} if before is None else {each.cell: each.value for each in before.reads}
         for each in entry.reads if reads is None else reads:
@@ -234,7 +234,7 @@ class Causes:
                 yield Cause(each, entry)
 
     def _writes_itself(self, read: Read, entry: StepRun, scan: int) -> bool:
-        """Whether an instruction writes what it reads, such as ACC, now or in the scan before."""
+        """Whether an instruction writes what it reads, such as ACC, in this scan or the previous one."""
         if _is_written_member(read, entry.step):
             return True
         own = entry.number, entry.instance
@@ -247,7 +247,7 @@ class Causes:
         )
 
     def _of_power(self, entry: StepRun, scan: int) -> list[list[Cause]]:
-        """Return what gave an instruction power, or took it away."""
+        """Return the causes that gave power to an instruction, or took it away."""
         if entry.parent is not None:
             copied = [[each] for contact in entry.ahead for each in self._changed_reads(contact, scan)]
             return copied or self._of_power(entry.parent, scan)
@@ -279,10 +279,10 @@ class Causes:
         found = [self._of_series(leg, run, before, scan) for leg in legs]
         return _alternatives(found) if now else [group for each in found for group in each]
 
-    # --- without a difference
+    # --- causes if nothing differs
 
     def _latest(self, entry: StepRun, scan: int, own: Sequence[Read]) -> list[Cause]:
-        """Return the latest changes among all reads that an instruction depends on; `own` are its own."""
+        """Return the latest changes among the reads that an instruction depends on; `own` are its reads."""
         reads = [
             (read, by) for read, by in _dependencies(entry, own) if not self._writes_itself(read, by, scan)
         ]
@@ -333,7 +333,7 @@ def _conditions(entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
         other = entry.run.steps.get(id(step))
         if other is not None and other.truth is entry.power:
             yield from ((each, other) for each in other.reads)
-            if step.spec.decides and other.power:  # a one-shot blocks because it had power before
+            if step.spec.decides and other.power:  # a one-shot blocks because it already had power
                 yield from _conditions(other)
     for head in entry.run.heads:
         yield from ((each, head) for each in head.reads)
@@ -342,7 +342,7 @@ def _conditions(entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
 
 
 def _alternatives(options: list[list[list[Cause]]]) -> list[list[Cause]]:
-    """Return options as groups: several options become one group, of which one cause was enough."""
+    """Return options as groups; several options become one group in which one cause was enough."""
     options = [each for each in options if each]
     if len(options) <= 1:
         return options[0] if options else []
@@ -350,7 +350,7 @@ def _alternatives(options: list[list[list[Cause]]]) -> list[list[Cause]]:
 
 
 def prefix(entry: StepRun) -> Iterator[Node]:
-    """Yield what is in series before an instruction."""
+    """Yield the nodes in series before an instruction."""
     nodes: Sequence[Node] = entry.run.line.nodes
     while True:
         for node in nodes:
@@ -380,7 +380,7 @@ def decides(step: LoweredStep) -> bool:
 
 
 def _truth(node: Node, run: LineRun) -> bool | None:
-    """Whether a contact or a branch conducts in a run; None if that is not known."""
+    """Return whether a contact or a branch conducts in a run; None if it is not known."""
     if isinstance(node, Parallel):
         legs = [_series(leg, run) for leg in node.legs]
         return True if True in legs else None if None in legs else False

@@ -14,20 +14,20 @@ from ..state.memory import Memory, Value, element_text
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """A value in memory, or some bits of one."""
+    """A value in memory, or some of its bits."""
 
     leaf: Leaf
     index: int  # flat index in the leaf
-    mask: int | None = None  # its bits; None for the whole value
+    mask: int | None = None  # mask of its bits; None for the whole value
 
     @property
     def name(self) -> str:
-        """Its address."""
+        """The address of the cell."""
         name = element_text(self.leaf.path, self.leaf.dims, self.index)
         return name if self.mask is None else f"{name}.{self.mask.bit_length() - 1}"
 
     def of(self, value: Value) -> Value:
-        """Return its part of a value of the leaf."""
+        """Return the cell's part of a value of the leaf."""
         return value if self.mask is None else int(value) & self.mask
 
     def overlaps(self, other: Cell) -> bool:
@@ -38,7 +38,7 @@ class Cell:
 
 
 def cell_of(where: Place) -> Cell:
-    """Return the cell of a place with fixed subscripts; ValueError if they are computed."""
+    """Return the cell of a place with fixed subscripts; raise a ValueError if they are computed."""
     index = where.fixed_index
     if index is None or where.can_fault:
         raise ValueError(f"{where.text} has no fixed place: ask about one element")
@@ -47,7 +47,7 @@ def cell_of(where: Place) -> Cell:
 
 
 def place_in_snapshot(memory: Memory, cell: Cell) -> tuple[str, int | None] | None:
-    """Return the variable and place of a cell's value in a snapshot; None if it is part of bytes."""
+    """Return the variable and index of a cell's value in a snapshot; None if it is stored in bytes."""
     leaf = cell.leaf
     if leaf.ident in memory.cells:
         return leaf.ident, cell.index if leaf.dims else None
@@ -58,16 +58,16 @@ def place_in_snapshot(memory: Memory, cell: Cell) -> tuple[str, int | None] | No
 
 
 def cells_of(where: Place | Group, *, counts: bool = False) -> list[Cell]:
-    """Return the cells of a tag; for a timer or counter its bits, with `counts` also its numbers.
+    """Return the cells of a tag; for a timer or counter, its bits, and with `counts` also its numbers.
 
     Raises:
-        ValueError: its place is computed.
+        ValueError: the place of the tag is computed.
     """
     return [cell_of(where)] if isinstance(where, Place) else list(_cells_in(where, counts))
 
 
 def is_counted(where: Place | Group) -> bool:
-    """Whether this is one timer or counter."""
+    """Whether an operand is a single timer or counter."""
     return isinstance(where, Group) and not where.dims and where.type in (TIMER, COUNTER)
 
 

@@ -29,19 +29,19 @@ DEEPEST = 200
 """Maximum depth of a chain, in links."""
 
 NESTED = 8
-"""Maximum depth of Python calls from link to link."""
+"""Maximum depth of nested Python calls that build links."""
 
 Outside = Callable[[CellChange, str, Value], CauseLink | None]
-"""Explains an input, from the cell's change, its name and its value; None if it can't."""
+"""Returns a link that explains an input, given the cell's change, name and value; None if it can't."""
 
 
 def outside_unknown(_origin: CellChange, _name: str, _value: Value) -> CauseLink | None:
-    """Explain no input: chains end at the images."""
+    """Return None, so that chains end at the images."""
     return None
 
 
 class _NestedError(Exception):
-    """A link is too deep in Python's stack; it is made from an empty one instead."""
+    """Raised if a link is nested too deep in Python's stack; it is then built with an empty stack."""
 
     def __init__(self, origin: CellChange, name: str, depth: int) -> None:
         self.origin, self.name, self.depth = origin, name, depth
@@ -53,12 +53,12 @@ class Chains:
 
     Args:
         causes: finds the causes of changes in its past.
-        deep: whether rungs inside add-on instructions are links; without it their calls are.
-        outside: explains inputs.
-        most: maximum depth of a chain, in links; links through modules count.
+        deep: whether rungs inside add-on instructions are links; if not, the calls are the links.
+        outside: explains inputs that changed.
+        most: maximum depth of a chain, in links, including links through modules.
         at_rest: explains inputs that have not changed.
         blocks: explains the blocks of an axis.
-        run_mode: returns what came before a first scan in run mode; "" if that is unknown.
+        run_mode: returns what preceded the first scan in run mode; "" if it is unknown.
     """
 
     lowered: LoweredProgram
@@ -93,18 +93,18 @@ class Chains:
         return Never(self.causes, scan, self.of, self.at_rest, self.blocks).of(cell, name)
 
     def cells(self, tag: str) -> list[Cell]:
-        """Return the cells of a tag; of a timer or counter its bits; ValueError for an unknown name."""
+        """Return the cells of a tag, for a timer or counter its bits; ValueError for an unknown name."""
         return cells_of(Resolver(self.lowered.layout).named(tag))
 
     def full_name(self, tag: str) -> str:
-        """Return the name of a tag as forces have it."""
+        """Return the name of a tag in the form that forces use."""
         return Resolver(self.lowered.layout).base_name(tag)
 
     def of(self, origin: CellChange, name: str) -> CauseLink:
         """Return the link of a change.
 
-        A link needs its causes first. Calls go at most `NESTED` deep: a deeper link is made by the loop
-        here, and is in `_known` when the links that need it are made again.
+        A link needs its causes first. Calls nest at most `NESTED` deep. The loop here builds a deeper link
+        and stores it in `_known`; then the links that need it are built again.
         """
         if self._nested:
             return self._link_once(origin, name)
@@ -124,7 +124,7 @@ class Chains:
                 self._depth = before
 
     def _link_once(self, origin: CellChange, name: str) -> CauseLink:
-        """Return the link of a change, a known one if there is one.
+        """Return the link of a change, from `_known` if it is there.
 
         Raises:
             _NestedError: the calls are `NESTED` deep.
@@ -144,7 +144,7 @@ class Chains:
         return known
 
     def _link(self, origin: CellChange, name: str) -> CauseLink:
-        """Return a new link of a change, by what made the change."""
+        """Return a new link for a change, depending on what made the change."""
         scan, motions = origin.scan, Motions(self.lowered, self.causes)
         now_ns = self.causes.now_ns(scan)
         if origin.write is None or self._is_set_outside(origin):
@@ -185,7 +185,7 @@ class Chains:
         )
 
     def _refusals(self, origin: CellChange, value: Value) -> list[tuple[CauseLink, ...]]:
-        """Return the module's rule that ended a block with an error; nothing for any other change."""
+        """Return the module's rule that ended a block with an error; [] for any other change."""
         path, _, member = origin.cell.leaf.path.rpartition(".")
         if member.upper() not in ("ERROR", "ERRORID") or not value:
             return []
@@ -199,7 +199,7 @@ class Chains:
         return [(found,)] if found else []
 
     def _triggers(self, entry: StepRun, scan: int) -> Iterator[CauseLink]:
-        """Yield why an instruction without conditions ran: the first scan, or its task."""
+        """Yield the reason why an instruction without conditions ran: the first scan, or its task."""
         now_ns = self.causes.now_ns(scan)
         if scan == 0:
             yield CauseLink("power-up", "power-up", None, scan, now_ns)
@@ -218,7 +218,7 @@ class Chains:
                 yield from (self.of(origin, name) for origin in self.causes.triggers(each.pending, scan))
 
     def _causes_of(self, cause: Cause, scan: int) -> Iterator[CauseLink]:
-        """Yield the links of the latest changes of what an instruction read."""
+        """Yield the links of the latest changes of a value that an instruction read."""
         try:
             origins = self.causes.origins([cause.read.cell], scan, cause.by.order)
             yield from (self.of(each, cause.read.text) for each in origins)
@@ -228,7 +228,7 @@ class Chains:
             )
 
     def _of_motion(self, motions: Motions, origin: CellChange, name: str, value: Value) -> CauseLink | None:
-        """Return the link of a change that motion made after a scan; None for any other change."""
+        """Return the link of a change that a motion made after a scan; None for any other change."""
         found = list(motions.movers(origin))
         if not found:
             return None
@@ -286,7 +286,7 @@ class Chains:
     # --- places
 
     def _outermost(self, entry: StepRun) -> StepRun:
-        """Return the instruction in the user's program that runs an instruction."""
+        """Return the instruction in the user's program that led to this run."""
         entry = entry.parent or entry
         while entry.run.caller is not None and (entry.run.instance and not self.deep):
             entry = entry.run.caller.parent or entry.run.caller
@@ -298,7 +298,7 @@ class Chains:
     def _without_calls(
         self, groups: Sequence[tuple[CauseLink, ...]], entry: StepRun
     ) -> Iterator[tuple[CauseLink, ...]]:
-        """Yield groups with the causes of links that are the same call of an add-on instruction."""
+        """Yield groups in which links to the same add-on call are replaced by their causes."""
         site = self._site(entry)
         inside = not self.deep and (entry.run.instance or entry.parent is not None)
         for group in filter(None, groups):
@@ -311,7 +311,7 @@ class Chains:
                 yield tuple(chain.from_iterable(chain.from_iterable(parts)))
 
     def _text(self, origin: CellChange, entry: StepRun, causes: Sequence[Cause], value: Value) -> str:
-        """Return what a motion instruction did, if it is one, and what decided."""
+        """Return the text of a link: what a motion instruction did, if it is one, and what decided it."""
         writes = self.causes.execution(origin.scan).writes
         done, text = motion_text(entry, origin.cell, value, writes), self._decided(entry, causes)
         if not done:
@@ -333,7 +333,7 @@ class Chains:
 
 
 def where(cell: Cell) -> str:
-    """Return the place of an input in the rack: `slot 2 input 1`, of a word `slot 2 input word 3`."""
+    """Return the place of an input in the rack: `slot 2 input 1`, or `slot 2 input word 3`."""
     side = "output" if cell.leaf.output else "input"
     if cell.mask is None:
         return f"slot {cell.leaf.slot} {side} word {cell.index}"
@@ -345,7 +345,7 @@ def _value(cell: Cell, value: Value) -> Value:
 
 
 def _operands(entry: StepRun, causes: Sequence[Cause]) -> tuple[Operand, ...]:
-    """Return the values that the rung and the instruction read, each once."""
+    """Return the values that the rung and the instruction read, without duplicates."""
     changed = {each.read.cell for each in causes if each.changed}
     found: dict[str, Operand] = {}
     for run in (*entry.run.steps.values(), *entry.run.heads, *(cause.by for cause in causes)):

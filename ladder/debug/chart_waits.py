@@ -1,4 +1,4 @@
-"""What a step of a sequential function chart waits for: the transitions around it, and what they read."""
+"""What a step of a sequential function chart waits for: its transitions, and the values they read."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .watched import shown
 
 
 def waits_of(lowered: LoweredProgram, tags: Tags, where: Place | Group) -> Iterator[str]:
-    """Yield the lines for a step or its X: what ends an active step, and what begins an inactive one."""
+    """Yield lines about a step or its X: what would end an active step, or begin an inactive one."""
     for chart in lowered.charts.values():
         for node in chart.nodes:
             if _is_of(where, node):

@@ -57,11 +57,11 @@ class Mention:
     writes: bool
     stretch: bool = False  # whether it may extend beyond the named element
     step: LoweredStep | None = field(default=None, compare=False, repr=False)  # the instruction
-    instance: str = ""  # in an add-on instruction, its instance
+    instance: str = ""  # the instance, if it is in an add-on instruction
 
     @property
     def way(self) -> str:
-        """`reads`, `writes` or `reads, writes`."""
+        """The access as text: `reads`, `writes` or `reads, writes`."""
         return ", ".join(word for word, is_so in (("reads", self.reads), ("writes", self.writes)) if is_so)
 
     def __str__(self) -> str:
@@ -78,17 +78,17 @@ class CrossReference:
 
     @cached_property
     def mentions(self) -> tuple[Mention, ...]:
-        """All mentions, those in add-on instructions once per instance."""
+        """All mentions; mentions in add-on instructions are listed once per instance."""
         return tuple(_once(_mentions(self._lowered, lambda _operand: True)))
 
     def of(self, tag: str) -> tuple[Mention, ...]:
-        """Return the mentions of an address, its parts, and what contains it, or raise a LadderError."""
+        """Return the mentions of an address, its parts and what contains it; may raise a LadderError."""
         named = self._resolver.named(tag)
         found = _mentions(self._lowered, lambda operand: overlap(named, operand, stretch=True))
         return tuple(each for each in _once(found) if overlap(named, each.where, stretch=each.stretch))
 
     def writers(self, leaf: Leaf, index: int, mask: int | None) -> tuple[Mention, ...]:
-        """Return the mentions that may write a value, or a bit of it, those of add-on instructions too."""
+        """Return the mentions, also in add-on instructions, that may write a value or a bit of it."""
         path = leaf.path.upper()
 
         def matches(operand: Place | Group) -> bool:
@@ -121,18 +121,18 @@ def overlap(a: Place | Group, b: Place | Group, *, stretch: bool = False) -> boo
 
 
 def _contain(one: str, other: str) -> bool:
-    """Whether one of two paths is the other, or contains it."""
+    """Whether two paths are equal, or one contains the other."""
     one, other = f"{one}.".upper(), f"{other}.".upper()
     return one.startswith(other) or other.startswith(one)
 
 
 def _may_be_equal(one: Resolved | None, other: Resolved | None) -> bool:
-    """Whether two subscripts or bit numbers may be equal: they are not two different constants."""
+    """Whether two subscripts or bit numbers may be equal, because they are not different constants."""
     return not isinstance(one, Constant) or not isinstance(other, Constant) or one.value == other.value
 
 
 def _mentions(lowered: LoweredProgram, matches: Callable[[Place | Group], bool]) -> Iterator[Mention]:
-    """Yield mentions; those inside an add-on instruction only if a matching tag is passed to it."""
+    """Yield mentions; inside an add-on instruction, only if a matching tag is passed to it."""
     seen: set[object] = set()
     for routine in lowered.routines.values():
         if not routine.frame:
@@ -181,7 +181,7 @@ def _in_call(
 def placed_in(
     lowered: LoweredProgram, handed: Mapping[str, Place | Group], operand: Place | Group
 ) -> Place | Group:
-    """Return an operand of an add-on instruction in the program; `handed`: arguments by `Leaf.root`."""
+    """Return an add-on instruction's operand as one of the program; `handed` has arguments by `Leaf.root`."""
     leaf = first_leaf(operand)
     if not leaf.root:
         return operand
@@ -191,7 +191,7 @@ def placed_in(
         rest, shown = f".{operand.path}", f".{operand.text}"
     path, text = base.path + rest, base.text + shown
     inner = tuple(_placed_index(lowered, handed, each) for each in operand.indices)
-    missing = (constant(0),) * (0 if leaf.outer else len(base.dims))  # a whole array is its first element
+    missing = (constant(0),) * (0 if leaf.outer else len(base.dims))  # the first element stands for an array
     indices = base.indices + missing + inner
     array = operand.array or base.array
     if isinstance(operand, Group):
@@ -227,7 +227,7 @@ def mentions_of(site: Site, step: LoweredStep) -> Iterator[Mention]:
 
 
 def _operands(step: LoweredStep) -> Iterable[tuple[Resolved, frozenset[Use]]]:
-    """Return the operands of an instruction with their uses; those of a call as it reads or writes them."""
+    """Return the operands of an instruction with their uses; operands of a call are read or written."""
     if step.name == ADD_ON:
         call: AddOnCall = step.operands[0]
         return [(call.instance, frozenset({Use.TIMER}))]
@@ -246,7 +246,7 @@ def _operands(step: LoweredStep) -> Iterable[tuple[Resolved, frozenset[Use]]]:
 
 
 def _places(operand: Resolved) -> Iterator[tuple[Place | Group, bool]]:
-    """Yield the places that an operand names or reads, as in subscripts."""
+    """Yield the places that an operand names, or reads in its subscripts."""
     if isinstance(operand, Calculation):
         for each in operand.operands:
             yield from _places(each)

@@ -41,20 +41,20 @@ from .watched import Change, shown
 from .watching import WatchedEngine
 
 When = Literal["true", "changes", "executes"]
-"""When a breakpoint on a rung is met."""
+"""The event on which a breakpoint on a rung is met."""
 
 _MET: Mapping[str, Callable[[bool | None, bool], bool]] = {
     "true": lambda before, now: now and before is False,
     "changes": lambda before, now: before is not None and now != before,
     "executes": lambda _before, now: now,
 }
-"""Whether a breakpoint is met, by its rung in the scan before, None if unknown, and now."""
+"""Returns whether a breakpoint is met, from its rung's truth before (None if unknown) and now."""
 
 Condition = Callable[["Debugger"], Any] | str
-"""A condition of a run: a function of the debugger, or the address of a bit."""
+"""A condition that ends a run: a function of the debugger, or the address of a bit."""
 
 PICTURED = 100
-"""Scans that note the power of all rungs after a query: one second of most programs."""
+"""Number of scans after a query that note the power of all rungs: a second of most programs."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ class BreakpointStop:
     """A breakpoint that was met."""
 
     scan: int  # number of the scan, from 0
-    now_ns: int  # its virtual time
+    now_ns: int  # virtual time of the scan
     text: str  # the breakpoint and the event
 
     def __str__(self) -> str:
@@ -70,18 +70,18 @@ class BreakpointStop:
 
 
 class Debugger:
-    """A ladder program under observation; callable as the logic of a rack, like the program.
+    """A ladder program under observation; like the program, it can be called as the logic of a rack.
 
     It runs compiled, holds forces, and notes the power of rungs with breakpoints. A query about a scan runs
     that scan again (see `journal`); after `truth`, the power of all rungs is noted for a while. A program
-    with routines in Python, which may have their own state, is interpreted in every scan. A breakpoint is
-    met at the end of a scan: a scan is always finished, as in a controller.
+    with routines in Python, which may have their own state, is interpreted in every scan. Breakpoints stop at
+    the end of a scan: a scan is always finished, as in a controller.
 
     Attributes:
         interpreted: whether every scan is interpreted, as always with routines in Python.
         stops: the breakpoints met in the latest scan.
-        ran: empty; the power of rungs says what ran.
-        latest: the inputs of the latest scan; None before the first one, and if nothing is remembered and
+        ran: empty, because the power of rungs shows what ran.
+        latest: the inputs of the latest scan; None before the first scan, or if nothing is remembered and
             nothing was set from outside.
         news: counts changes of `latest` and of forces.
         edits: online edits, each with the number of the first scan after it.
@@ -107,7 +107,7 @@ class Debugger:
         self._remembered = remembered
         self.latest: ScanInputs | None = None
         self.news = 0
-        self._on_rungs: dict[tuple[LineKey, When], bool | None] = {}  # None: not known before its next scan
+        self._on_rungs: dict[tuple[LineKey, When], bool | None] = {}  # None: not known until the next scan
         self._on_tags: dict[str, Any] = {}
         self._lines: tuple[LineKey, ...] = ()
         self._pictured: int | None = None
@@ -135,16 +135,16 @@ class Debugger:
         self._settle()
 
     def _settle(self) -> None:
-        """Decide whether scans run without instrumentation while no tag is set from outside."""
+        """Decide whether scans can run without instrumentation as long as no tag is set from outside."""
         self.news += 1
         copies = self._engine.lowered.written_inputs
         observed = self._on_rungs or self._on_tags or self._lines or self._pictured is not None
         self._plain = not (self._remembered or self.interpreted or copies or observed)
 
     def edit(self, program: LadderLogic) -> Edit:
-        """Continue with an edited program, between two scans: an online edit, see `carry_over`.
+        """Continue with an edited program between two scans, as an online edit; see `carry_over`.
 
-        Breakpoints are cleared, as are forces of removed tags and the memory of earlier scans.
+        Breakpoints, forces of removed tags, and remembered scans are cleared.
 
         Raises:
             BuildError: the edited program can't be built; the current one continues.
@@ -179,7 +179,7 @@ class Debugger:
 
     @property
     def scans(self) -> int:
-        """Number of scans so far."""
+        """The number of scans so far."""
         return self._engine.scans
 
     @property
@@ -188,11 +188,11 @@ class Debugger:
         return self._engine.now_ns
 
     def store(self, tag: str, offset: int, data: bytes, keep: bytes = b"") -> None:
-        """Set bytes of a tag but the bits of `keep`, see `TagImage.write`."""
+        """Set bytes of a tag, except the bits in `keep`, see `TagImage.write`."""
         self.images.write(tag, offset, data, keep)
 
     def __call__(self, scan: Any) -> None:
-        """Do one scan of a rack, see `Engine`; its number is that of the rack's scan."""
+        """Run the logic of one scan of a rack, see `Engine`; the scan has the rack's number."""
         engine = self._engine
         engine.attach(scan)
         if scan.number > engine.scans:
@@ -213,9 +213,9 @@ class Debugger:
             self._journal.begin(engine.memory, engine.scans)
 
     def follow(self, scans: Iterable[ScanInputs]) -> Iterator[None]:
-        """Do recorded scans without a rack, and yield after each; forces and breakpoints do not apply.
+        """Run recorded scans without a rack, and yield after each; forces and breakpoints do not apply.
 
-        A fault ends its scan, as in the recording.
+        A fault ends a scan, as in the recording.
         """
         engine, journal = self._engine, self._journal
         cells = [cell.cell_contents.cast("B") for cell in self._images]
@@ -248,7 +248,7 @@ class Debugger:
         self._journal.begin(self._engine.memory, 0)
 
     def scan(self, scans: int = 1, ms: float = STEP_MS) -> tuple[BreakpointStop, ...]:
-        """Do at most `scans` scans without a rack, `ms` apart; return the breakpoints met."""
+        """Run at most `scans` scans without a rack, `ms` apart; return the breakpoints that were met."""
         for _ in range(scans):
             first = self.scans == 0
             self._do(0 if first else self.now_ns + round(ms * 1_000_000), first)
@@ -289,7 +289,7 @@ class Debugger:
         self._evaluate_breakpoints()
 
     def _note_power(self, engine: WatchedEngine) -> None:
-        """Record the power of rungs with breakpoints; of all rungs for a while after a query."""
+        """Record the power of rungs with breakpoints, and of all rungs for a while after a query."""
         if self._pictured is not None:
             if self.scans - self._pictured <= PICTURED:
                 engine.note_all()
@@ -299,7 +299,7 @@ class Debugger:
         engine.note(tuple(dict.fromkeys((*self._lines, *(line for line, _when in self._on_rungs)))))
 
     def run_until(self, condition: Condition, limit: int, ms: float = STEP_MS) -> bool:
-        """Do scans without a rack until a condition, a breakpoint or the limit; return whether it holds."""
+        """Run scans without a rack until a condition, breakpoint or limit; return the final condition."""
         for _ in range(limit):
             if self.scan(1, ms) or self.holds(condition):
                 break
@@ -312,7 +312,7 @@ class Debugger:
     # --- breakpoints
 
     def note_lines(self, lines: Iterable[LineKey]) -> None:
-        """Note the power of these lines in every scan, beside those with breakpoints, until an edit."""
+        """Until an edit, note the power of these lines in every scan, besides those with breakpoints."""
         self._lines = tuple(lines)
         self._settle()
 
@@ -321,9 +321,9 @@ class Debugger:
 
         Args:
             rung: number of the rung, or of the line.
-            when: `true` stops when power newly reaches the rung's last instruction (for a line: when it
-                runs, with a true condition, after a scan in which it did not), `changes` when that changes,
-                `executes` in each scan that executes it.
+            when: `true` stops when power begins to reach the rung's last instruction (for a line: when it
+                runs with a true condition, and did not in the previous scan), `changes` when this changes
+                either way, `executes` in each scan that executes the rung or line.
 
         Raises:
             LadderError: no such rung.
@@ -336,7 +336,7 @@ class Debugger:
         self._settle()
 
     def break_on(self, tag: str) -> None:
-        """Set a breakpoint on a change of a tag between scans; a LadderError if there is no such tag."""
+        """Set a breakpoint on a change of a tag between scans; raise a LadderError for an unknown tag."""
         self._on_tags[tag] = self.tags[tag]
         self._settle()
 
@@ -398,9 +398,9 @@ class Debugger:
         """Hold a tag at a value, even if the program writes it, until `unforce`.
 
         Args:
-            tag: a single value, or the fault of a connection; images are forced at the CPU instead, which
-                records it.
-            value: of the tag's type.
+            tag: a single value, or the fault of a connection; force images at the CPU instead, which records
+                it.
+            value: a value of the tag's type.
 
         Raises:
             ValueError: no such tag, it is an image or not a single value, or the value does not fit.
@@ -429,7 +429,7 @@ class Debugger:
         self._engine.hold(forces)
 
     def unforce(self, tag: str | None = None) -> None:
-        """Release one force or all; the tag keeps its value. A ValueError if it is not forced."""
+        """Release one force, or all; tags keep their values. Raise a ValueError if the tag is not forced."""
         if tag is None:
             self._forces.clear()
             self._hold({})
@@ -450,7 +450,7 @@ class Debugger:
 
     @property
     def forces(self) -> dict[str, Value]:
-        """The forced tags with their values."""
+        """The forced tags and their values."""
         return dict(self._forces)
 
     def _forced_name(self, tag: str) -> str:
@@ -478,7 +478,7 @@ class Debugger:
     # --- power and causes
 
     def truth(self, routine: str) -> list[tuple[bool, ...] | None]:
-        """Return the truth of a routine's rungs in the latest scan.
+        """Return the power in a routine's rungs in the latest scan.
 
         Returns:
             For each rung the power after each instruction, in order of execution; None if the rung was not
@@ -493,7 +493,7 @@ class Debugger:
         return [truths.get((name, number)) for number in range(max(numbers, default=-1) + 1)]
 
     def note_power(self) -> None:
-        """Note the power of all rungs in the next `PICTURED` scans; each call of `truth` does so, too."""
+        """Note the power of all rungs in the next `PICTURED` scans, as each call of `truth` does."""
         self._pictured = self.scans
 
     def _latest_truths(self) -> Truths:
@@ -509,7 +509,7 @@ class Debugger:
         return self._truths
 
     def _noted_truths(self) -> Truths:
-        """Return the noted truths of the latest scan; a compiled scan that faulted is run again for them."""
+        """Return the power noted in the latest scan; if a compiled scan faulted, run it again."""
         engine = self._engine
         if not engine.broken_off or engine.watching:
             return engine.truths
@@ -518,7 +518,7 @@ class Debugger:
 
     @property
     def replayer(self) -> Replayer:
-        """Runs remembered scans again, in its own memory."""
+        """The replayer, which repeats remembered scans in separate memory."""
         return self._past
 
     @property
@@ -531,14 +531,14 @@ class Debugger:
 
     def picture(self, routine: str, rungs: Sequence[int] | None = None, width: int = 96) -> str:
         """Return a routine in box characters; wires with power in the latest scan are heavy."""
-        from ..draw import captions_of, routine_text  # most runs draw nothing
+        from ..draw import captions_of, routine_text  # imported here: most runs draw nothing
 
         captions = captions_of(self.program)
         return routine_text(self.routine_now(routine), width, self.truth(routine), rungs, captions)
 
     def svg(self, width: int = 96) -> str:
         """Return all routines as an SVG document, with the power of the latest scan."""
-        from ..draw import captions_of, routines_svg  # most runs draw nothing
+        from ..draw import captions_of, routines_svg  # imported here: most runs draw nothing
 
         routines = [(self.routine_now(each.name), each.numbers) for each in self.program.routines]
         truths = {each.name: self.truth(each.name) for each in self.program.routines}
@@ -565,15 +565,15 @@ class Debugger:
         return self._inquiry.why(tag)
 
     def waits(self, tag: str) -> list[str]:
-        """Return what would begin or end a step of a chart; nothing for any other tag."""
+        """Return what would begin or end a step of a chart; [] for any other tag."""
         return list(waits_of(self._engine.lowered, self.tags, self._resolver.named(tag)))
 
     def chains(self, *, deep: bool = False, **hooks: Any) -> Chains:
-        """Return the builder of chains of causes; `hooks` are the further arguments of `Chains`."""
+        """Return a builder of chains of causes; `hooks` are further arguments of `Chains`."""
         return Chains(self._engine.lowered, Causes(self._past), deep, **hooks)
 
     def chain(self, tag: str, *, deep: bool = False) -> CauseLink | None:
-        """Return the chain of causes of a tag's value, None if it has not changed; see `Chains.of_tag`."""
+        """Return the chain of causes of a tag's value; None if it has not changed, see `Chains.of_tag`."""
         return self.chains(deep=deep).of_tag(tag, self._journal.latest)
 
     def suggest_inputs(
@@ -582,7 +582,7 @@ class Debugger:
         """Return the smallest sets of inputs that would give a tag a value within some scans, see `remedies`.
 
         Args:
-            requested: the value, of the tag's type; the default for a bit is its other value.
+            requested: the value, of the tag's type; for a bit, the default is the opposite of its value.
             name: names the terminals of input images.
 
         Raises:
@@ -600,7 +600,7 @@ class Debugger:
         return trials.of(tag, cell_of(where), value)
 
     def cause(self, tag: str) -> tuple[int, str] | None:
-        """Return what last changed a tag, see `Inquiry.cause`."""
+        """Return the cause of a tag's last change, see `Inquiry.cause`."""
         return self._inquiry.cause(tag)
 
     @property

@@ -1,10 +1,10 @@
-r"""One scan as executed: its instructions in order, each with its power, its reads and its writes.
+r"""One executed scan: its instructions in order, each with its power, reads and writes.
 
     order   0        1              2            3
             XIC A    reads A = 1    OTE B        writes B: 0 -> 1
             \_____ of the run of one rung _______________/
 
-The interpreter notes it only in a scan that is run again for a question, see `causes`.
+The interpreter records this only when a scan is run again for a question, see `causes`.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class Read:
     """A value that an instruction read."""
 
     cell: Cell
-    value: Value  # of the cell
-    text: str  # as the program writes it; in an add-on instruction the name of the tag
+    value: Value  # the value of the cell
+    text: str  # as written in the program; in an add-on instruction, the tag's name
 
     def part(self, cell: Cell) -> Read:
         """Return the read of a part of the value: a cell of the same place, or some of its bits."""
@@ -53,11 +53,11 @@ class Write:
     cell: Cell  # the whole value
     before: Value
     after: Value
-    by: StepRun | None  # None if no instruction made it
-    mode: str  # prescan or postscan if that wrote it, else ""
+    by: StepRun | None  # None if no instruction wrote it
+    mode: str  # prescan or postscan, if this wrote it, else ""
 
     def changes(self, cell: Cell) -> bool:
-        """Whether a cell has another value after it."""
+        """Whether the write changes the value of a cell."""
         if not self.cell.overlaps(cell):
             return False
         return not same(cell.of(self.before), cell.of(self.after))
@@ -70,11 +70,11 @@ class LineRun:
     key: tuple[object, ...]  # routine in capitals, number, instance, number of the run in the scan
     routine: str
     line: LoweredLine
-    instance: str  # in an add-on instruction, its instance
+    instance: str  # the instance, if it is in an add-on instruction
     caller: StepRun | None  # the instruction that runs the routine; None for a main routine
     heads: tuple[StepRun, ...]  # conditions around a statement, outermost first
-    order: int  # of the instruction executed before it
-    steps: dict[int, StepRun] = field(default_factory=dict)  # by id of the lowered step
+    order: int  # order of the instruction executed before it
+    steps: dict[int, StepRun] = field(default_factory=dict)  # runs by the id of the lowered step
 
 
 @dataclass(eq=False, slots=True)
@@ -84,27 +84,27 @@ class StepRun:
     order: int
     step: LoweredStep
     run: LineRun
-    power: bool  # before it
+    power: bool  # power before it
     parent: StepRun | None  # the call whose parameters it copies
     ahead: tuple[StepRun, ...] = ()  # the contacts before it in such a copy
-    truth: bool | None = None  # whether it conducts, without power whether it would; None if unknown
+    truth: bool | None = None  # whether it conducts, or would with power; None if unknown
     reads: list[Read] = field(default_factory=list)
-    copied: tuple[InterpretedAddOnStore, InterpretedAddOnStore] | None = None  # of COP: source, destination
+    copied: tuple[InterpretedAddOnStore, InterpretedAddOnStore] | None = None  # of a COP: source, destination
 
     @property
     def number(self) -> int:
-        """The number of its site."""
+        """The number of the instruction's site."""
         return self.step.site
 
     @property
     def instance(self) -> str:
-        """The instance of the add-on instruction that it is a part of, also of a copy of its parameters."""
+        """The instance of the add-on instruction that it belongs to, or whose parameters it copies."""
         return self.run.instance
 
 
 @dataclass(slots=True)
 class Execution:
-    """A scan as it was executed."""
+    """An executed scan."""
 
     scan: int
     now_ns: int = 0
@@ -118,12 +118,12 @@ class Execution:
         return self.order
 
     def changes(self, cell: Cell) -> bool:
-        """Whether a cell has another value at its end than at its beginning."""
+        """Whether the scan changed the value of a cell from beginning to end."""
         own = [each for each in self.writes if each.cell.overlaps(cell)]
         return bool(own) and not same(cell.of(own[0].before), cell.of(own[-1].after))
 
     def last_write(self, cell: Cell, before: int | None = None) -> Write | None:
-        """Return the last change of a cell before a place in the order; None if there is none."""
+        """Return the last change of a cell before a place in the order of execution; None if none."""
         for each in reversed(self.writes):
             if (before is None or each.order < before) and each.changes(cell):
                 return each
@@ -155,7 +155,7 @@ class TracedMemory(WatchedMemory):
 
     @contextmanager
     def unnoted(self) -> Iterator[None]:
-        """Note no read."""
+        """Note no reads in the body of a `with`."""
         noted, self.noted = self.noted, None
         try:
             yield
@@ -164,7 +164,7 @@ class TracedMemory(WatchedMemory):
 
 
 class TracedInterpreter(WatchedInterpreter):
-    """An interpreter that notes what it executes while `execution` is set."""
+    """An interpreter that records what it executes while `execution` is set."""
 
     memory: TracedMemory
     execution: Execution | None = None
@@ -179,7 +179,7 @@ class TracedInterpreter(WatchedInterpreter):
 
     @property
     def step_run(self) -> StepRun | None:
-        """The instruction under way."""
+        """The instruction that is being executed."""
         return self._steps[-1] if self._steps else None
 
     @override
@@ -258,7 +258,7 @@ class TracedInterpreter(WatchedInterpreter):
             return super()._values(step)
 
     def _would_conduct(self, step: LoweredStep) -> bool | None:
-        """Whether a plain contact without power would conduct; None for anything else."""
+        """Return whether a plain contact without power would conduct; None for anything else."""
         if (
             step.kind is not InstructionKind.INPUT
             or not set(step.uses) <= _READ
@@ -289,14 +289,14 @@ class TracedInterpreter(WatchedInterpreter):
         elif isinstance(store, InterpretedAddOnStore) and store.bit is not None:
             mask = 1 << store.bit
         cell = Cell(leaf, index, mask)
-        own = place.leaf.root or place.can_fault  # the name inside of an add-on, or a computed subscript
+        own = place.leaf.root or place.can_fault  # the name inside an add-on, or a computed subscript
         return Read(cell, value, cell.name if own else place.text)
 
     @override
     def put(self, place: Place, value: Value) -> None:
         noted, self.memory.noted = self.memory.noted, None
         try:
-            super().put(place, value)  # a bit reads its word, which is no cause
+            super().put(place, value)  # reading a bit reads its word, which is not the cause
         finally:
             self.memory.noted = noted
 

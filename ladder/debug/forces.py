@@ -1,8 +1,8 @@
 """Forces: values that no program can change.
 
-The compiled program holds a value in a variable, see `compiler.observed`. A list, or a view of bytes, holds
-its own forced elements against every writer: an array, a copy, an add-on instruction on its instance. The
-interpreter writes through the memory, which holds both.
+The compiled program forces values in variables itself, see `compiler.observed`. A list, or a view of bytes,
+keeps its own forced elements against every writer: an array access, a copy, or an add-on instruction. The
+interpreter writes through the memory, which applies all forces.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from ..state.memory import Value
 from ..state.tag_bytes import TagBytes
 
 Force = tuple[int | None, Value]
-"""A mask of forced bits, None for the whole value; and their values."""
+"""A mask of forced bits, or None for the whole value; and the forced value."""
 
 Forces = Mapping[tuple[str, int], Force]
 """Forces by leaf identifier and flat index."""
@@ -36,7 +36,7 @@ class ForcedValue:
     value: Value  # the forced bits
 
     def merged(self, value: Any) -> Any:
-        """Return a value with the forced bits."""
+        """Return a value with its forced bits replaced."""
         return self.value if self.left is None else value & self.left | self.value
 
 
@@ -95,7 +95,7 @@ class HeldView:
 
 
 class HeldBytes(TagBytes):
-    """A tag of bytes with forced elements `held`, by view and number; `free` is the tag without forces."""
+    """A tag in bytes with forced elements `held`, by view and number; `free` is the tag without forces."""
 
     __slots__ = ("free", "held")
 
@@ -114,7 +114,7 @@ class HeldBytes(TagBytes):
 
 
 def in_lists(layout: Layout, held: Iterable[ForcedValue]) -> dict[str, dict[Any, ForcedValue]]:
-    """Return the forced values in lists and bytes, by identifier and index; of bytes by view and index."""
+    """Return the forced values in lists by identifier and index, and in bytes by view and index."""
     found: dict[str, dict[Any, ForcedValue]] = {}
     for each in held:
         spot = layout.spot(each.leaf)
@@ -128,12 +128,12 @@ def in_lists(layout: Layout, held: Iterable[ForcedValue]) -> dict[str, dict[Any,
 
 
 def in_variables(layout: Layout, held: Iterable[ForcedValue]) -> tuple[ForcedValue, ...]:
-    """Return the forced values in their own variables."""
+    """Return the forced values that have their own variables."""
     return tuple(each for each in held if not each.leaf.dims and layout.spot(each.leaf) is None)
 
 
 def names_of(held: Iterable[ForcedValue]) -> dict[str, Value]:
-    """Return the compiled program's variables for forces."""
+    """Return the names of the compiled program's variables for forces."""
     names: dict[str, Value] = {}
     for each in held:
         names[held_name(each.leaf.ident)] = each.value

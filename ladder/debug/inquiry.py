@@ -17,7 +17,7 @@ from .why import changes_of, explain_cause, explain_change, explain_unchanged, m
 
 
 class Inquiry:
-    """Answers questions about a program, from its engine, past scans, forces and cross reference."""
+    """Answers questions about a program from its engine, past scans, forces and cross reference."""
 
     def __init__(
         self,
@@ -47,9 +47,9 @@ class Inquiry:
         return None if change is None else (change.scan, explain_cause(self._engine.lowered, change))
 
     def why(self, tag: str) -> str:
-        """Explain a tag's value: scan and rung of its last change, and the false conditions there.
+        """Explain a tag's value: the scan and rung of its last change, and the false conditions there.
 
-        For a step of a chart the answer also says what would begin or end it.
+        For a step of a chart, the answer also says what would begin or end it.
         """
         waits = waits_of(self._engine.lowered, self._engine.tags, self._resolver.named(tag))
         return "\n".join([self._why(tag), *waits])

@@ -17,7 +17,7 @@ from .replay import NO_FORCES, Source
 from .stretch import PlainInputs, ScanInputs
 
 EVERY = 64
-"""Scans per snapshot."""
+"""Number of scans per snapshot."""
 
 MOST = 8_000
 """Maximum number of snapshots: half a million scans."""
@@ -25,7 +25,7 @@ MOST = 8_000
 
 @dataclass(slots=True)
 class Chapter:
-    """A snapshot and the scans after it; `scan` is the number of the first one."""
+    """A snapshot and the scans after it; `scan` is the number of the first scan."""
 
     scan: int
     memory: dict[str, Any]
@@ -40,35 +40,35 @@ class Journal(Source):
 
     @property
     def first(self) -> int:
-        """Number of the first scan that is remembered."""
+        """Number of the first remembered scan."""
         return self._chapters[0].scan
 
     @property
     def latest(self) -> int:
-        """Number of the latest scan that was noted."""
+        """Number of the latest noted scan."""
         last = self._chapters[-1]
         return last.scan + len(last.entries) - 1
 
     def begin(self, memory: Memory, scan: int) -> None:
-        """Take a snapshot before a scan if one is due: before the first, and after every `EVERY` scans."""
+        """Take a snapshot before a scan if one is due: before the first scan, then every `EVERY` scans."""
         if not self._chapters or len(self._chapters[-1].entries) == EVERY:
             self._chapters.append(Chapter(scan, snapshot(memory), []))
 
     def restart(self, memory: Memory, scan: int) -> None:
-        """Forget all scans, and take a snapshot: the scans in between were not noted."""
+        """Forget all scans and take a snapshot, because some scans were not noted."""
         self._chapters.clear()
         self.begin(memory, scan)
 
     def note(self, entry: ScanInputs) -> None:
-        """Note a scan that is about to be done."""
+        """Note the inputs of a scan that is about to run."""
         self._chapters[-1].entries.append(entry)
 
     def snapshots(self, scan: int) -> Iterator[int]:
-        """Yield the scans that begin a chapter, backwards from a scan."""
+        """Yield the numbers of scans that begin a chapter, backwards from a scan."""
         return (each.scan for each in reversed(self._chapters) if each.scan <= scan)
 
     def snapshot(self, scan: int) -> tuple[dict[str, Any], Forces]:
-        """Return the values before a scan that begins a chapter; its entries say what is forced."""
+        """Return the values before a scan that begins a chapter; its entries have the forces."""
         return self._chapters[self._place(scan)].memory, NO_FORCES
 
     def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
@@ -81,7 +81,7 @@ class Journal(Source):
         return min(last, self.latest) - first + 1, entries
 
     def _place(self, scan: int) -> int:
-        """Return the place of the chapter that a scan belongs to."""
+        """Return the index of the chapter that a scan belongs to."""
         return bisect_right(self._chapters, scan, key=lambda each: each.scan) - 1
 
 
@@ -89,9 +89,9 @@ class RecordedPast:
     """The scans of a recording, with its snapshots; see `replay.Source`.
 
     Args:
-        snapshots: values by the number of the scan that follows, in any order; scan 0 included.
+        snapshots: values by the number of the following scan, in any order; scan 0 is included.
         between: returns the inputs of a range of scans.
-        plain: returns them as arrays, see `replay.Source`.
+        plain: returns the inputs as arrays, see `replay.Source`.
         latest: number of the last known scan.
     """
 
@@ -107,19 +107,19 @@ class RecordedPast:
         self._scans = sorted(snapshots)
 
     def begin(self, memory: Memory, scan: int) -> None:
-        """Do nothing: the recording has its snapshots."""
+        """Do nothing: the recording already has its snapshots."""
 
     restart = begin
 
     def note(self, entry: ScanInputs) -> None:
-        """Do nothing: the recording has its scans."""
+        """Do nothing: the recording already has its scans."""
 
     def snapshots(self, scan: int) -> Iterator[int]:
-        """Yield the scans with a snapshot before them, backwards from a scan."""
+        """Yield the numbers of scans with a snapshot before them, backwards from a scan."""
         return reversed(self._scans[: bisect_right(self._scans, scan)])
 
     def snapshot(self, scan: int) -> tuple[Mapping[str, Any], Forces]:
-        """Return the values before such a scan."""
+        """Return the values before a scan with a snapshot."""
         return self._snapshots[scan], NO_FORCES
 
     def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:

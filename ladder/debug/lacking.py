@@ -1,7 +1,7 @@
-"""What an instruction lacked in a scan: the false contacts before it, and the values that they read.
+"""What an instruction lacked in a scan: the false contacts before it, and the values they read.
 
-Of contacts in series it lacked all false ones, of parallel legs those of the leg with the fewest. Of the
-conditions around a statement it lacked the first unmet one, of an expression the parts that keep it false.
+In series, it lacked all false contacts; in a branch, the false contacts of the leg with the fewest. For a
+statement, it lacked the first false condition around it; for an expression, the parts that keep it false.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ _T = TypeVar("_T")
 
 @dataclass(slots=True)
 class Lacking:
-    """Finds what instructions lacked in a scan as it was executed."""
+    """Finds what instructions lacked in an executed scan."""
 
     lowered: LoweredProgram
     execution: Execution
     _runs: dict[tuple[int, str], StepRun] = field(default_factory=dict)
 
     def of(self, mention: Mention) -> Lack:
-        """Return what an instruction lacked; nothing if all was met and it wrote the present value."""
+        """Return what an instruction lacked; [] if it lacked nothing and wrote the present value."""
         step = mention.step
         assert step is not None
         entry = self._run_of(step, mention.instance)
@@ -66,7 +66,7 @@ class Lacking:
         return self._runs.get((id(step), instance))
 
     def _of_run(self, entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
-        """Yield the reads of the contacts before an instruction that are false."""
+        """Yield the reads of the false contacts before an instruction."""
         if entry.parent is not None:
             yield from self._of_run(entry.parent)
             return
@@ -89,7 +89,7 @@ class Lacking:
         return [(each, entry) for each in _blamed(entry)]
 
     def _of_absent(self, step: LoweredStep, instance: str) -> Iterator[tuple[Read, StepRun]]:
-        """Yield what kept an instruction from running: a condition around it, a call without power."""
+        """Yield what kept an instruction from running: a condition around it, or a call without power."""
         key, routine, line = _place_of(self.lowered, step)
         for head, required in _heads(routine.body or (), line) or ():
             entry = self._run_of(head.steps[-1], instance)
@@ -119,7 +119,7 @@ def _is_of(call: AddOnCall, routine: str, entry: StepRun, instance: str) -> bool
 
 
 def _place_of(lowered: LoweredProgram, step: LoweredStep) -> tuple[str, LoweredRoutine, LoweredLine]:
-    """Return the routine of an instruction, by name in capitals, and its rung or line."""
+    """Return the name of an instruction's routine, in capitals, and its rung or line."""
     for key, routine in lowered.routines.items():
         for line in routine.lines:
             if any(each is step for each in line.all_steps):
@@ -128,11 +128,11 @@ def _place_of(lowered: LoweredProgram, step: LoweredStep) -> tuple[str, LoweredR
 
 
 _Head = tuple[LoweredLine, bool]
-"""A condition around a statement, and the truth that it needs."""
+"""A condition around a statement, and the value that the statement needs to run."""
 
 
 def _heads(body: Body, line: LoweredLine) -> list[_Head] | None:
-    """Return the conditions around a line of structured text, outermost first; None if it is elsewhere."""
+    """Return the conditions around a line of structured text, outermost first; None if it is not there."""
     for each in body:
         if isinstance(each, Act):
             if each.line is line:
@@ -161,12 +161,12 @@ def _bodies(statement: Arms | Selection | Loop) -> Iterator[tuple[list[_Head], B
 
 
 def _fewest(options: Sequence[list[_T]]) -> list[_T]:
-    """Return the option that lacks the fewest values; none if one of them lacks nothing."""
+    """Return the option that lacks the fewest values; [] if one of them lacks nothing."""
     return min(options, key=len) if all(options) else []
 
 
 def _blamed(entry: StepRun) -> list[Read]:
-    """Return the reads that make a condition false, or an assigned expression other than it should be."""
+    """Return the reads that make a condition false, or give an assigned expression the wrong value."""
     values = {each.text: each.value for each in entry.reads}
     is_set = entry.step.name == ":="
     expressions = [each for each in entry.step.operands if isinstance(each, Calculation)]
@@ -178,7 +178,7 @@ def _blamed(entry: StepRun) -> list[Read]:
 
 
 def _at_fault(part: Any, required: bool, values: Mapping[str, Value]) -> list[Place]:
-    """Return the fewest places that keep an expression from its required value."""
+    """Return the smallest set of places that keep an expression from its required value."""
     if isinstance(part, Place):
         return [part] if bool(values.get(part.text, not required)) is not required else []
     if not isinstance(part, Calculation):
@@ -201,7 +201,7 @@ _RELATIONS: Mapping[str, Callable[[Any, Any], bool]] = {
 
 
 def _holds(part: Calculation, values: Mapping[str, Value]) -> bool | None:
-    """Return whether a relation of plain operands holds; None if that is unknown."""
+    """Return whether a relation of plain operands holds; None if it is unknown."""
     sides = [
         values.get(each.text) if isinstance(each, Place) else getattr(each, "value", None)
         for each in part.operands

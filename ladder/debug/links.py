@@ -41,10 +41,10 @@ OUTRANKING = ("force", "mode", "fault", "incident")
 """Kinds of links that outrank the program."""
 
 ROUND = "a round before"
-"""What the end of a path says where the machine stood as it stands now."""
+"""Text at the end of a path that repeats: the machine was in the same state a round before."""
 
 NESTED = 8
-"""Maximum indentation of a chain as text, in spaces; of further links only the last one is shown."""
+"""Maximum indentation of a chain as text, in spaces; of deeper links, only the last one is shown."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,28 +53,28 @@ class Operand:
 
     name: str
     value: Value | str
-    changed: bool  # since the run before
+    changed: bool  # since the previous run
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CauseLink:
-    """A change and its causes; where a chain joins again, both ways lead to the same object."""
+    """A change and its causes; where branches of a chain rejoin, they share the same object."""
 
     kind: str  # rung, line, wait, never (a value that has not changed), or one of `ROOTS`
     name: str  # what changed
-    value: Value | str | None  # after it
+    value: Value | str | None  # the value after it
     scan: int
     now_ns: int  # time of the scan, ns since power-up
     text: str = ""  # what made the change
-    site: Site | None = None  # the place in the user's program; None outside of it
+    site: Site | None = None  # the place in the user's program; None outside the program
     operands: tuple[Operand, ...] = ()
-    before: Value | str | None = None  # the value before it; None if that is not known
+    before: Value | str | None = None  # the value before it; None if it is not known
     causes: tuple[tuple[CauseLink, ...], ...] = ()
 
-    depth: int = 1  # links from here to the end, on the shortest way
+    depth: int = 1  # number of links to the end, on the shortest path
 
     def walk(self) -> Iterator[CauseLink]:
-        """Yield this link and all its causes, each once, the nearest first."""
+        """Yield this link and all its causes, each once, nearest first."""
         seen, ahead = set(), [self]
         while ahead:
             link = ahead.pop()
@@ -85,7 +85,7 @@ class CauseLink:
 
     @property
     def first(self) -> CauseLink:
-        """The end of the shortest way."""
+        """The end of the shortest path."""
         link = self
         while link.causes:
             link = link.causes[0][0]
@@ -93,9 +93,9 @@ class CauseLink:
 
     @property
     def path(self) -> tuple[CauseLink, ...]:
-        """The links from the value to its cause: of several what outranks the program, else the latest.
+        """The links from the value to its cause; a cause that outranks the program comes before the latest.
 
-        A machine that cycles repeats links. Repeated links are left out if the chain reaches what began the
+        A machine that cycles repeats links. Repeated links are omitted if the chain reaches what began the
         cycles. If it does not, the path ends with the first repeated link, of kind "round".
         """
         found, began, known = [self], list[CauseLink](), {self._key}
@@ -132,17 +132,17 @@ class CauseLink:
 
     @property
     def since(self) -> dict[str, Any]:
-        """When it got its value, and the scan in which it was last different, as JSON values.
+        """When the link got its value, and the scan in which it last had another value, as JSON values.
 
-        The page and `--json` have the same data; its keys stay. `last_different` is None if it never was
-        different. The value of a wait is its text.
+        The page and `--json` use this data, so its keys must not change. `last_different` is None if the
+        value never was different. The value of a wait is its text.
         """
         last = None if self.before is None or not self.scan else {"scan": self.scan - 1, "value": self.before}
         value = self.text if self.kind == "wait" else self.value
         return {"scan": self.scan, "now_ns": self.now_ns, "value": value, "last_different": last}
 
     def as_json(self) -> list[dict[str, Any]]:
-        """Return its links in the order of `walk` as JSON values; causes are indices of that list."""
+        """Return the links in the order of `walk` as JSON values; causes are indices in that list."""
         links = list(self.walk())
         numbers = {link: number for number, link in enumerate(links)}
         return [_as_json(link, numbers) for link in links]
@@ -183,7 +183,7 @@ def kind_at(site: Site) -> str:
 
 
 def linked(groups: Iterable[tuple[CauseLink, ...]], **parts: Any) -> CauseLink:
-    """Return a link with its causes in order; `parts` are its other fields."""
+    """Return a link with its causes sorted; `parts` are its other fields."""
     causes = ordered(groups)
     return CauseLink(**parts, causes=causes, depth=1 + (causes[0][0].depth if causes else 0))
 
@@ -199,7 +199,7 @@ def ordered(groups: Iterable[tuple[CauseLink, ...]]) -> tuple[tuple[CauseLink, .
 
 
 def link_text(link: CauseLink, routine: str = "") -> str:
-    """Return one link: `Run off (20.002 s, rung 3: XIC(Stop))`; with its routine unless that is `routine`."""
+    """Return a link as text: `Run off (20.002 s, rung 3: XIC(Stop))`; omit the routine if it is `routine`."""
     site = link.site
     at = f"{seconds(link.now_ns)} s"
     where = "" if site is None else site.spot if site.file and not site.routine else site.place
@@ -234,7 +234,7 @@ def _lines(link: CauseLink, routine: str, indent: str, seen: set[CauseLink]) -> 
 
 
 def _branches(link: CauseLink, routine: str, indent: str, seen: set[CauseLink]) -> Iterator[str]:
-    """Yield the lines of the causes of a link: groups joined by `and`, alternatives by `or`."""
+    """Yield lines for the causes of a link: groups are joined by `and`, alternatives by `or`."""
     seen.add(link)
     routine = link.site.routine if link.site else routine
     for place, group in enumerate(link.causes):

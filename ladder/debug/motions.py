@@ -1,8 +1,8 @@
 """Motion in chains of causes: the instruction that moves an axis, ends its motion, or is refused.
 
-Status bits and positions of an axis change between scans, when no instruction runs. Each course names its
+Status bits and positions of an axis change between scans, when no instruction runs. Each course records its
 instruction, see `instructions.motion.courses`. The cause is the instruction whose course began or ended in
-the scan of the change, else those whose courses are under way.
+the scan of the change, or else the instructions whose courses are under way.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from .cells import Cell
 from .executed import StepRun, Write
 
 COMPLETE, MOVES, BLOCK = "the motion of {} is complete", "moved by {}", "as its block says"
-"""What motion did, with the names of its instructions."""
+"""Texts of what a motion did; the first two name its instructions."""
 
 _NAMES = {place: name for name, place in BITS.items()}
 
@@ -38,7 +38,7 @@ class Motions:
     causes: Causes
 
     def attributed(self, origin: CellChange) -> CellChange:
-        """Return a change after a scan as one of the instruction that began or ended motion in its scan."""
+        """Attribute a change after a scan to the instruction that began or ended motion in that scan."""
         axis = self._axis(origin.cell)
         if axis is None or origin.write is None:
             return origin
@@ -53,7 +53,7 @@ class Motions:
         return origin
 
     def movers(self, origin: CellChange) -> Iterator[tuple[Cell, str, str]]:
-        """Yield what changed a cell after a scan: a cell, its name, and what its motion did."""
+        """Yield what changed a cell after a scan: a causing cell, its name, and what its motion did."""
         ideal: Ideal | None = self.lowered.ideal
         control = self._part(origin.cell, ideal.controls if ideal else ())
         axis = self._axis(origin.cell)
@@ -68,7 +68,7 @@ class Motions:
             yield from self._of_block(origin.cell)
 
     def _of_block(self, cell: Cell) -> Iterator[tuple[Cell, str, str]]:
-        """Yield the member of a 3601's block that a member of its axis shows."""
+        """Yield the member of a 3601's block that a member of its axis mirrors."""
         path, _, host = cell.leaf.path.rpartition(".")
         for each in self.lowered.axes.values():
             if each.tag.path == path:
@@ -87,7 +87,7 @@ class Motions:
                 yield int(each.before)
 
     def _under_way(self, axis: MotionPart, origin: CellChange) -> Iterator[int]:
-        """Yield the claims of the courses under way: the number of their instruction is in the high word."""
+        """Yield the claims of courses under way; the high word of a claim is its instruction's number."""
         for course in self._courses(axis, origin.cell):
             leaf = self.lowered.layout.leaf(f"{course}claim")
             claim = int(self.causes.value(Cell(leaf, axis.index), origin.scan))
@@ -103,14 +103,14 @@ class Motions:
         return next((each for each in parts if each.path == path and each.index == cell.index), None)
 
     def _courses(self, axis: MotionPart, cell: Cell) -> Iterator[str]:
-        """Yield the prefixes of the members of courses: of the course that a status bit shows, or of all."""
+        """Yield member prefixes of courses: of the course that a status bit shows, or of all courses."""
         host = cell.leaf.path.rpartition(".")[2]
         bit = _NAMES.get(f"{host}.{cell.mask.bit_length() - 1}", "") if cell.mask else ""
         for planner in (PLANNER_OF[bit],) if bit in PLANNER_OF else PLANNERS:
             yield f"{axis.path}.~{planner}_"
 
     def _in_process(self, control: MotionPart) -> tuple[Cell, str]:
-        """Return the bit IP of an instruction, and its name."""
+        """Return the IP bit of an instruction, and its name."""
         leaf = self.lowered.layout.leaf(f"{control.path}.FLAGS")
         text = element_text(f"{control.path}.IP", leaf.dims, control.index)
         return Cell(leaf, control.index, 1 << MOTION_BITS["IP"]), text
@@ -120,10 +120,10 @@ def motion_text(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write
     """Return what a motion instruction did to a cell; "" for any other instruction.
 
     The text names axis and control, `MAM(Feed,Go)`, and says whether the instruction was refused, with its
-    error, or ended the motion of another.
+    error, or ended the motion of another instruction.
 
     Args:
-        writes: of the scan.
+        writes: the writes of the scan.
     """
     step = entry.step
     if Use.MOTION not in step.uses:

@@ -1,8 +1,8 @@
-"""Why a value has never changed: what the instructions that could write it lack, back to inputs at rest.
+"""Why a value never changed: what the instructions that could write it lack, back to inputs at rest.
 
-The instruction that lacks the fewest contacts came nearest, see `lacking`. A contact that changed at some
-time has a chain of its own. For any other contact the question is asked again, until the answer is an input,
-a running timer, or a tag that was never set.
+The instruction that lacks the fewest contacts came closest, see `lacking`. A lacking contact that changed at
+some time has its own chain of causes. For any other contact, the same question is asked, until the answer is
+an input, a running timer, or a tag that was never set.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ DEEPEST = 24
 """Maximum depth of a chain, in links."""
 
 PULSE = 2
-"""Maximum length of a pulse, in scans."""
+"""Maximum length of a change that counts as a pulse, in scans."""
 
 ONLY_ON, ONLY_OFF = frozenset({"OTL"}), frozenset({"OTU", "RES", "CLR"})
 """Instructions that only set, or only clear, a bit."""
@@ -36,11 +36,11 @@ ChainOfChange = Callable[[CellChange, str], CauseLink]
 """Returns the chain of a change."""
 
 AtRest = Callable[[Cell, str, Value, int], CauseLink | None]
-"""Explains an input that has not changed, by cell, name, value and scan; None if it can't."""
+"""Returns a link for an input that has not changed, given cell, name, value and scan; None if it can't."""
 
 
 class Blocks(Protocol):
-    """Explains the blocks of an axis, by what its module does."""
+    """Explains the blocks of an axis by what its module does."""
 
     def waiting(self, path: str, scan: int) -> CauseLink | None:
         """Return what a busy block waits for; None for any other structure."""
@@ -50,7 +50,7 @@ class Blocks(Protocol):
 
 
 class NoBlocks:
-    """Knows no block."""
+    """Explains no blocks."""
 
     def waiting(self, _path: str, _scan: int) -> CauseLink | None:
         """Return None."""
@@ -65,17 +65,17 @@ NO_BLOCKS: Blocks = NoBlocks()
 
 
 def at_rest_unknown(_cell: Cell, _name: str, _value: Value, _scan: int) -> CauseLink | None:
-    """Explain no input: chains end at the images."""
+    """Return None, so that chains end at the images."""
     return None
 
 
 @dataclass(slots=True)
 class Never:
-    """Explains values that have not changed before the end of a scan.
+    """Explains values that have not changed by the end of a scan.
 
     Args:
         causes: finds causes in the program's past.
-        scan: the scan of the question.
+        scan: the scan at whose end the values are explained.
         chain_of: builds the chain of a change.
         at_rest: explains inputs.
         blocks: explains the blocks of an axis.
@@ -90,7 +90,7 @@ class Never:
     _reference: CrossReference | None = None
 
     def of(self, cell: Cell, name: str, seen: tuple[Cell, ...] = ()) -> CauseLink:
-        """Return the link of a value that has not changed; `seen` are the values that led to it."""
+        """Return the link of a value that has not changed; `seen` are the cells that led to it."""
         value = self._value(cell)
         if cell.leaf.is_input:
             found = self.at_rest(cell, name, value, self.scan)
@@ -149,7 +149,7 @@ class Never:
     # --- timers and counters
 
     def _counted(self, cell: Cell, name: str, value: Value) -> CauseLink | None:
-        """Return the link of a running timer or of a counter above 0, if the value is its DN."""
+        """Return the link of a running timer, or of a counter above 0, if the cell is its DN."""
         path, _, member = cell.leaf.path.rpartition(".")
         if member.upper() not in ("DN", "Q") or value:
             return None
@@ -185,7 +185,7 @@ class Never:
     # --- instructions
 
     def _of_writers(self, cell: Cell, name: str, value: Value, seen: tuple[Cell, ...]) -> CauseLink:
-        """Return the link of a value by the instruction that came nearest to changing it."""
+        """Return the link of a value, based on the instruction that came closest to changing it."""
         writers = self._possible_writers(cell, value)
         if not writers:
             return self._unwritten(name, value)
@@ -213,15 +213,15 @@ class Never:
         )
 
     def _possible_writers(self, cell: Cell, value: Value) -> list[Mention]:
-        """Return what could change a value; calls of add-on instructions count only if nothing else could."""
+        """Return the mentions that could change a value; add-on calls only if nothing else could."""
         writers = [each for each in self._writers(cell) if _could_change(each, value)]
         return [each for each in writers if each.step is None or each.step.name != ADD_ON] or writers
 
     def _nearest_writer(self, writers: Sequence[Mention], own: Set[Cell]) -> tuple[Mention, Lack]:
-        """Return the instruction that lacks the fewest values in the scan of the question.
+        """Return the instruction that lacks the fewest values in the scan.
 
         An instruction that lacks a value of the chain itself (`own`) explains nothing; it counts only if all
-        of them do.
+        instructions do.
         """
         found = [(each, self._lack(each)) for each in writers]
         others = [(each, lack) for each, lack in found if own.isdisjoint(read.cell for read, _ in lack)]
@@ -233,10 +233,10 @@ class Never:
         return self._lacking.of(mention)
 
     def _nearest(self, mention: Mention, lack: Lack) -> tuple[int, Lack]:
-        """Return the scan in which an instruction came nearest to acting, and what it lacked then.
+        """Return the scan in which an instruction came closest to acting, and what it lacked then.
 
-        A pulse may have come while something else was lacking. So for each false contact the scan is tried
-        in which it was last true, if it was true for a scan or two only.
+        A pulse may have occurred while something else was lacking. So for each false contact that was last
+        true for only one or two scans, the last such scan is tried, too.
         """
         best = self.scan, lack
         for read, _ in lack if len(lack) > 1 else ():
@@ -284,7 +284,7 @@ def _could_change(mention: Mention, value: Value) -> bool:
 
 
 def _ms(milliseconds: int) -> str:
-    """Return a time of a timer.
+    """Return a timer's time as text.
 
     >>> _ms(496), _ms(1500)
     ('496 ms', '1.5 s')

@@ -1,4 +1,4 @@
-"""The smallest changes of inputs that give a tag a value, found by running scans with them.
+"""Finds the smallest input changes that give a tag a value, by running scans with them.
 
 Sets of one input are tried first, then sets of two and three. For a number, bisection finds the nearest
 value that works.
@@ -24,19 +24,19 @@ MOST_TRIES = 3_000
 """Maximum number of sets to try."""
 
 MOST_CANDIDATES = 64
-"""Maximum number of inputs to try, the nearest to the tag."""
+"""Maximum number of inputs to try, those nearest to the tag."""
 
 MOST_VALUES = 12
-"""Maximum number of values of a number to try, the nearest to the present value."""
+"""Maximum number of values to try for a number, those nearest to its present value."""
 
 
 @dataclass(frozen=True, slots=True)
 class InputChange:
     """An input and its new value."""
 
-    cell: Any  # its place in memory
+    cell: Any  # the place in memory
     name: str
-    place: str  # in the rack, such as `slot 2 input 3`; "" for a tag
+    place: str  # the place in the rack, such as `slot 2 input 3`; "" for a tag
     value: Value
 
     def __str__(self) -> str:
@@ -60,7 +60,7 @@ class Candidate:
     others: tuple[Value, ...]
 
     def change(self, value: Value) -> InputChange:
-        """Return the input with another value."""
+        """Return the change of the input to a value."""
         return InputChange(self.cell, self.name, self.place, value)
 
 
@@ -75,7 +75,8 @@ def number(
     """Return a number within limits as a candidate.
 
     Args:
-        compared: constants that it may be compared with: they, their neighbors and the limits are tried.
+        compared: constants that the number may be compared with; these, their neighbors and the limits are
+            tried.
     """
     low, high = limits
     near = {each + by for each in compared for by in (-1, 0, 1)}
@@ -89,20 +90,21 @@ def number(
 
 @dataclass(frozen=True, slots=True)
 class Remedy:
-    """A set of inputs that gives the value; an empty one if no input has to change."""
+    """A set of inputs that gives the value; it is empty if no input has to change."""
 
     changes: tuple[InputChange, ...]
-    scans: int  # scans that it takes
+    scans: int  # number of scans until the tag has the value
 
 
 @dataclass(frozen=True, slots=True)
 class Remedies:
-    """The answer to a question.
+    """The sets of inputs that were found for a tag.
 
     Attributes:
         tried: number of sets that were tried.
-        left: whether the search stopped before it had tried all sets.
-        terminal: where an input is wired; "" for other values of a module, None for any other tag.
+        left: whether the search stopped before all sets were tried.
+        terminal: where an input is wired; "" for other values of a module, None for a tag that is not an
+            input.
     """
 
     tag: str
@@ -130,7 +132,7 @@ class Remedies:
         return f"{self.tag}: {some} {of}: {', '.join(self.candidates)}"
 
     def as_json(self) -> dict[str, Any]:
-        """Return it as JSON values."""
+        """Return the answer as JSON values."""
         sets = [
             {
                 "scans": each.scans,
@@ -144,16 +146,16 @@ class Remedies:
 
 
 def of_input(tag: str, requested: Value, terminal: str | None) -> Remedies:
-    """Return the answer for an input, which the program does not write.
+    """Return the answer for a tag that is itself an input, which the program does not write.
 
     Args:
-        terminal: where it is wired; None for other values of a module.
+        terminal: where the input is wired; None for other values of a module.
     """
     return Remedies(tag, requested, (), (), 0, left=False, terminal=terminal or "")
 
 
 Attempt = Callable[[Sequence[InputChange]], int | None]
-"""Runs scans with other inputs; returns after how many the tag has the value, None if it does not get it."""
+"""Runs scans with changed inputs; returns after how many the tag has the value, None if it never does."""
 
 
 @dataclass(slots=True)
@@ -170,7 +172,7 @@ class Search:
     tried: int = 0
 
     def among(self, candidates: Sequence[Candidate]) -> Remedies:
-        """Return the smallest sets: none contains another."""
+        """Return the smallest sets of inputs that work; no set contains another."""
         found: list[Remedy] = []
         names = tuple(each.name for each in candidates)
         for size in range(MOST_INPUTS + 1):
@@ -184,7 +186,7 @@ class Search:
         return Remedies(self.tag, self.requested, tuple(found), names, self.tried, left=False)
 
     def _with(self, chosen: Sequence[Candidate]) -> Iterator[Remedy]:
-        """Yield the first combination of values that works, if there is one."""
+        """Yield the first combination of values that works, if any."""
         for values in product(*(each.others for each in chosen)):
             changes = [each.change(value) for each, value in zip(chosen, values, strict=True)]
             scans = self._try(changes)
@@ -197,7 +199,7 @@ class Search:
         return self.attempt(changes)
 
     def _nearest(self, chosen: Sequence[Candidate], changes: list[InputChange], scans: int) -> Remedy:
-        """Return a set whose numbers are as near to their present values as possible."""
+        """Return a remedy whose numbers are as close to their present values as possible."""
         for at, each in enumerate(chosen):
             if isinstance(each.now, bool):
                 continue

@@ -1,7 +1,8 @@
-"""Repeats scans of a program in a separate memory.
+"""Repeats scans of a program in separate memory.
 
-A program is deterministic: its memory, the input images and the time determine its next memory. So it runs
-compiled, and a question about a scan is answered by running that scan again from a snapshot before it:
+A program is deterministic: its memory, the input images and the time determine its next memory. So the
+program normally runs compiled, and a question about a scan is answered by repeating it from an earlier
+snapshot:
 
     snapshot      inputs inputs inputs ...      snapshot      inputs ...
     scan 512      512    513    514             scan 576      576
@@ -37,68 +38,68 @@ ONE_BY_ONE = 24
 """Maximum number of stretches with equal values at both ends that are searched one by one."""
 
 FIRST_ONE_BY_ONE = 4
-"""If there are more, this many of the latest are searched one by one, and the others side by side."""
+"""If there are more, the latest few are searched one by one, and the others in parallel."""
 
 MOST_FOUND = 256
-"""Maximum number of search results in memory."""
+"""Maximum number of search results that are kept."""
 
 SIDE_BY_SIDE = 5_000
-"""Maximum number of stretches in one search side by side."""
+"""Maximum number of stretches in one parallel search."""
 
 
 class Source(Protocol):
     """A store of snapshots and inputs of a program."""
 
     def snapshots(self, scan: int) -> Iterator[int]:
-        """Yield the scans with a snapshot before them, backwards."""
+        """Yield the numbers of scans with a snapshot before them, backwards from a scan."""
 
     def snapshot(self, scan: int) -> tuple[Mapping[str, Any], Forces]:
         """Return the values before a scan, by identifier, and the forces."""
 
     def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
-        """Return the number of contiguous known scans from `first` on, and their inputs."""
+        """Return the number of contiguous known scans that begin with `first`, and their inputs."""
 
     def plain(self, first: int, last: int) -> PlainInputs | None:
-        """Return the inputs of scans as arrays; None if they are not plain, or unknown."""
+        """Return the inputs of scans as arrays; None if they are not plain or not known."""
         count, known = self.inputs(first, last)
         return plain_inputs(list(known)) if count == last - first + 1 else None
 
 
 class Replayer:
-    """Runs scans again.
+    """Repeats scans.
 
     Args:
-        engine: runs the program; its memory has no other use.
+        engine: runs the program; nothing else uses its memory.
         source: the program's snapshots and inputs.
-        most: maximum number of scans to run to reach one.
-        stretches: number of the latest snapshots from which changes are searched; None for all.
+        most: maximum number of scans to run in order to reach a scan.
+        stretches: number of latest snapshots from which changes are searched; None for all.
     """
 
     def __init__(
         self, engine: WatchedEngine, source: Source, most: int = 1 << 62, stretches: int | None = None
     ) -> None:
         self.engine = engine  # the engine after scan `at`
-        self.at: int | None = None  # the scan that was run last; None before the first
+        self.at: int | None = None  # the scan that was run last; None before the first run
         self._found: dict[tuple[Cell, ...], tuple[int, int | None]] = {}  # last changes up to a scan
-        self.truths: Truths = {}  # the power of the scan that was shown last
+        self.truths: Truths = {}  # the power in the scan that was shown last
         self.source, self._most, self._stretches = source, most, stretches
-        self.images = input_leaves(engine.memory)  # what `ScanInputs.images` are of
+        self.images = input_leaves(engine.memory)  # the leaves of `ScanInputs.images`
         self._images = [engine.memory.cells[leaf.ident].cell_contents.cast("B") for leaf in self.images]
 
     def show(self, scan: int) -> bool:
-        """Run to a scan and note its power; return whether that was possible."""
+        """Run to a scan and note its power; return whether the scan could be repeated."""
         return self._run_to(scan, watched=False)
 
     def again(self, scan: int, *, noted: bool = False) -> WatchedEngine:
-        """Run to a scan from a snapshot, watch that one, and return the engine after it.
+        """Run from a snapshot to a scan, watch that scan, and return the engine after it.
 
         Args:
             scan: the scan.
-            noted: only note its power, in the compiled program, which is faster; a scan with a fault is
-                watched anyway.
+            noted: only note the power, in the compiled program, which is faster; a scan with a fault is still
+                watched.
 
         Raises:
-            ValueError: it can't be repeated.
+            ValueError: the scan can't be repeated.
         """
         self.at = None
         if not self._run_to(scan, watched=not noted):
@@ -111,7 +112,7 @@ class Replayer:
         return next(known, None) if count == 1 else None
 
     def walk(self, first: int, last: int, *, noted: bool = False) -> Iterator[int]:
-        """Run scans in turn; after each, with the engine in the state at its end, yield its time, ns.
+        """Run scans in turn, and yield the time of each, in ns, with the engine in the state after it.
 
         Stop before the first scan that can't be repeated.
 
@@ -119,7 +120,7 @@ class Replayer:
             noted: note the power of all lines.
         """
         if self.at == first:
-            self.at = None  # the engine is at its end already, but it has to run again
+            self.at = None  # the engine is already at its end, but the scan must run again
         start = self._start(first)
         count, known = (0, iter(())) if start is None else self.source.inputs(start, last)
         if start is None or not count:
@@ -148,13 +149,13 @@ class Replayer:
         return None
 
     def looked_back(self, end: int) -> int:
-        """Return the last scan that `last_change` does not search."""
+        """Return the last scan that `last_change` with this end does not search."""
         return min(islice(self.source.snapshots(end), self._stretches), default=end + 1) - 1
 
     def last_change_of(self, cells: Sequence[Cell], end: int) -> int | None:
         """Return the last scan up to `end` that changed one of the cells; None if there is none.
 
-        Results are kept: `why` and a chain ask for the same cells.
+        Results are cached, because `why` and a chain ask for the same cells.
         """
         until, found = self._found.get(tuple(cells), (-1, None))
         none_left = found is None and self._stretches is not None and end < until
@@ -166,9 +167,9 @@ class Replayer:
         return found
 
     def _search(self, cells: Sequence[Cell], end: int) -> int | None:
-        """Search the last change.
+        """Search for the last change.
 
-        A stretch whose two snapshots differ contains a change. In the stretches after it the values can only
+        A stretch whose two snapshots differ contains a change. In the stretches after it, values can only
         have changed and changed back.
         """
 
@@ -195,7 +196,7 @@ class Replayer:
         return None
 
     def _changing_stretches(self, cells: Sequence[Cell], starts: Sequence[int]) -> Iterator[int]:
-        """Yield the numbers of the stretches whose two snapshots differ, the latest first."""
+        """Yield the indices of the stretches whose two snapshots differ, latest first."""
         places = [place_in_snapshot(self.engine.memory, each) for each in cells]
         after: list[Value] | None = None
         for number, start in enumerate(starts if None not in places else ()):
@@ -212,7 +213,7 @@ class Replayer:
     def _change_in_many(
         self, starts: Sequence[int], cells: Sequence[Cell], read: Callable[[WatchedEngine], Any]
     ) -> int | None:
-        """Return the last change in the stretches that begin at all snapshots but the first."""
+        """Return the last change in the stretches that begin at all snapshots except the first."""
         stretches = [self._stretch(start, end) for end, start in pairwise(starts)]
         for stretch, known in zip(stretches, self._lanes.last_changes(cells, stretches), strict=True):
             found: int | None = known.scan
@@ -273,7 +274,7 @@ class Replayer:
         engine.watching = False
 
     def _start(self, scan: int) -> int | None:
-        """Return the first scan to run, and set the engine to it; None without a snapshot near it."""
+        """Set the engine to the first scan to run, and return it; None if no snapshot is near enough."""
         begins, at = next(self.source.snapshots(scan), None), self.at
         if at is not None and at <= scan <= at + self._most and (begins is None or begins <= at + 1):
             return at + 1
@@ -297,7 +298,7 @@ class Replayer:
         self.engine.note(())
 
     def _do(self, inputs: ScanInputs) -> bool:
-        """Run one scan; return whether the logic ran in it."""
+        """Repeat one scan; return whether the logic ran in it."""
         engine = self.engine
         if inputs.forces is not None:
             engine.hold(inputs.forces)
@@ -307,7 +308,7 @@ class Replayer:
             return False
         for cell, image in zip(self._images, inputs.images, strict=True):
             cell[:] = image
-        with suppress(LadderFault):  # it has stopped that scan then, too
+        with suppress(LadderFault):  # the fault stopped the original scan, too
             engine.do(inputs.now_ns, first=inputs.first)
         return True
 
@@ -318,7 +319,7 @@ def input_leaves(memory: Memory) -> list[Leaf]:
 
 
 def plain_inputs(inputs: Sequence[ScanInputs]) -> PlainInputs | None:
-    """Return the inputs of some scans as arrays; None if they are not plain."""
+    """Return the inputs of scans as arrays; None if they are not plain."""
     import numpy as np  # most runs ask nothing
 
     images = [each.images for each in inputs if each.images is not None and each.is_plain]

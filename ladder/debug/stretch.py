@@ -1,4 +1,4 @@
-"""Scans to repeat: what came in from outside of the program, and the scans between two snapshots."""
+"""Scans to repeat: their external inputs, and the stretch between two snapshots."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from ..state.memory import Value
 from .forces import Forces
 
 Write = tuple[Leaf, int, Value]
-"""A value set from outside of the program."""
+"""A value that was set from outside the program."""
 
 
 class ScanInputs(NamedTuple):
     """The external inputs of a scan."""
 
     now_ns: int
-    first: bool  # whether it begins with prescan
-    images: Sequence[bytes] | None  # in layout order; None = the program does not run
+    first: bool  # whether the scan begins with prescan
+    images: Sequence[bytes] | None  # images in layout order; None if the program does not run
     writes: tuple[Write, ...] = ()
-    forces: Forces | None = None  # None = as before, without external writes
+    forces: Forces | None = None  # None = as before; there were no external writes
 
     @property
     def is_plain(self) -> bool:
-        """Whether nothing came in but images."""
+        """Whether images were the only inputs."""
         return not (self.first or self.writes or self.forces)
 
 
@@ -32,14 +32,14 @@ class PlainInputs(NamedTuple):
     """The inputs of successive scans whose only inputs are images, as arrays with a row per scan."""
 
     times: Any  # ns
-    images: Sequence[Any]  # words by scan, of each image in layout order
+    images: Sequence[Any]  # for each image in layout order, its words by scan
 
 
 class ReplayStretch(NamedTuple):
-    """Scans from a snapshot to the next one."""
+    """The scans from one snapshot to the next."""
 
     first: int
     last: int
-    values: Mapping[str, Any]  # before the first scan, by identifier
-    inputs: PlainInputs | None  # None if something came from outside, or if they are not known
-    after: Mapping[str, Any]  # the values after the last one
+    values: Mapping[str, Any]  # the values before the first scan, by identifier
+    inputs: PlainInputs | None  # None if there were other inputs than images, or if they are not known
+    after: Mapping[str, Any]  # the values after the last scan

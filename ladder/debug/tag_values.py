@@ -1,14 +1,14 @@
-r"""Tags by pattern, with the Python expressions that read them, for a recorder.
+r"""Finds tags by pattern, with the Python expressions that read them, for a recorder.
 
-An expression is Python over the variables of the compiled program, the cells of its memory.
+The expressions use the variables of the compiled program, which are the cells of its memory.
 
-| pattern | means |
+| pattern | matches |
 |---|---|
 | `Run`, `fill.acc` | a tag, a member; case does not matter |
-| `Fill` | all members of a structure, packed bits by name, less the hidden ones |
-| `\Main.*`, `S?` | all that match |
+| `Fill` | all members of a structure except hidden ones; packed bits by name |
+| `\Main.*`, `S?` | all tags that match |
 | `Recipe[3].T`, `Recipe[3]` | an element |
-| an alias | its target; a bit: its word |
+| an alias | its target; for a bit, its word |
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ class TagValue:
 
 
 class ImageNamedError(LadderError):
-    """A pattern that matches a part of a module's image, which is not a tag."""
+    """Raised for a pattern that matches a part of a module's image, which is not a tag."""
 
 
 class TagValues:
-    """The values of a program's tags, by pattern."""
+    """Finds values of a program's tags by pattern."""
 
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
@@ -55,7 +55,7 @@ class TagValues:
         self._names = NamesByPattern((without_ranges(each.name) for each in self.known), fold=True)
 
     def matching(self, pattern: str) -> list[TagValue]:
-        """Return the values that a pattern matches; a LadderError for an image, or without a match."""
+        """Return the values that a pattern matches; raise a LadderError for an image, or if none matches."""
         plain = without_ranges(normal(pattern))
         one_element = "[" in plain and not {"*", "?"} & set(plain)
         matches = [self.known[place] for place in self._names.places(plain)]
@@ -88,7 +88,7 @@ class TagValues:
 
 
 def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
-    """Return the values of patterns, each once; a LadderError for an image, or a pattern without a match."""
+    """Return the values of patterns, each once; raise a LadderError for an image, or if a pattern fails."""
     found: dict[str, TagValue] = {}
     values = TagValues(layout)
     for pattern in patterns:
@@ -118,7 +118,7 @@ def _all_values(layout: Layout) -> Iterator[TagValue]:
 
 
 def _ranges(layout: Layout, dims: tuple[int, ...]) -> str:
-    """Return all subscripts of an array, as its name has them.
+    """Return the range of subscripts in the name of an array.
 
     >>> _ranges(Layout([]), (2, 3)), _ranges(Layout([], files=True), (10,)), _ranges(Layout([]), ())
     ('[0..1,0..2]', ':0..9', '')
@@ -128,7 +128,7 @@ def _ranges(layout: Layout, dims: tuple[int, ...]) -> str:
 
 
 def _named(layout: Layout, name: str) -> str:
-    """Return the name of an array; its subscript is left out if it is the only one and at the end."""
+    """Return the name of an array; a single subscript at its end is omitted."""
     plain = without_ranges(name)
     return plain if not layout.files and name.startswith(f"{plain}[") and name.count("..") == 1 else name
 
@@ -136,7 +136,7 @@ def _named(layout: Layout, name: str) -> str:
 def _values(
     layout: Layout, path: str, name: str, kind: DataType, at: int, dims: tuple[int, ...]
 ) -> Iterator[TagValue]:
-    """Yield the values below a path; `name` is the path with subscripts and ranges."""
+    """Yield the values at a path and below; `name` is the path with subscripts and ranges."""
     count = count_of(dims)
     if isinstance(kind, Elementary):
         yield _value(layout, name, layout.leaf(path), at * count, count if dims else 0)
@@ -164,7 +164,7 @@ def _second_name(
     at: int,
     dims: tuple[int, ...],
 ) -> Iterator[TagValue]:
-    """Yield the value of a member with `at`: mostly a packed bit."""
+    """Yield the value of a member that has `at`, usually a packed bit."""
     packed = _PACKED.fullmatch(member.at)
     host = kind.member(packed["host"]) if packed else None
     if packed and host is not None and not host.dims and isinstance(host.type, Elementary):
@@ -194,7 +194,7 @@ def _bit(layout: Layout, name: str, leaf: Leaf, bit: int, start: int, length: in
 
 
 def source_of(layout: Layout, where: Place) -> str:
-    """Return the expression that reads a place with fixed subscripts, also of an image."""
+    """Return the expression that reads a place with fixed subscripts, which may be in an image."""
     return _placed(layout, where.text, where).source
 
 

@@ -1,7 +1,7 @@
 """Tries other inputs on a copy of a ladder program, for `remedies`.
 
-The copy starts in the program's state after a scan. Its inputs keep their values of that scan, except for
-those that are changed: terminals of input images, and tags that no rung writes.
+The copy starts in the program's state after a scan. Inputs are terminals of input images, and tags that no
+rung writes. They keep their values in that scan, except for the changed inputs.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .replay import Replayer
 from .watching import WatchedEngine
 
 Name = Callable[[int, int, int | None], str | None]
-"""Names the terminal at slot, word and bit of an input image, or the word if the bit is None; else None."""
+"""Returns the name of the terminal at slot, word and bit (None for the whole word), or None."""
 
 
 @dataclass(slots=True)
@@ -36,7 +36,7 @@ class Trials:
 
     Args:
         live: the program, between two scans.
-        past: runs its scans again, in a separate memory.
+        past: repeats the program's scans in separate memory.
         name: names the terminals of input images.
         scans: maximum length of a try, in scans.
     """
@@ -73,7 +73,7 @@ class Trials:
             self._period_ns = self.live.now_ns - before.now_ns
 
     def _try(self, changes: Sequence[InputChange], cell: Cell, requested: Value) -> int | None:
-        """Return after how many scans a cell gets a value; None if it does not."""
+        """Run scans with changed inputs; return after how many a cell has a value, None if it never does."""
         engine = self.past.engine
         engine.hold({})
         restore(engine.memory, self._values)
@@ -112,7 +112,7 @@ class Trials:
     # --- inputs that may matter
 
     def candidates(self, tag: str, requested: Value) -> Iterator[Candidate]:
-        """Yield the inputs that a tag depends on by the text of the program, the nearest first."""
+        """Yield the inputs that a tag depends on according to the program's text, nearest first."""
         compared = [] if isinstance(requested, bool) else [requested]
         read: dict[str, Place | Group] = {}
         reads = self._reads()
@@ -128,7 +128,7 @@ class Trials:
             yield from self._candidate(where, compared)
 
     def _reads(self) -> Mapping[_Line, list[Place | Group]]:
-        """Return the operands that each rung or line reads."""
+        """Return the operands that each rung or line reads, by routine and number."""
         found = defaultdict[_Line, list[Place | Group]](list)
         for each in self.cross_reference.mentions:
             if each.reads:
@@ -149,7 +149,7 @@ class Trials:
                 yield from (each for step in line.steps for each in _numbers(step.operands))
 
     def _candidate(self, where: Place | Group, compared: Sequence[float]) -> Iterator[Candidate]:
-        """Yield an operand with its present value if it is an input."""
+        """Yield an operand as a candidate if it is an input."""
         if not isinstance(where, Place) or where.can_fault:
             return
         cell, kind, place = cell_of(where), where.leaf.type, self._place_of_input(where)
@@ -161,7 +161,7 @@ class Trials:
             yield number(cell, where.text, place, now, limits, compared)
 
     def _place_of_input(self, where: Place) -> str | None:
-        """Return the place of an input in the rack, "" for a tag that no rung writes; None for no input."""
+        """Return an input's place in the rack; "" for a tag that no rung writes, None if it is no input."""
         leaf = where.leaf
         if leaf.is_image and not leaf.output:
             at = int(where.bit.value) if isinstance(where.bit, Constant) else None
@@ -180,7 +180,7 @@ def _line_of(mention: Mention) -> _Line:
 
 
 REPORTED = ", as the module reports it"
-"""The end of the place of an input that is no terminal."""
+"""Suffix of the place of an input that is not a terminal."""
 
 FARTHEST = 1e6
 """Largest REAL that is tried."""
@@ -195,7 +195,7 @@ def _numbers(operands: Iterable[Any]) -> Iterator[float]:
 
 
 def _merged(word: int, change: InputChange) -> int:
-    """Return a word, not negative, with a changed input."""
+    """Return a word, as a nonnegative number, with a changed input."""
     mask: int | None = change.cell.mask
     if mask is None:
         return int(change.value) & 0xFFFF
@@ -203,7 +203,7 @@ def _merged(word: int, change: InputChange) -> int:
 
 
 def terminal(slot: int, word: int, bit: int | None) -> str:
-    """Return the place of an input bit as text, or of a word."""
+    """Return the place of an input bit or word as text."""
     return f"slot {slot} input word {word}" if bit is None else f"slot {slot} input {16 * word + bit}"
 
 

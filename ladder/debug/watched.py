@@ -24,7 +24,7 @@ from .forces import ForcedValue, Forces, HeldBytes, HeldList, held_values, in_li
 
 
 def shown(value: object) -> str:
-    """Return a value as text, bits as 0 and 1."""
+    """Return a value as text; a bit as 0 or 1."""
     return str(int(value)) if isinstance(value, bool) else str(value)
 
 
@@ -32,8 +32,8 @@ def shown(value: object) -> str:
 class Blocker:
     """A condition that blocked the power of a rung."""
 
-    instruction: str  # as text
-    values: tuple[tuple[str, Value], ...]  # its tags with their values at that time
+    instruction: str  # the condition as text
+    values: tuple[tuple[str, Value], ...]  # the tags in the condition, with their values at that time
 
     def __str__(self) -> str:
         values = ", ".join(f"{tag} = {shown(value)}" for tag, value in self.values)
@@ -44,24 +44,24 @@ class Blocker:
 class Change:
     """A change of a value by the program."""
 
-    scan: int  # number of the scan among those watched, from 0
+    scan: int  # number of the scan among the watched scans, from 0
     now_ns: int
     leaf: Leaf
     index: int  # flat index in the leaf
     before: Value
     after: Value
     site: Site | None  # the instruction; None for a Python routine or a test
-    power: bool  # whether the rung was true before that instruction
+    power: bool  # whether the rung was true before the instruction
     blockers: tuple[Blocker, ...]  # the false conditions before it
-    mode: str  # prescan or postscan if that wrote it, else ""
-    read: tuple[tuple[str, Value], ...] = ()  # of structured text: the values that the statement read
+    mode: str  # prescan or postscan, if this wrote it, else ""
+    read: tuple[tuple[str, Value], ...] = ()  # in structured text: the values that the statement read
     inside: tuple[Blocker, ...] = ()  # conditions around a statement of structured text, outermost first
-    instance: str = ""  # in an add-on instruction, its instance; "" in a program
+    instance: str = ""  # the instance, if it is in an add-on instruction; "" in a program
 
 
 @dataclass(slots=True)
 class _CurrentRung:
-    """The rung under execution."""
+    """The rung that is being executed."""
 
     routine: str
     line: LoweredLine
@@ -77,7 +77,7 @@ class WatchedMemory(Memory):
         outside: collects external writes between scans, or None.
         on_outside: called after each external write.
         forces: the forces; `hold` replaces the mapping and never changes it.
-        held: the same by leaf.
+        held: the forces by leaf.
     """
 
     watcher: Callable[[Leaf, int, Value, Value], None] | None = None
@@ -87,7 +87,7 @@ class WatchedMemory(Memory):
     held: Mapping[tuple[str, int], ForcedValue] = NOTHING  # type: ignore[assignment]
 
     def hold(self, forces: Forces) -> tuple[ForcedValue, ...]:
-        """Replace all forces; return those in their own variables."""
+        """Replace all forces; return the forced values that have their own variables."""
         held = held_values(self.layout, forces)
         self.forces = forces
         self.held = {(each.leaf.ident, each.index): each for each in held}
@@ -123,20 +123,20 @@ class WatchedMemory(Memory):
 
     @override
     def column(self, leaf: Leaf, begin: int, step: int, count: int) -> None:
-        """Return None, so that every value is written singly."""
+        """Return None, so that values are written one by one."""
 
     @override
     def bytes_at(self, leaf: Leaf, index: int) -> None:
-        """Return None, so that every value is written singly."""
+        """Return None, so that values are written one by one."""
 
     def forced(self, leaf: Leaf, index: int, value: Value) -> Value:
-        """Return a value with the forces of its place."""
+        """Return a value with the force on its place applied."""
         held = self.held.get((leaf.ident, index))
         return value if held is None else held.merged(value)
 
 
 class WatchedInterpreter(Interpreter):
-    """An interpreter that notes the truth of every rung."""
+    """An interpreter that records the power in every rung."""
 
     def __init__(self, *parts: object) -> None:
         super().__init__(*parts)  # type: ignore[arg-type]  # as the base takes them
@@ -202,11 +202,11 @@ class WatchedInterpreter(Interpreter):
         return (left or running.truth[-1] or self.truths.get(key, (False,))[-1],)
 
     def _inside(self, head: LoweredLine, body: Body, inputs: Sequence[Passed]) -> None:
-        """Record the condition of a body with the values that it read."""
+        """Record the condition of a body, with the values that it read, while the body runs."""
         (step,) = head.nodes
         assert isinstance(step, LoweredStep)
         site = self.lowered.sites[step.site]
-        if site.rung is not None and site.rung < 0:  # of a chart as a whole
+        if site.rung is not None and site.rung < 0:  # the condition belongs to a whole chart
             super()._inside(head, body, inputs)
             return
         self.heads.append(Blocker(f"{head.text} in {site.unit} {head.number}", self._values(step)))
@@ -228,7 +228,7 @@ class WatchedInterpreter(Interpreter):
         return power_after
 
     def _branch(self, branch: Parallel, power: bool) -> bool:
-        """Run a branch; where one leg conducts, the others do not block."""
+        """Run a branch; if one leg conducts, the others do not block."""
         if self._silent:
             return super()._branch(branch, power)
         blocked = self.running[-1].blocked
@@ -239,7 +239,7 @@ class WatchedInterpreter(Interpreter):
         return power_after
 
     def copy_parameters(self, copies: tuple[tuple[Node, ...], ...], *, prescan: bool = False) -> None:
-        """Copy parameters without noting it: these rungs are not part of the program."""
+        """Copy parameters without recording it, because these rungs are not part of the program."""
         self._silent += 1
         try:
             super().copy_parameters(copies, prescan=prescan)
@@ -265,12 +265,12 @@ class WatchedInterpreter(Interpreter):
                 {each.text: self.get(each) for each in shown_places if HIDDEN not in each.leaf.path}.items()
             )
         except LadderFault:
-            return ()  # a subscript is out of range: the step itself will fault
+            return ()  # a subscript is out of range, so the step itself will fault
         finally:
             self.site = site
 
     def _beside(self, place: Place) -> tuple[Place, ...]:
-        """Return ACC and PRE of a timer or counter whose DN is read."""
+        """Return ACC and PRE if a place is DN of a timer or counter."""
         path, dot, name = place.leaf.path.upper().rpartition(".")
         parts = [self.lowered.layout.find(f"{path}.{part}") for part in ("ACC", "PRE")]
         if not dot or name != "DN" or None in parts:
@@ -284,13 +284,13 @@ class WatchedInterpreter(Interpreter):
 
     @property
     def instance(self) -> str:
-        """The current instance, "" outside of add-on instructions."""
+        """The current instance; "" outside add-on instructions."""
         own = self.frame.get(OWN)
         return own.text if isinstance(own, InterpretedAddOnStore) else ""
 
     @property
     def present(self) -> Site | None:
-        """The current instruction, None outside of rungs."""
+        """The current instruction; None outside rungs."""
         return self.lowered.sites[self.site] if self.running or self.mode else None
 
 

@@ -1,7 +1,7 @@
-"""An engine that can be watched: compiled, or in the interpreter.
+"""An engine that runs compiled, or in the interpreter while it is watched.
 
-Changes are watched in the interpreter, the compiler's reference. The compiled program can note the power of
-rungs and hold forces, see `compiler.observed`.
+Changes are watched in the interpreter, which is the compiler's reference. The compiled program can record the
+power of rungs and hold forces, see `compiler.observed`.
 """
 
 from __future__ import annotations
@@ -48,18 +48,18 @@ class WatchedEngine(Engine):
         self._blank: list[None] = []
         self._readings: Sequence[Reading] = ()
         self._places: dict[LineKey, int] = {}
-        self.noted: tuple[LineKey, ...] = ()  # the noted lines
+        self.noted: tuple[LineKey, ...] = ()  # the lines whose power is noted
         self._all_lines = lines_of(lowered)
         self.watching = False  # whether the next scans are watched
-        self.broken_off = False  # whether a fault ended the latest scan, or a rung of it
+        self.broken_off = False  # whether a fault ended the latest scan or a rung in it
         self.history: list[Change] = []  # changes in watched scans
         self.scans = 0  # number of scans so far
         self.outside: tuple[tuple[Leaf, int, Value], ...] = ()  # external writes before the next scan
 
-    # --- what is observed
+    # --- observation
 
     def hold(self, forces: Forces) -> None:
-        """Replace all forces from the next scan on; the mapping is kept and must not change."""
+        """Replace all forces, beginning with the next scan; the mapping is kept and must not change."""
         if forces is self.memory.forces:
             return
         self._variables = self.memory.hold(forces)
@@ -67,7 +67,7 @@ class WatchedEngine(Engine):
         self._bound = None
 
     def note(self, lines: tuple[LineKey, ...]) -> None:
-        """Note the power of only these lines from the next scan on."""
+        """Note the power of only these lines, beginning with the next scan."""
         if lines is not self.noted and lines != self.noted:
             self.noted = lines
             self._notes, self._blank, self._readings = [], [], ()
@@ -75,22 +75,22 @@ class WatchedEngine(Engine):
             self._bound = None
 
     def note_all(self) -> None:
-        """Note the power of all lines from the next scan on."""
+        """Note the power of all lines, beginning with the next scan."""
         self.note(self._all_lines)
 
     @property
     def notes_all(self) -> bool:
-        """Whether the latest scan has noted the power of all lines."""
+        """Whether the power of all lines was noted in the latest scan."""
         return self.noted is self._all_lines
 
     @property
     def notes(self) -> Sequence[object]:
-        """What the latest scan has noted; equal notes mean equal `truths`."""
+        """The notes of the latest scan; equal notes mean equal `truths`."""
         return list(self.interpreter.truths.items()) if self.watching else self._notes
 
     @property
     def truths(self) -> Mapping[LineKey, tuple[bool, ...]]:
-        """The truth of lines in the latest scan: all if it was watched, else the noted ones."""
+        """The power of lines in the latest scan: of all lines if it was watched, else of the noted lines."""
         if self.watching:
             return dict(self.interpreter.truths)
         truths = {}
@@ -101,7 +101,7 @@ class WatchedEngine(Engine):
         return truths
 
     def ran(self, key: LineKey) -> bool:
-        """Whether a noted line has run in the latest scan."""
+        """Whether a noted line ran in the latest scan."""
         if self.watching:
             return key in self.interpreter.truths
         place = self._places.get(key)
@@ -133,7 +133,7 @@ class WatchedEngine(Engine):
     # --- scans
 
     def do(self, now_ns: int, first: bool) -> None:
-        """Do one scan; may raise a LadderFault."""
+        """Run one scan; may raise a LadderFault."""
         if self._bound is None or self._scan is not self._bound or self.outside or self.watching:
             self._do(now_ns, first=first)
             return
@@ -143,7 +143,7 @@ class WatchedEngine(Engine):
         handled = 0 if scheduler is None else scheduler.handled
         self.broken_off = True
         try:
-            Engine._do(self, now_ns, first)  # it observes the same as in the scan before
+            Engine._do(self, now_ns, first)  # it observes the same as in the previous scan
             self.broken_off = scheduler is not None and handled != scheduler.handled
         finally:
             self.scans += 1

@@ -21,14 +21,14 @@ def changes_of(history: Iterable[Change], where: Place | Group) -> list[Change]:
 
 
 def most_relevant(changes: Sequence[Change], where: Place | Group) -> Change | None:
-    """Return the most relevant change: the last one, for a timer or counter the last one of a status bit."""
+    """Return the most relevant change: the last, or for a timer or counter, the last of a status bit."""
     bits = [each for each in changes if each.leaf.type.is_bool] if is_counted(where) else []
     ranked = bits or changes
     return ranked[-1] if ranked else None
 
 
 def state_of(where: Place | Group, value: object) -> str:
-    """Describe the state of a tag; a timer as `EN = 1, TT = 1, DN = 0, ACC = 437 of PRE = 1000`."""
+    """Describe a tag's value; a timer's as `EN = 1, TT = 1, DN = 0, ACC = 437 of PRE = 1000`."""
     if not is_counted(where) or not isinstance(value, Mapping):
         return shown(value)
     bits = [f"{name} = {shown(each)}" for name, each in value.items() if isinstance(each, bool)]
@@ -65,7 +65,7 @@ def explain_unchanged(tag: str, value: object, writers: Sequence[Mention]) -> st
 def explain_change(
     lowered: LoweredProgram, tag: str, where: Place | Group, change: Change, value: object
 ) -> str:
-    """Explain a tag's value: time and rung of its last change, and the false conditions of the rung."""
+    """Explain a tag's value: the time and rung of its last change, and the rung's false conditions."""
     head = _change_sentence(lowered, tag, where, change)
     return f"{tag}: {state_of(where, value)}\n{head}" if is_counted(where) else head
 
@@ -80,7 +80,7 @@ def _change_sentence(lowered: LoweredProgram, tag: str, where: Place | Group, ch
 
 
 def explain_cause(lowered: LoweredProgram, change: Change) -> str:
-    """Return which rung or statement made a change, and what was false there."""
+    """Return the rung or statement that made a change, and the conditions that were false there."""
     if change.site is None:
         return "it was set from outside of the rungs."
     site = change.site

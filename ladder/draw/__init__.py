@@ -1,12 +1,12 @@
-"""Rungs as pictures: one layout, drawn in box characters or as SVG.
+"""Drawings of rungs: one layout, drawn in box characters or as SVG.
 
 | file | content |
 |---|---|
-| `ruler`, `layout` | widths of elements; their places |
-| `marks`, `shapes`, `markup` | signs; lines, curves and letters; SVG elements |
-| `characters`, `svg`, `live` | a routine as text, as SVG, as SVG that a page lights |
+| `ruler`, `layout` | sizes of elements; their places |
+| `marks`, `shapes`, `markup` | symbols; lines, curves and letters; SVG elements |
+| `characters`, `svg`, `live` | a routine as text, as SVG, as SVG that a page updates |
 | `chart`, `diagram` | a sequential function chart, a function block diagram |
-| `power` | elements by number, and the power on them |
+| `power` | numbers of elements, and the power on them |
 """
 
 from .characters import routine_text, rung_text

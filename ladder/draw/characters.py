@@ -1,4 +1,4 @@
-"""Rungs in box characters; wires with power are heavy.
+"""Draws rungs in box characters; wires with power are heavy.
 
 0 ║  Start             Stop       Run   ║
   ╟───┤ ├──┬────────────┤/├───────( )───╢
@@ -30,17 +30,17 @@ LIGHT = {
     UP | DOWN | RIGHT: "├", UP | DOWN | LEFT: "┤", LEFT | RIGHT | DOWN: "┬", LEFT | RIGHT | UP: "┴",
     UP | DOWN | LEFT | RIGHT: "┼",
 }  # fmt: skip
-"""Character of a cell by the directions of its wires."""
+"""Characters of a cell, by the directions of its wires."""
 
 HEAVY = dict(zip("─│┌┐└┘├┤┬┴┼", "━┃┏┓┗┛┣┫┳┻╋", strict=True))
 """The same characters with power."""
 
 HEAVY_SIGN = str.maketrans("┤├", "┨┠")
-"""A contact with power after it."""
+"""The sign of a contact with power after it."""
 
 
 class _Canvas:
-    """Character cells with the wire that leaves each of them, and the text on top."""
+    """Character cells: the wires that leave each cell, and the text over them."""
 
     def __init__(self, width: int, rows: int) -> None:
         self._ways = [[0] * width for _ in range(rows)]
@@ -129,12 +129,12 @@ def routine_text(
     rungs: Iterable[int] | None = None,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
 ) -> str:
-    """Draw a routine: rungs with their numbers, comments above; statements with a bar before executed lines.
+    """Draw a routine: rungs with numbers and comments above; a bar marks executed lines of structured text.
 
     Args:
         width: columns between the rails.
         truths: power after each instruction, per rung; None for a rung that was not scanned.
-        rungs: numbers of the drawn rungs; None for all.
+        rungs: numbers of the rungs to draw; None for all.
     """
     if routine.statements is not None or routine.chart is not None:
         return _statements_text(routine, truths, rungs)
@@ -164,7 +164,7 @@ def _statements_text(
 
 
 def lines_of(routine: Routine, shown: Iterable[int] | None) -> Iterator[NumberedLine]:
-    """Yield lines of structured text, or elements of a chart, by number; all by default."""
+    """Yield lines of structured text, or elements of a chart, with their numbers; None shows all."""
     if routine.chart is not None:
         yield from (each for each in chart_lines(routine.chart) if shown is None or each[0] in set(shown))
         return
@@ -174,6 +174,6 @@ def lines_of(routine: Routine, shown: Iterable[int] | None) -> Iterator[Numbered
 
 
 def ran(truths: Sequence[Sequence[bool] | None] | None, number: int) -> bool:
-    """Whether a line of structured text ran, and was true if it is a condition."""
+    """Return whether a line of structured text ran, and was true if it is a condition."""
     truth = truths[number] if truths and number else None
     return truth is not None and len(truth) > 0 and truth[-1]

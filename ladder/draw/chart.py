@@ -1,9 +1,9 @@
-"""A sequential function chart as SVG that a page lights; see `model.chart_layout` for what stands where.
+"""A sequential function chart as SVG that a page updates; `model.chart_layout` places its elements.
 
     <g class="element step" data-at="Main.3" data-lit="Fill.X"> ... </g>
 
-The page that shows it sets `data-value` of the groups from the tag in `data-lit`: a step is active, an action
-is on, a transition is true. Units are pixels; widths follow the texts, a character being 8 wide.
+The page sets `data-value` of a group from the tag in `data-lit`, if a step is active, an action is on, or a
+transition is true. Units are pixels. Widths depend on the texts; a character is 8 wide.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from ..model.tree import Address, MemberStep
 from .markup import CELL, LivePicture, attribute, plain
 
 TagName = Callable[[Address], str | None]
-"""Returns the full tag name for an address with one value, else None."""
+"""Returns the full tag name of an address with a single value, else None."""
 
 STEP_HIGH, LINE, GAP, PAD = (
     44,
     18,
     26,
     10,
-)  # pixels: of a step, of a line in a box, between rows, around texts
-LEAST = 104  # pixels of a step's box at least
-MOST_SHOWN = 6  # lines of an action's body
-MOST_WIDE = 44  # characters of a line
+)  # pixels: height of a step, height of a line, gap of rows, padding
+LEAST = 104  # minimum width of a step's box, in pixels
+MOST_SHOWN = 6  # maximum lines of an action's body
+MOST_WIDE = 44  # maximum characters of a line
 EDGE = 14
 
 
@@ -37,7 +37,7 @@ def live_chart(chart: Chart, ident: str, name_of: TagName = str, top: int = 0) -
     Args:
         ident: prefix of its element ids: `Main` for routine Main.
         name_of: returns the tag of an address.
-        top: pixels above it, for a heading.
+        top: space above the chart for a heading, in pixels.
     """
     return _Picture(chart, ident, name_of, top).drawn()
 
@@ -85,7 +85,7 @@ class _Picture:
         return max(LEAST, len(step.name) * CELL + 2 * PAD + 8)
 
     def _wide(self, step: ChartStep) -> int:
-        """Return the width of a step with its actions."""
+        """Return the width of a step including its actions."""
         longest = max((len(line) for each in step.actions for line in action_lines(each)), default=0)
         return self._box(step) + (longest * CELL + 4 * PAD + 40 if step.actions else 0)
 
@@ -211,13 +211,13 @@ class _Picture:
         starts = [(self._middle(own), self._tops[at] + STEP_HIGH) for own, at in sources]
         ends = [(self._middle(own), self._tops[at]) for own, at in targets]
         self._joined(starts, (x, y), above)
-        if len(ends) == 1:  # down in its own column, then across just above the step
+        if len(ends) == 1:  # down in a separate column, then across just above the step
             self._joined(ends, (x, y), ends[0][1] - GAP // 2)
         elif ends:
             self._joined(ends, (x, y), below)
 
     def _joined(self, ends: list[tuple[int, int]], point: tuple[int, int], bar: int) -> None:
-        """Draw wires between the ends at steps and a transition, across at the height of a bar."""
+        """Draw wires between steps and a transition that cross at the height of a bar."""
         x, y = point
         if len(ends) == 1:
             self._wire(f"M{x} {y}V{bar}H{ends[0][0]}V{ends[0][1]}")
@@ -235,7 +235,7 @@ def _text(x: int, y: int, text: str, kind: str) -> str:
 
 
 def chart_lines(chart: Chart) -> Iterator[tuple[int, str]]:
-    """Yield a chart as lines with the numbers of their elements: each step, its actions, what leaves it."""
+    """Yield a chart as numbered lines: each step, its actions, and the transitions that leave it."""
     for step in chart.steps:
         yield step.number, step.head
         for action in step.actions:

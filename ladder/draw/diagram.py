@@ -1,12 +1,12 @@
-"""A function block diagram as SVG that a page lights: sheets, blocks, references and wires at their places.
+"""A function block diagram as SVG that a page updates: sheets, blocks, references and wires.
 
     <g class="element block" data-at="Main.3" data-tag="Delay"> ... </g>
     <path class="wire" data-lit="Delay.DN" d="..."/>
     <text class="value" data-value-of="Delay.ACC"></text>
 
-The page sets `data-value` of what has `data-lit`, a bit's wire or reference, and the content of the values.
-An element has a group for each of its lines of structured text, one in the other. The units of the editor are
-stretched, since names are wider here.
+The page sets `data-value` of elements with `data-lit`, which are wires and references of bits, and fills in
+the values. An element has nested groups, one for each of its lines of structured text. The editor's units are
+stretched, because names are wider here.
 """
 
 from __future__ import annotations
@@ -17,24 +17,24 @@ from ..model.drawing import DrawnElement, DrawnPin, DrawnSheet, DrawnWire
 from .markup import CELL, LivePicture, attribute, plain
 
 PinTag = Callable[[str], tuple[str, bool] | None]
-"""Returns the full tag name for an address with one value, and whether it is a bit; else None."""
+"""Returns the full tag name of an address with a single value, and whether it is a bit; else None."""
 
 STRETCH_X, STRETCH_Y = 2.0, 1.25
 PIN, HEAD, PAD, LINE = 24, 46, 10, 18
-"""Pixels of a pin's row, of a block's head, around texts, of a line."""
+"""Pixels: height of a pin's row, height of a block's head, padding of texts, height of a line."""
 
 LEAST, EDGE, TITLE = 128, 24, 34
-"""Pixels of a block at least, around a sheet, of its title."""
+"""Pixels: minimum width of a block, margin of a sheet, height of its title."""
 
 MOST = 28
-"""Characters of a name."""
+"""Maximum characters of a name."""
 
 BOX = 24
-"""Pixels of the height of a reference."""
+"""Height of a reference, in pixels."""
 
 
 def as_written(address: str) -> tuple[str, bool] | None:
-    """Return an address as a tag that is no bit, for pictures without values."""
+    """Return an address as a tag that is not a bit, for drawings without values."""
     return (address, False) if address and not address[0].isdigit() else None
 
 
@@ -42,7 +42,7 @@ def live_diagram(sheets: tuple[DrawnSheet, ...], ident: str, tag_of: PinTag = as
     """Draw a diagram for a page.
 
     Args:
-        sheets: its sheets, drawn one below the other.
+        sheets: the sheets, which are drawn one below another.
         ident: prefix of its element ids: `Main` for routine Main.
         tag_of: returns the tag of an address as text.
     """
@@ -72,7 +72,7 @@ class _Sheet:
     def __init__(self, sheet: DrawnSheet, ident: str, tag_of: PinTag, top: int) -> None:
         self._sheet, self._ident, self._tag_of, self._top = sheet, ident, tag_of, top
         self.names: dict[str, None] = {}
-        self._rows: dict[tuple[int, bool], dict[str, int]] = {}  # by name, of the pins of an element's side
+        self._rows: dict[tuple[int, bool], dict[str, int]] = {}  # the pins on one side of an element, by name
         least = [min((getattr(each, name) for each in sheet.elements), default=0) for name in ("x", "y")]
         self._left, self._above = least
         boxes = [self._box(each) for each in sheet.elements]
@@ -81,7 +81,7 @@ class _Sheet:
         self._boxes = boxes
 
     def _box(self, element: DrawnElement) -> tuple[int, int, int, int]:
-        """Return left, top, width and height."""
+        """Return the left, top, width and height of an element."""
         x = EDGE + round((element.x - self._left) * STRETCH_X)
         y = self._top + TITLE + EDGE + round((element.y - self._above) * STRETCH_Y)
         longest = max(map(_wide, element.lines), default=0) + 2 * PAD
@@ -96,7 +96,7 @@ class _Sheet:
         return x, y, wide, HEAD + PIN * max(len(element.inputs), len(element.outputs), 1)
 
     def parts(self) -> Iterator[str]:
-        """Yield the SVG: the title, wires, then the elements over them."""
+        """Yield the SVG: the title, the wires, then the elements over them."""
         title = f"Sheet {self._sheet.number}" + (f"  {self._sheet.comment}" if self._sheet.comment else "")
         yield self._text(EDGE, self._top + LINE, " ".join(title.split()), "heading")
         for place, each in enumerate(self._sheet.wires):
@@ -120,7 +120,7 @@ class _Sheet:
         return f'<text class="bit value" data-value-of={attribute(found[0])} x="{x}" y="{y}"{anchor}></text>'
 
     def _lit(self, address: str) -> str:
-        """Return the attribute of what a bit lights."""
+        """Return the attribute that makes the page light an element from a bit."""
         found = self._tag(address)
         return f" data-lit={attribute(found[0])}" if found is not None and found[1] else ""
 
@@ -185,7 +185,7 @@ class _Sheet:
         return (x + wide if output else x), y + HEAD + PIN * row + PIN // 2
 
     def _wire(self, wire: DrawnWire, place: int) -> str:
-        """Draw a wire to the right, or around below its elements to the left."""
+        """Draw a wire to the right, or back to the left below its elements."""
         x, y = self._end(wire.source, wire.output, output=True)
         to_x, to_y = self._end(wire.target, wire.input, output=False)
         step = 14 + 5 * (place % 4)

@@ -1,6 +1,6 @@
 """Layout of a rung: wires, contacts, coils, boxes, names.
 
-x runs to the right from the left power rail, y downwards. A part is measured first, then placed.
+The x axis points right from the left power rail, and the y axis points down. Parts are measured, then placed.
 
     Start       Run                      Run
   ──┤ ├──┬───────┤/├──┬───────────────────( )──
@@ -20,7 +20,7 @@ from .power import Numbering, power
 from .ruler import GAP, JOIN, SYMBOLS, LineLayout, Ruler, SeriesLayout, is_symbol
 
 NO_CAPTIONS: Mapping[str, Sequence[str]] = MappingProxyType({})
-"""Captions without add-on instructions."""
+"""No captions, for programs without add-on instructions."""
 
 
 def lay_out(
@@ -29,7 +29,7 @@ def lay_out(
     truth: Sequence[bool] | None = None,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
 ) -> Picture:
-    """Place a rung, `width` columns between the rails unless names or nesting need more.
+    """Place a rung, with `width` columns between the rails, or more if names or nesting need it.
 
     Args:
         truth: see `power`.
@@ -40,7 +40,7 @@ def lay_out(
 
 
 def place(rung: Rung, width: int, ruler: Ruler) -> Picture:
-    """Place a rung without power, as a ruler measures it."""
+    """Place a rung without power, using a ruler's sizes."""
     return _Placer(rung.series, width, ruler).picture
 
 
@@ -76,7 +76,7 @@ class _Placer:
         place = len(self.picture.gaps)
         _, last = self._elements(outputs, start, y, last, room)
         if outputs:
-            self.picture.gaps[place] = x, y  # an element inserted there ends the inputs
+            self.picture.gaps[place] = x, y  # an element inserted here becomes the last input
         if ends:
             picture.right.append(y)
         else:
@@ -128,7 +128,7 @@ class _Placer:
         self.picture.marks.append(Symbol(at, y, sign, name, label_x, number, last, value))
 
     def _branch(self, branch: Branch, x: int, y: int, last: int, room: int | None) -> int:
-        """Place a branch: legs leave the left wire and meet the right one."""
+        """Place a branch: its legs lead from the left vertical wire to the right one."""
         number = self._numbering.branch()
         width = self._ruler.size(branch, room).width
         entries: list[int] = []
@@ -148,12 +148,12 @@ class _Placer:
         self._wire(x, y, x, last)
         if y in exits:
             self._wire(right, y, right, number)
-        else:  # the first leg continues below: nothing arrives here from the left
+        else:  # the first leg continues below, so no wire arrives here from the left
             marks.append(Corner(right, y, True, number))
         return number
 
     def _leg(self, leg: SeriesLayout, x: int, y: int, width: int, last: int) -> None:
-        """Place the lines of a leg, `width` columns wide."""
+        """Place the lines of a leg that is `width` columns wide."""
         below = len(leg.lines) - 1
         for number, (line, row) in enumerate(zip(leg.lines, leg.rows, strict=True)):
             if number > 0:
@@ -168,7 +168,7 @@ class _Placer:
 
 
 def _leading_inputs(series: Series) -> int:
-    """Count the elements before the trailing outputs."""
+    """Return the number of elements before the trailing outputs."""
     count = len(series)
     while count and all(map(_is_output, instructions_of((series[count - 1],)))):
         count -= 1

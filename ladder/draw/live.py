@@ -1,10 +1,10 @@
-"""A rung as SVG that is drawn once and lit by a page; its elements are numbered, see `power`.
+"""A rung as SVG that is drawn once and then updated by a page; elements are numbered, see `power`.
 
     <g class="instruction" data-element="Main.3.0" data-tag="Start"> ... </g>
     <text class="value" data-name="Fill.ACC" ...></text>
 
-An element's group has its sign, its name and the wires after it. The page that shows the rung sets
-`data-power` of the groups and the content of the values. Colors and fonts come from the page's style sheet.
+An element's group has its symbol, its name and the wires after it. The page sets `data-power` of the groups
+and fills in the values. Colors and fonts come from the page's style sheet.
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ VALUE = 12
 """Columns reserved for a value in a box."""
 
 SHORT_LINE = len("TON 0.020 of 10.000 s")
-"""Columns of a box of one line: its title, and what it does."""
+"""Columns of a box with one line: its title, and what it does."""
 
 HEAD, FOOT = 3, 10
 """Units above the first row and below the lowest mark."""
 
 EDGE = 1
-"""Columns outside of each rail."""
+"""Columns outside each rail."""
 
 SHORT = frozenset(("TON", "TOF", "RTO", "CTU", "CTD"))
-"""Boxes of one line: their title has their members."""
+"""Instructions whose box has one line; its title shows their members."""
 
 NameOf = Callable[[Address], str | None]
-"""Returns the full tag name for an address with one value, else None."""
+"""Returns the full tag name of an address with a single value, else None."""
 
 
 @dataclass(frozen=True, slots=True)
 class LiveRung:
-    """A rung for a page: its SVG, its number of elements, and the tags that it shows or uses.
+    """A rung for a page: its SVG, the number of elements, and the tags that it shows or uses.
 
     `gaps` are the places in the SVG where an element may be inserted, in the order of the rung's text: before
-    each element of a series, and after its last one.
+    each element of a series, and after the last one.
     """
 
     svg: str
@@ -77,7 +77,7 @@ def live_rung(
         ident: prefix of its element ids: `Main.3` for rung 3 of routine Main.
         name_of: returns the tag of an address.
         specs: instructions of the program's dialect.
-        operands: whether blocks that say what they do show their operands, too.
+        operands: whether blocks that show their state also show their operands.
     """
     instructions = tuple(instructions_of(rung.series))
     ruler = _ValueRuler(captions, name_of, specs, operands=operands)
@@ -102,7 +102,7 @@ def live_rung(
 
 
 def _reach(symbol: Symbol) -> Shape:
-    """Return the clickable area of a symbol: it extends to its neighbors. A box has its frame."""
+    """Return the clickable area of a symbol, which extends to its neighbors. A box uses its frame."""
     left, label = symbol.x - 0.5, symbol.label_x
     first = min(left, label) - GAP
     right = max(left + len(symbol.sign), label + len(symbol.name)) + GAP
@@ -117,7 +117,7 @@ def _document(picture: Picture, ident: str, text: str, content: str) -> str:
 
 
 def _height(picture: Picture) -> str:
-    """Return the height of the marks with a margin; no empty row below a box."""
+    """Return the height of the marks with a margin, without an empty row below a box."""
     bottom = max((shape_bottom(shape) for mark in picture.marks for shape in shapes_of(mark)), default=0.0)
     return units(HEAD + (bottom + 0.5) * ROW + FOOT)
 
@@ -217,7 +217,7 @@ class _ValueRuler(Ruler):
 
 
 class _Group:
-    """The markup of one element: wires and strokes as one path each, then the rest."""
+    """The markup of one element: one path for wires, one for strokes, then the rest."""
 
     def __init__(self) -> None:
         self._strokes: dict[str, list[str]] = {}
@@ -238,7 +238,7 @@ class _Group:
 
 
 def _value(value: Value) -> str:
-    """Return the empty text element for a value: beside a sign, in a box, or what a box does."""
+    """Return the empty text element for a value: beside a symbol, in a box, or for a block's state."""
     kind, baseline = ("bit value", 11.0) if value.beside else ("value", 4.5)
     at = f'x="{_PEN.x(value.x)}" y="{units((value.y + 0.5) * ROW + baseline)}"'
     anchor = ' text-anchor="end"' if value.ends else ""

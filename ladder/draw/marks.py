@@ -1,4 +1,4 @@
-"""Parts of a rung's picture, in cells of one character: x to the right, y downwards.
+"""Parts of a rung's drawing, in cells of one character: x to the right, y downwards.
 
 A mark carries the power of an element, as numbered by `power`.
 """
@@ -25,15 +25,15 @@ class Wire:
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """A contact or a coil on the wire, its name above."""
+    """A contact or a coil on the wire, with its name above."""
 
-    x: int  # first column of its sign
+    x: int  # first column of the sign
     y: int
     sign: str  # as in `SYMBOLS`
     name: str
     label_x: int  # first column of the name
     element: int
-    feeder: int  # the element before it
+    feeder: int  # number of the element before it
     value: str | None = None  # the tag whose value is beside it, or None
 
 
@@ -43,7 +43,7 @@ class BoxLine(NamedTuple):
     caption: str
     operand: str  # its text, or spaces for its value
     value: str | None = None  # the tag whose value replaces the text, or None
-    now: Sequence[tuple[str, str]] = ()  # conditions and texts of what the block does, see `now`
+    now: Sequence[tuple[str, str]] = ()  # conditions and texts of the block's state, see `now`
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,11 +52,11 @@ class Box:
 
     x: int  # column of the left edge
     y: int  # row of the wire, which meets the first line
-    width: int  # columns, edges included
+    width: int  # columns, including the edges
     title: str
     lines: tuple[BoxLine, ...]
     element: int
-    now: Sequence[tuple[str, str]] = ()  # what it does, beside its title; see `BoxLine`
+    now: Sequence[tuple[str, str]] = ()  # the block's state, beside its title; see `BoxLine`
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +65,7 @@ class Corner:
 
     x: int
     y: int
-    opens: bool  # whether it is on the branch's left wire, so that the leg continues to its right
+    opens: bool  # whether it is on the branch's left wire; the leg then continues to the right
     element: int
 
 
@@ -84,8 +84,8 @@ class Picture:
     right: list[int] = field(default_factory=list)  # rows of the wires that end at the right one
     continued: list[tuple[int, int]] = field(default_factory=list)  # (x, y) of the marks at a line break
     gaps: list[tuple[int, int]] = field(default_factory=list)  # (x, y) where an element may be inserted
-    power: str | None = None  # of each element, as `power` returns it; None if unknown
+    power: str | None = None  # power after each element, as `power` returns it; None if unknown
 
     def live(self, element: int) -> bool:
-        """Whether there is known power after an element."""
+        """Whether an element is known to have power after it."""
         return self.power is not None and self.power[element] == "1"

@@ -1,4 +1,4 @@
-"""SVG elements of shapes. A cell is 8 units wide; its height is the caller's choice."""
+"""SVG elements for shapes. A cell is 8 units wide; the caller chooses its height."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from scanrack.io_images.dataclass import dataclass
 from .shapes import BoxFrame, Curve, Form, Letters, Line
 
 CELL = 8
-"""Units per column."""
+"""SVG units per column."""
 
 _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""Characters not allowed in XML 1.0, not even escaped [XML 1.0, 2.2]."""
+"""Characters that XML 1.0 does not allow even if they are escaped [XML 1.0, 2.2]."""
 
 
 def plain(text: str) -> str:
@@ -29,7 +29,7 @@ def attribute(text: str) -> str:
 
 
 def units(value: float) -> str:
-    """Format units with at most two decimals."""
+    """Format SVG units with at most two decimals."""
     return f"{value:.2f}".rstrip("0").rstrip(".")
 
 
@@ -52,26 +52,26 @@ class Pen:
     top: float = 0  # rows above row 0
 
     def x(self, x: float) -> str:
-        """Return the units of a column's middle."""
+        """Return the x coordinate of a column's center, in SVG units."""
         return units((self.left + x + 0.5) * CELL)
 
     def y(self, y: float) -> str:
-        """Return the units of a row's middle."""
+        """Return the y coordinate of a row's center, in SVG units."""
         return units((self.top + y + 0.5) * self.row)
 
     def line(self, line: Line, kind: str) -> str:
-        """Return a line."""
+        """Return a line as an element."""
         start, end = (self.x(line.x), self.y(line.y)), (self.x(line.to_x), self.y(line.to_y))
         return f'<line class="{kind}" x1="{start[0]}" y1="{start[1]}" x2="{end[0]}" y2="{end[1]}"/>'
 
     def frame(self, frame: BoxFrame, kind: str) -> str:
-        """Return a frame with rounded corners."""
+        """Return a frame with rounded corners as an element."""
         at = f'x="{units((self.left + frame.x) * CELL)}" y="{units((self.top + frame.y) * self.row)}"'
         size = f'width="{units(frame.width * CELL)}" height="{units(frame.height * self.row)}"'
         return f'<rect class="{kind}" {at} {size} rx="3"/>'
 
     def letters(self, letters: Letters, kind: str) -> str:
-        """Return a text with one column per character; nothing for an empty one."""
+        """Return a text with one column per character; "" if it is empty."""
         if not letters.text:
             return ""
         x, y = units((self.left + letters.x) * CELL), units((self.top + letters.y + 0.5) * self.row + 4.5)
@@ -85,13 +85,13 @@ class Pen:
         return self._arc(form)
 
     def _arc(self, curve: Curve) -> str:
-        """Return half of a coil, 16.8 units high."""
+        """Return half of a coil as path data, 16.8 units high."""
         x, middle = self.x(curve.x), (self.top + curve.y + 0.5) * self.row
         through = f"{self.x(curve.x + curve.bend)} {units(middle)}"
         return f"M{x} {units(middle - 8.4)} Q{through} {x} {units(middle + 8.4)}"
 
     def draw(self, form: Form, kind: str) -> str:
-        """Return a form as an element; nothing for a value."""
+        """Return a form as an element; "" for a value."""
         if isinstance(form, Line):
             return self.line(form, kind)
         if isinstance(form, Curve):

@@ -1,8 +1,8 @@
-"""What blocks do now, in words: `moving to 6,000` instead of a box of parameters.
+"""Current states of blocks in words: `moving to 6,000` instead of a box of parameters.
 
-A block has a row per state. The first one whose condition is on says what the block does: a BOOL, or `POWER`.
-`.ACC` is a member of the first operand, `Axis.Position` one of the operand captioned Axis, `2` the third
-operand. A row with a reference that the program does not have is left out.
+A block has a row for each state. Its condition is a BOOL or `POWER`, and the first row whose condition is on
+is shown. `.ACC` is a member of the first operand, `Axis.Position` is a member of the operand captioned Axis,
+and `2` is the third operand. A row with a reference that the program does not have is omitted.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from typing import NamedTuple
 from ..model.tree import Address, Instruction, MemberStep, Operand
 
 POWER = "*"
-"""The condition of a state in which power reaches the block."""
+"""Condition of a state: power reaches the block."""
 
 
 class BlockState(NamedTuple):
-    """A state of a block: its condition, "" for always, and up to two lines. A number holds if it is not 0.
+    """A state of a block: its condition, "" for always, and up to two lines. A number counts as on if not 0.
 
-    `{Position}` stands for a value, `{.ACC:s}` for one of ms in seconds. Where the instruction has a time
-    base, as in an SLC 500, the page gets `{.ACC:s10}`: one of 10 ms.
+    `{Position}` stands for a value, and `{.ACC:s}` for a value in ms that is shown in seconds. If the
+    instruction has a time base, as in an SLC 500, the page gets `{.ACC:s10}`, for a value in units of 10 ms.
     """
 
     when: str
@@ -71,7 +71,7 @@ BESIDE: Mapping[str, tuple[BlockState, ...]] = {
     **dict.fromkeys(("SRT", "FFL", "FFU", "LFL", "LFU", "SQL"), _control(2)),
     **dict.fromkeys(("AVE", "STD", "SQI", "SQO"), _control(3)),
 }
-"""The states of instructions whose operands stay in view; the text stands beside the title."""
+"""States of instructions that still show their operands; the text is beside the title."""
 
 STATES: Mapping[str, tuple[BlockState, ...]] = {
     "Amci3601": (
@@ -96,13 +96,13 @@ STATES: Mapping[str, tuple[BlockState, ...]] = {
     "MAJ": _motion("jogging at {3}", "complete"),
     "MAH": _motion("homing", "is at home"),
 }
-"""The states of blocks by instruction; they stand in place of the operands."""
+"""States of blocks by instruction; the text replaces the operands."""
 
 _OTHERS = BlockState(".Error", "error"), *_block("busy", "done")[1:]
-"""The states of an add-on instruction with these outputs."""
+"""States of an add-on instruction that has these outputs."""
 
 TIME_BASE = "Time base"
-"""Caption of the operand that says in which time an SLC 500's timer counts: a number of seconds."""
+"""Caption of the operand with the time base of an SLC 500's timer, in seconds."""
 
 WIDE = 26
 """Columns reserved for a line."""
@@ -113,7 +113,7 @@ NameOf = Callable[[Address], str | None]
 
 
 class BlockTexts(NamedTuple):
-    """The states of a block with the tags of a program: conditions and lines; `{Out.ACC}` is a value."""
+    """The states of a block with a program's tag names: conditions and lines; `{Out.ACC}` is a value."""
 
     rows: tuple[tuple[str, str, str], ...]
 
@@ -123,17 +123,17 @@ class BlockTexts(NamedTuple):
         return 1 + any(more for _when, _line, more in self.rows)
 
     def line(self, number: int) -> list[tuple[str, str]]:
-        """Return conditions and texts of the first line, 0, or the second one, 1."""
+        """Return the conditions and texts of line 0 or 1."""
         return [(row[0], row[1 + number]) for row in self.rows]
 
     def names(self) -> tuple[str, ...]:
-        """Return the tags."""
+        """Return the tags in conditions and lines."""
         used = [each[1] for row in self.rows for text in row[1:] for each in _REFERENCE.finditer(text)]
         return tuple(dict.fromkeys([*(row[0] for row in self.rows if row[0] not in ("", POWER)), *used]))
 
 
 def told_of(instruction: Instruction, captions: Sequence[str], name_of: NameOf) -> BlockTexts | None:
-    """Return what an instruction says it does; None of one that says nothing."""
+    """Return the states of an instruction; None if it has none."""
     others = _OTHERS if captions[:1] == ("Instance",) else ()
     states = BESIDE.get(instruction.name) or STATES.get(instruction.name, others)
     reader = _TagReader(instruction.operands, captions, name_of)
@@ -149,7 +149,7 @@ class _TagReader(NamedTuple):
     name_of: NameOf
 
     def row(self, state: BlockState) -> tuple[str, str, str] | None:
-        """Return a state with names of tags; None if the program lacks one."""
+        """Return a state with tag names in place of references; None if the program lacks one."""
         try:
             known = state.when in ("", POWER)
             when = state.when if known else self._value(state.when).strip("{}")
@@ -161,7 +161,7 @@ class _TagReader(NamedTuple):
         return when, line, more
 
     def _value(self, reference: str, unit: str = "") -> str:
-        """Return the reference as one of a tag, or the text of a constant; LookupError if there is none."""
+        """Return a reference with a tag name, or a constant's text; LookupError if there is no operand."""
         stem, _, member = reference.partition(".")
         if stem and not stem.isdigit() and stem not in self.captions:
             raise LookupError(reference)

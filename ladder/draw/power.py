@@ -1,4 +1,4 @@
-"""Elements of a rung and the power on them, one character each.
+"""Numbers the elements of a rung, and returns the power on them as one character each.
 
 Elements are numbered from 0: instructions in order of execution, branches in order of opening, the left
 rail. A wire carries the power of the element before it.
@@ -31,7 +31,7 @@ class Numbering:
 
 
 def branches_in(series: Series) -> int:
-    """Return the number of branches in a series, nested ones included.
+    """Return the number of branches in a series, including nested branches.
 
     >>> from ..lowering.text import parse_rung
     >>> branches_in(parse_rung("[[XIC(A),XIC(B)],XIC(C)][,]OTE(D);").series)
@@ -42,7 +42,7 @@ def branches_in(series: Series) -> int:
 
 
 def power(rung: Rung, truth: Sequence[bool] | None) -> str:
-    """Return the power after each element of a rung, `1` or `0` each.
+    """Return the power after each element of a rung, as `1` or `0`.
 
     >>> from ..lowering.text import parse_rung
     >>> seal_in = parse_rung("[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);")
@@ -67,7 +67,7 @@ def power(rung: Rung, truth: Sequence[bool] | None) -> str:
 
 
 def _flow(series: Series, last: int, numbering: Numbering, power_after: list[bool]) -> int:
-    """Note the power after each branch of a series; return the number of its last element."""
+    """Append the power after each branch of a series; return the number of the last element."""
     for each in series:
         if isinstance(each, Branch):
             number = numbering.branch()

@@ -1,7 +1,7 @@
 """Sizes of a rung's parts: columns, and rows above and below the wire.
 
-Contacts and coils have their name above the wire; every other instruction is a box with its name in the upper
-edge and an operand per line, the wire at the first one.
+Contacts and coils have their name above the wire. Every other instruction is a box with its name in the upper
+edge and one operand per line; the wire is at the first line.
 """
 
 from __future__ import annotations
@@ -18,19 +18,19 @@ from ..model.tree import Branch, Element, Instruction, Series
 from .marks import BoxLine
 
 SYMBOLS = {each.name: each.symbol for each in SPECS if each.symbol}
-"""Contacts and coils, with their one operand above."""
+"""Symbols of contacts and coils, which have one operand above."""
 
 _OF_MEMBERS = {"PRE": "Preset", "ACC": "Accum", "LEN": "Length", "POS": "Position"}
 
 
 def _captions(spec: Spec) -> tuple[str, ...]:
-    """Return the captions of a row; of one that has none, those of its members."""
+    """Return the captions of an instruction's operands; if there are none, the captions of its members."""
     shown = {place: _OF_MEMBERS.get(member, member) for place, (_, member) in spec.members.items()}
     return spec.captions or tuple(shown.get(place, "") for place in range(max(shown, default=-1) + 1))
 
 
 CAPTIONS = {each.name: _captions(each) for each in SPECS}
-"""Captions of operands in a box."""
+"""Captions of the operands in a box, by instruction."""
 
 GAP = 1
 """Columns of wire on either side of an instruction."""
@@ -39,7 +39,7 @@ JOIN = 1
 """Columns of a branch's vertical wire on either side."""
 
 MARKS = 2
-"""Columns of the marks at both ends of a broken line."""
+"""Columns of the marks at the ends of a line that is broken."""
 
 NARROWEST = 12
 """Minimum columns of a branch leg, at any depth."""
@@ -61,7 +61,7 @@ class Size:
 
 @dataclass(frozen=True, slots=True)
 class LineLayout:
-    """Elements of one line, and their size."""
+    """The elements of one line, and their size."""
 
     series: Series
     size: Size
@@ -76,13 +76,13 @@ class SeriesLayout:
 
     @property
     def width(self) -> int:
-        """Columns, marks included."""
+        """The columns, including marks."""
         last = len(self.lines) - 1
         return max(line.size.width + (at > 0) + (at < last) for at, line in enumerate(self.lines))
 
     @property
     def rows(self) -> list[int]:
-        """Rows of the lines' wires, counted from the first one."""
+        """The rows of the lines' wires, counted from the first wire."""
         rows = [0]
         for line, after in zip(self.lines, self.lines[1:], strict=False):
             rows.append(rows[-1] + line.size.below + 1 + after.size.above)
@@ -90,12 +90,12 @@ class SeriesLayout:
 
     @property
     def size(self) -> Size:
-        """Total size, above and below the first wire."""
+        """The total size, above and below the first wire."""
         return Size(self.width, self.lines[0].size.above, self.rows[-1] + self.lines[-1].size.below)
 
 
 def captions_of(program: LadderLogic) -> dict[str, tuple[str, ...]]:
-    """Return the captions of operands, by instruction: of the program's dialect, and of its add-ons."""
+    """Return operand captions by instruction, for the program's dialect and its add-on instructions."""
     own = {name: _captions(each) for name, each in program.builtin.items()}
     add_ons = program.add_ons.values()
     return own | {
@@ -106,8 +106,8 @@ def captions_of(program: LadderLogic) -> dict[str, tuple[str, ...]]:
 class Ruler:
     """Measures elements.
 
-    Parts wider than a `room` in columns are broken: a series into lines, a branch in its legs, the operands
-    of a box into pieces.
+    Parts wider than `room` columns are broken: a series into lines, a branch within its legs, and the
+    operands of a box into pieces.
     """
 
     def __init__(self, captions: Mapping[str, Sequence[str]]) -> None:
@@ -119,7 +119,7 @@ class Ruler:
         """Return the size of an element."""
         key = id(element), room
         if key not in self._known:
-            self._kept.append(element)  # so that no other element gets its id
+            self._kept.append(element)  # keeps the element alive, so that its id stays unique
             self._known[key] = self._size(element, room)
         return self._known[key]
 
@@ -160,7 +160,7 @@ class Ruler:
         return LineLayout(series, size)
 
     def _broken(self, series: Series, room: int) -> Iterator[Series]:
-        """Split a series into lines; an element wider than the room has its own line."""
+        """Split a series into lines; an element wider than the room gets a separate line."""
         line: list[Element] = []
         used = 0
         for element in series:
@@ -173,7 +173,7 @@ class Ruler:
         yield tuple(line)
 
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
-        """Return the lines of a box; a long operand takes several."""
+        """Return the lines of a box; a long operand takes several lines."""
         captions = self._captions.get(instruction.name, ())
         named = [captions[at] if at < len(captions) else "" for at in range(len(instruction.operands))]
         taken = 4 + 2 * GAP + caption_width([BoxLine(caption, "") for caption in named])
@@ -190,7 +190,7 @@ class Ruler:
         return [BoxLine(caption if at == 0 else "", part) for at, part in enumerate(parts)]
 
     def now(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
-        """Return what a block does, beside its title: conditions and texts, see `draw.now`."""
+        """Return the conditions and texts of a block's state beside its title, see `draw.now`."""
         return ()
 
     def value(self, instruction: Instruction) -> str | None:
@@ -216,7 +216,7 @@ def pieces(text: str, longest: int) -> list[str]:
 
 
 def caption_width(lines: Sequence[BoxLine]) -> int:
-    """Return the columns of a box's captions, with the space after them."""
+    """Return the columns of a box's captions, including the space after them."""
     widest = max((len(line.caption) for line in lines), default=0)
     return widest + 1 if widest else 0
 

@@ -1,4 +1,4 @@
-"""Marks as lines, curves, frames and letters. A cell is 1 by 1, its middle at whole numbers, y downwards."""
+"""Marks as lines, curves, frames and letters. A cell is 1 by 1, centered at whole numbers; y is downwards."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .marks import Box, Corner, Mark, Symbol, Wire
 from .ruler import caption_width
 
 HEADING = 0.92
-"""Rows from a box's heading to its first line; a full row would make its frame touch the heading."""
+"""Rows from a box's heading to its first line; with a full row, the frame would touch the heading."""
 
 NEXT_TO = 0.4
 """Columns between a sign and its value."""
@@ -29,7 +29,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """Half of a coil: an arc upright at a point, bent to one side."""
+    """Half of a coil: an upright arc at a point that bends to one side."""
 
     x: float
     y: float
@@ -48,7 +48,7 @@ class BoxFrame:
 
 @dataclass(frozen=True, slots=True)
 class Letters:
-    """A text, its first character in a cell."""
+    """A text whose first character is in a cell."""
 
     x: float
     y: float
@@ -57,14 +57,14 @@ class Letters:
 
 @dataclass(frozen=True, slots=True)
 class Value:
-    """Place of a tag's value: beside a sign below its wire, or at the right edge of a box."""
+    """The place of a tag's value: beside a symbol below its wire, or at the right edge of a box."""
 
     x: float  # column of its beginning or end
     y: float
     name: str
-    beside: bool  # whether it is small, beside a sign
+    beside: bool  # whether it is small, beside a symbol
     ends: bool  # whether it ends at `x`
-    now: Sequence[tuple[str, str]] = ()  # what stands there instead, see `BoxLine`
+    now: Sequence[tuple[str, str]] = ()  # what is shown instead, see `BoxLine`
 
 
 Form = Line | Curve | BoxFrame | Letters | Value
@@ -72,7 +72,7 @@ Form = Line | Curve | BoxFrame | Letters | Value
 
 @dataclass(frozen=True, slots=True)
 class Shape:
-    """A form, its class, and the element whose power it shows, or None."""
+    """A form, its style class, and the element whose power it shows, or None."""
 
     form: Form
     kind: str

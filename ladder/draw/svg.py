@@ -1,6 +1,6 @@
-"""Routines as SVG: the same layout as with characters, a cell being 8 by 20 units.
+"""Routines as SVG: the same layout as in characters, with cells of 8 by 20 units.
 
-Wires and signs with power have the class `live`; every sign and box has the instruction as its title,
+Wires and symbols with power have the class `live`. Every symbol and box has the instruction as its title,
 which a browser shows under the pointer. Colors follow the reader's light or dark scheme.
 """
 
@@ -18,13 +18,13 @@ from .markup import CELL, LivePicture, Pen, plain
 from .shapes import Letters, Line, shapes_of
 
 ROW = 20
-"""Units per row."""
+"""SVG units per row."""
 
 SPACE = 0.4
 """Rows between rungs."""
 
 MARGIN = 7
-"""Columns on either side of the rails; the left one has the rungs' numbers."""
+"""Columns on either side of the rails; the left margin has the rung numbers."""
 
 STYLE = """\
 text { font: 13px "DejaVu Sans Mono", Menlo, Consolas, monospace; fill: #1b1f24; white-space: pre }
@@ -57,7 +57,7 @@ def routines_svg(
     truths: Mapping[str, Sequence[Sequence[bool] | None]] | None = None,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
 ) -> str:
-    """Return an SVG document of routines, each with the numbers of its drawn rungs or lines."""
+    """Return an SVG document of routines, each given with the numbers of the rungs or lines to draw."""
     page = _Page(width, captions)
     for routine, rungs in routines:
         page.routine(routine, rungs, (truths or {}).get(routine.name))

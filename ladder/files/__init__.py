@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # a type checker takes it for true
+TYPE_CHECKING = False  # type checkers assume that it is true
 
 if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
     from .rungfile import parse_program, parse_structured, program_text

@@ -1,7 +1,7 @@
-"""Reader of a chart's text in program files.
+"""Reads the text of a sequential function chart in a program file.
 
     ROUTINE Fill SFC
-    INPUTS Recipe                              // tags that take the inputs of a call; RETURNS is alike
+    INPUTS Recipe                              // tags that receive the inputs of a call; RETURNS is similar
     NOTE any text
     INITIAL_STEP Idle                          // steps in order of execution
     END_STEP
@@ -55,14 +55,14 @@ _NOTE = re.compile(r"NOTE(?:\s+(.*))?", re.IGNORECASE)
 
 
 class ChartReader:
-    """Reads the lines of one chart; elements are numbered in their order."""
+    """Reads the lines of one chart; elements are numbered in order."""
 
     def __init__(self, lines: list[str], start: int, end: int, file: str, specs: Mapping[str, Spec]) -> None:
         self._lines, self._at, self._end, self._file, self._specs = lines, start, end, file, specs
         self._count = -1
 
     def chart(self) -> Chart:
-        """Read it, or raise a RungTextError."""
+        """Read the chart, or raise a RungTextError."""
         steps: list[ChartStep] = []
         transitions: list[Transition] = []
         listed: dict[str, tuple[Address, ...]] = {}
@@ -157,7 +157,7 @@ class ChartReader:
 
 
 def expression_of(lines: list[str], numbers: list[int], file: str, specs: Mapping[str, Spec]) -> Operand:
-    """Read an expression of structured text; a final semicolon may be missing."""
+    """Read an expression of structured text; a final semicolon is optional."""
     found = _single(lines, numbers, file, specs)
     if isinstance(found, Assignment):
         return found.value

@@ -1,8 +1,8 @@
-"""The motion blocks of `USE axis3601` in a rack with a networked drive: what they take of a 3601, and what replaces it.
+"""Adapts the motion blocks of `USE axis3601` to a rack with a networked drive.
 
-The library stays as it is; a line of it is replaced or gets lines before it, a row each. Blocks write the
-eight words of a 3601 either way. `Amci3601` alone reads and writes the words of the drive, as
-`io_images.drives.translation` does for axes in Python. `Model` says which: 0 a module with a 3601's words,
+The library file is not changed. Each row here replaces a line of its text, or inserts lines before one.
+Blocks still write the eight words of a 3601. Only `Amci3601` reads and writes the words of the drive, as
+`io_images.drives.translation` does for axes in Python. `Model` selects them: 0 a module with a 3601's words,
 1 a drive with the words of the SMD family, 2 an ANF2.
 
     Axis.Setup      the ten words of Configure3601
@@ -14,7 +14,7 @@ eight words of a 3601 either way. `Amci3601` alone reads and writes the words of
 from __future__ import annotations
 
 Row = tuple[str, str, str]
-"""Instruction, a line of it, and the lines in its place; without an instruction, a line of the library."""
+"""An instruction ("" for the library itself), a line of it, and the lines that replace it."""
 
 ROWS: tuple[Row, ...] = (
     (
@@ -34,7 +34,7 @@ LOCAL Value : DINT
 LOCAL Parts : DINT
 LOCAL Registers : BOOL""",
     ),
-    # what the drive says, as a 3601 says it
+    # the drive's inputs in the words of a 3601
     (
         "Amci3601",
         "CPS(Inputs,Axis.In[0],8);",
@@ -59,14 +59,14 @@ NEQ(Model,0)[XIC(Raw[0].15),EQU(Model,2)XIC(Axis.Out[0].15)]FLL(0,Axis.In[1],7)M
 // A stall, a fault of the driver, or a driver that is not enabled in a motion
 EQU(Model,1)XIO(Raw[0].15)[XIC(Raw[1].7),XIC(Raw[1].14),XIO(Raw[1].15)[LEQ(Axis.RunKind,4),EQU(Axis.RunKind,12),EQU(Axis.RunKind,13)]]OTE(Axis.Faults.11);""",
     ),
-    # an error at the inputs that is still there: the next move clears it of a 3601 only
+    # an input error that persists: only with a 3601 does the next move clear it
     (
         "Amci3601",
         "// request sets Taken: one that comes in steps 1 to 5 waits",
         """// request sets Taken: one that comes in steps 1 to 5 waits. Of a drive only Reset Errors clears INPUT_ERROR
 NEQ(Model,0)EQU(Axis.Step,0)NEQ(Axis.Ticket,Axis.Taken)NEQ(Axis.Ticket,Axis.Cleared)XIO(Axis.ErrorStop)XIC(Axis.In[0].11)XIC(Axis.In[0].14)XIO(Axis.In[0].13)XIO(Axis.In[0].15)[LEQ(Axis.Kind,4)[NEQ(Axis.Kind,1),XIO(Axis.In[0].10)],EQU(Axis.Kind,12),EQU(Axis.Kind,13)]MOV(Axis.Ticket,Axis.Cleared)MOV(2048,Axis.Out[0])MOV(5,Axis.Step);""",
     ),
-    # the words of a 3601, as the drive reads them
+    # the words of a 3601 in the drive's format
     (
         "Amci3601",
         "CPS(Axis.Out[0],Outputs,8);",
@@ -91,7 +91,7 @@ NEQ(Parts,0)MOV(Parts,Raw[9]);
 NEQ(Model,0)XIC(Axis.Out[0].15)COP(Axis.Setup[0],Raw[0],10);
 NEQ(Model,0)CPS(Raw[0],Outputs,10);""",
     ),
-    # limits of the model
+    # limits of the drive's model
     *(
         (block, "LIM(1000001,Velocity,0)", "LEQ(Velocity,0),GRT(Velocity,Axis.TopSpeed)")
         for block in ("MC_MoveAbsolute", "MC_MoveRelative", "MC_Home")
@@ -100,7 +100,7 @@ NEQ(Model,0)CPS(Raw[0],Outputs,10);""",
         (block, "LIM(1000001,Velocity,-1000001)", "CMP(ABS(Velocity)>Axis.TopSpeed)")
         for block in ("MC_MoveVelocity", "MoveRegistration3601")
     ),
-    # what a drive lacks: refused with 4096, unless it is refused anyway
+    # functions that a drive lacks: refused with 4096, unless refused for another reason
     *(
         (
             block,
@@ -143,7 +143,7 @@ XIC(Request.Start)NEQ(Axis.Model,0)COP(Configuration,Axis.Setup[0],10)MOV(Axis.S
 
 
 def for_drives(text: str) -> str:
-    """Return the text of the library with the rows in it."""
+    """Return the text of the library with the rows applied."""
     parts = text.split("\nINSTRUCTION ")
     places = {part.split(maxsplit=1)[0]: at for at, part in enumerate(parts)} | {"": 0}
     for block, line, instead in ROWS:

@@ -1,7 +1,7 @@
-"""Edits of rungs in the text of a program file; every other line stays as it was written.
+"""Edits rungs in the text of a program file; every other line stays as it was written.
 
-A rung takes whole lines, with the lines of its comment above it. A changed rung keeps its comment; a deleted
-one loses it.
+A rung consists of whole lines, with its comment in the lines above. A changed rung keeps its comment; the
+comment of a deleted rung is deleted, too.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .rungreader import (
 
 
 class _Lines(NamedTuple):
-    """The lines of a rung, from 0: of its comment, its first one, and the one after it."""
+    """Line numbers of a rung, from 0: the start of its comment, its first line, and the line after it."""
 
     comment: int
     first: int
@@ -36,7 +36,7 @@ class _Lines(NamedTuple):
 
 @dataclass(slots=True)
 class _Places:
-    """Where things stand in a file."""
+    """Line numbers of the parts of a file."""
 
     rungs: dict[str, list[_Lines]] = field(default_factory=dict)  # by routine in capitals
     heads: dict[str, int] = field(default_factory=dict)  # the line after the head of a routine
@@ -44,11 +44,11 @@ class _Places:
 
 
 def rewritten(text: str, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ()) -> str:
-    """Return the text of a `.rung` file with edited rungs and new tags.
+    """Return the text of a `.rung` file after edits of rungs and with new tags.
 
     Args:
-        text: a program that can be read.
-        edits: their texts are in the program's notation, see `EditedProgram`.
+        text: the text of a valid program.
+        edits: the edits, with rungs in the program's notation, see `EditedProgram`.
 
     Raises:
         LadderError: the file has no such rung or program.
@@ -71,7 +71,7 @@ def rewritten(text: str, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ())
 
 
 def _change(lines: list[str], places: _Places, edit: RungEdit) -> tuple[int, int, list[str]]:
-    """Return the lines that an edit replaces, and the new ones."""
+    """Return the line numbers that an edit replaces, and the new lines."""
     name = edit.routine.upper()
     if edit.rung == BEFORE_FIRST and name in places.heads:
         return places.heads[name], places.heads[name], list(edit.texts)
@@ -87,7 +87,7 @@ def _change(lines: list[str], places: _Places, edit: RungEdit) -> tuple[int, int
 
 
 def _places(lines: list[str]) -> _Places:
-    """Find routines of rungs, and where declarations end."""
+    """Find the routines of rungs, and the ends of declarations."""
     places, program, number, inside = _Places(), "", 0, False
     is_controller = False
     while number < len(lines):
@@ -116,7 +116,7 @@ def _places(lines: list[str]) -> _Places:
 
 
 def _rungs(lines: list[str], number: int) -> Iterator[_Lines]:
-    """Yield the rungs of a routine from the line after its head on."""
+    """Yield the rungs of a routine, beginning with the line after its head."""
     comment = first = None
     for at in range(number, len(lines)):
         line = without_comment(lines[at])

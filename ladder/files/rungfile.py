@@ -1,4 +1,4 @@
-"""Programs as neutral text: `.rung` files with tags and routines, read and written.
+"""Reads and writes programs as vendor-neutral text: `.rung` files with tags and routines.
 
     PROGRAM line
     DIALECT slc                                   // instructions of an SLC 500, see docs/slc.md
@@ -24,7 +24,7 @@ A controller has tags, tasks and programs, see `controller` and `schedule`:
     TASK Fast : PERIODIC 10 ms PRIORITY 3 PREEMPT RUNS Filter, Regulator
     TASK Alarm : EVENT PRIORITY 2 RUNS Bell       // when EVENT(Alarm) triggers it
     PROGRAM Main MAIN Start FAULT Trouble
-    TAG Count : DINT                              // a tag of the program's own
+    TAG Count : DINT                              // a tag that only this program has
     ROUTINE Start
     ...
     END
@@ -34,12 +34,11 @@ A controller has tags, tasks and programs, see `controller` and `schedule`:
 options of all charts: CURRENT or UNTIL_FALSE (execution control), MOST_RECENT or INITIAL (restart position),
 DONT_SCAN, PROGRAMMATIC or AUTOMATIC (last scan of active steps); the first of each is the default.
 
-Add-on instructions come before the tags that are their instances, see `addon`. The first
-routine is the main one unless PROGRAM says `MAIN name`. A rung ends with
-its semicolon and may take several lines; `//` starts a comment. `ROUTINE Fill ST` is a routine of structured
-text up to a line END.
+Add-on instructions come before the tags that are their instances, see `addon`. The first routine is the main
+routine unless PROGRAM says `MAIN name`. A rung ends with a semicolon and may have several lines; `//` starts
+a comment. `ROUTINE Fill ST` is a routine of structured text that ends with a line END.
 
-A `.st` file has the optional lines before the first ROUTINE, then statements.
+A `.st` file may begin with the lines that come before the first ROUTINE; statements follow.
 """
 
 from __future__ import annotations
@@ -76,7 +75,7 @@ def read_program(path: Path | str) -> Program | Controller:
     """Read a program from a file.
 
     Raises:
-        RungTextError: a syntax error; file, rung, line and column.
+        RungTextError: a syntax error; the message names file, rung, line and column.
         LadderError: a declaration that is not allowed.
         OSError: the file can't be read.
     """
@@ -87,13 +86,13 @@ def read_program(path: Path | str) -> Program | Controller:
 
 
 def parse_program(text: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Program | Controller:
-    """Read a program or a controller from text, see `read_program`; `stubs` override the text's."""
+    """Read a program or a controller from text, see `read_program`; `stubs` override those in the text."""
     _check(text, TextKind.RUNGS, file)
     return Reader(text, file, stubs).program()
 
 
 def parse_structured(text: str, name: str, *, file: str = "", stubs: Stubs = NO_STUBS) -> Program:
-    """Read declarations and structured text, see `parse_program`; `name` is the default for PROGRAM."""
+    """Read declarations and structured text, see `parse_program`; `name` is the default program name."""
     _check(text, TextKind.STRUCTURED, file)
     return Reader(text, file, stubs).structured(name)
 
@@ -106,14 +105,14 @@ def _check(text: str, kind: TextKind, file: str) -> None:
 
 
 def write_program(program: Program | Controller, path: Path | str) -> None:
-    """Write a program to a file; a LadderError if it has no form there, like routines in Python."""
+    """Write a program to a file; raise a LadderError if it has no text form, like routines in Python."""
     flat = Path(path).suffix == STRUCTURED_SUFFIX
     text = structured_text(program) if flat else program_text(program)
     Path(path).write_text(text, encoding="utf-8", newline="\n")
 
 
 def structured_text(program: Program | Controller) -> str:
-    """Return a program as structured text; a LadderError unless it is one routine of structured text."""
+    """Return a program's structured text; raise a LadderError unless it is a single such routine."""
     statements = [routine.statements for routine in program.routines]
     flat = isinstance(program, Program) and not (program.functions or program.allowed or program.fault)
     if not flat or len(statements) != 1 or statements[0] is None:
@@ -127,7 +126,7 @@ def structured_text(program: Program | Controller) -> str:
 
 
 def program_text(program: Program | Controller) -> str:
-    """Return a program or controller as text; a LadderError if it has routines in Python."""
+    """Return a program or controller as text; raise a LadderError if it has routines in Python."""
     if program.functions:
         names = ", ".join(program.functions)
         raise LadderError(
@@ -283,7 +282,7 @@ def _declarations(logic: LadderLogic) -> Iterator[str]:
 def _stubs(logic: LadderLogic) -> Iterator[str]:
     for name, stub in logic.stubs.items():
         if isinstance(stub, Partner):
-            continue  # a rack file says what it gets
+            continue  # it is configured in a rack file
         if isinstance(stub, Ending):
             stub = replace(stub, reply=None)
         if isinstance(stub, InPython):

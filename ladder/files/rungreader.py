@@ -1,4 +1,4 @@
-"""Reader of program files, see `rungfile`, and of libraries, line by line."""
+"""Reads program files, see `rungfile`, and libraries, line by line."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from .chartreader import ChartReader
 from .drive_blocks import for_drives
 
 LIBRARIES = ("axis3601",)
-"""Libraries of add-on instructions in scanrack; a program includes one with `USE name`."""
+"""Libraries of add-on instructions that come with scanrack; `USE name` includes one."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ def load_library(name: str, *, drives: bool = False) -> Library:
     """Read a library of scanrack, or raise a LadderError for an unknown name.
 
     Args:
-        drives: for a rack with a networked drive, see `drive_blocks`.
+        drives: whether the library is for a rack with a networked drive, see `drive_blocks`.
     """
     if name.lower() not in LIBRARIES:
         raise LadderError(f"no library {name}; choose from {', '.join(LIBRARIES)}")
@@ -69,7 +69,7 @@ def _library(file: str, drives: bool) -> Library:
 
 
 def is_of_library(definition: AddOn, name: str) -> bool:
-    """Whether an add-on instruction is one of a library, in either form."""
+    """Whether an add-on instruction belongs to a library, in either form."""
     own = definition.name.upper()
     return any(load_library(name, drives=drives).add_ons.get(own) == definition for drives in (False, True))
 
@@ -107,13 +107,13 @@ _PARAMETER = re.compile(
 END_INSTRUCTION = re.compile(r"END\s+INSTRUCTION", re.IGNORECASE)
 ROUTINE_HEAD = re.compile(rf"ROUTINE\s+({_NAME})(?:\s+(ST|SFC))?", re.IGNORECASE)
 _DECLARES = re.compile(r"(?:USE|TYPE|INSTRUCTION|TAG|SLOT|ALIAS|STUB)\s+[A-Za-z_]", re.IGNORECASE)
-"""Beginning of a declaration line; no statement begins this way."""
+"""The beginning of a declaration line; no statement begins this way."""
 
 _COMMENTS = re.compile(r"(?:\s+|//[^\n]*|\(\*.*?\*\)|/\*.*?\*/)*+", re.DOTALL)
 """White space and comments of structured text."""
 
 MAIN = "Main"
-"""Routine name of a file of structured text."""
+"""Name of the routine in a file of structured text."""
 
 _MEMBER = re.compile(
     rf"({_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?(?:\s+AT\s+(\S+))?(\s+HIDDEN)?", re.IGNORECASE
@@ -124,7 +124,7 @@ _DIGITS = 9  # maximum digits of an array length
 _CODE = re.compile(r"""(?:'(?:[^'$]++|\$.)*+'|"(?:[^"\\]++|\\.)*+"|(?!//).)*+""")
 """A line without its comment."""
 
-_MARK = "\0"  # prefix of a number with a radix inside a JSON string
+_MARK = "\0"  # marks a JSON string that stands for a number with a radix
 
 _RADIX = re.compile(r'"(?:[^"\\]++|\\.)*+"|(?P<number>\b(?:16#[0-9A-Fa-f_]+|8#[0-7_]+|2#[01_]+))')
 """A JSON string, or a number with a radix."""
@@ -247,7 +247,7 @@ class Reader:
         )
 
     def structured(self, name: str) -> Program:
-        """Read structured text after optional declarations; `name` is the default for PROGRAM."""
+        """Read structured text after optional declarations; `name` is the default program name."""
         start = self._skip_comments(0)
         head = PROGRAM_HEAD.fullmatch(self._line_at(start))
         program = Program(head.group(1) if head else re.sub(r"\W", "_", name))
@@ -256,7 +256,7 @@ class Reader:
         return program
 
     def _flat(self, program: Program, start: int, name: str) -> None:
-        """Read declarations from a line on, and the statements below them as a routine."""
+        """Read declarations, beginning at a line, and the statements below them as a routine."""
         self._at = start
         while _DECLARES.match(self._line_at(self._skip_comments(start))):
             self._at = self._skip_comments(start)
@@ -267,10 +267,10 @@ class Reader:
         program.add_routine(Routine(name, (), statements=self._statements(0, len(self._lines))))
 
     def add_to(self, program: Program, routine: str | None = None) -> None:
-        """Read declarations and routines into a program that has some.
+        """Read more declarations and routines into a program.
 
         Args:
-            routine: name of the only routine, for a text of statements below the declarations.
+            routine: name of the single routine if statements follow the declarations.
         """
         self._add_ons, self._stubs, self._builtin = dict(program.add_ons), program.stubs, program.builtin
         self._types |= {each.name: each for each in program.structures()}
@@ -285,7 +285,7 @@ class Reader:
         return without_comment(self._lines[number]) if number < len(self._lines) else ""
 
     def _skip_comments(self, number: int) -> int:
-        """Return the first line from `number` on that is neither blank nor inside a comment."""
+        """Return the first line at or after `number` that is neither blank nor inside a comment."""
         found = _COMMENTS.match(self._text, self._starts[number])
         assert found is not None, "nothing is a match, too"
         return max(number, bisect_right(self._starts, found.end()) - 1)
@@ -316,7 +316,7 @@ class Reader:
 
     @contextmanager
     def _at_line(self, number: int) -> Iterator[None]:
-        """Give a refusal of a declaration file and line."""
+        """Add the file and line to errors of a declaration, in the body of a `with`."""
         try:
             yield
         except LadderError as error:
@@ -432,7 +432,7 @@ class Reader:
         return self._fail(f"a type ({self._type_hint(name)})", name)
 
     def _type_hint(self, name: str) -> str:
-        """Return a remedy for an unknown type: its library, a close name, or the known types."""
+        """Return a hint for an unknown type: its library, a close name, or the known types."""
         for library in LIBRARIES:
             if any(known.upper() == name.upper() for known in load_library(library).types):
                 return f"{name} is one of the library {library}: write USE {library} above"
@@ -444,7 +444,7 @@ class Reader:
         return kind if isinstance(kind, Structure) else self._fail("a structure", name)
 
     def _dims(self, text: str | None) -> tuple[int, ...]:
-        """Return the dimensions in brackets, none without brackets."""
+        """Return the dimensions in brackets; () if there are no brackets."""
         parts = text.split(",") if text is not None else []
         if not all(part.strip().isdecimal() and len(part) <= _DIGITS for part in parts):
             self._fail("the length of each dimension, as in [4] or [2,3]", repr(f"[{text}]"))
@@ -526,7 +526,7 @@ class Reader:
 
 
 def _cut_comment(line: str) -> str:
-    """Cut off `//` and what follows, unless it is in quotes."""
+    """Return a line up to `//`, unless that is in quotes."""
     code = _CODE.match(line)
     assert code is not None, "it may match nothing"
     return code.group()
@@ -547,7 +547,7 @@ def _quoted(found: re.Match[str]) -> str:
 
 
 def _patterns(value: object, kind: DataType | None) -> object:
-    """Replace numbers with a radix by the value of their bits in the type of their place."""
+    """Replace numbers with a radix by the value that their bits have in the type of their place."""
     if isinstance(value, list):
         return [_patterns(each, kind) for each in value]
     if isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""Programs as a list of steps: words for a 3601, and the condition of the next step.
+"""Programs as a list of steps: words for a 3601, and the condition for the next step.
 
     SLOT 1                                            # the default
     words 843Eh 003Fh 1      until MODE_CONFIG -CONFIG_ERROR
@@ -6,14 +6,14 @@
     RELATIVE_MOVE target 10000 speed 5000 acceleration 20 deceleration 10    until MOVE_COMPLETE
     idle                     for 20 ms
 
-A step writes its words in its first scan only. It ends
-in the first later scan in which the status bits are as listed (a minus: clear), or after its time;
-the next one begins in that scan. The last one stays.
+A step writes its words only in its first scan. It ends in the first later scan in which the status bits are
+as listed (a minus means clear), or after its time. The next step begins in that scan. The last step does not
+end.
 
-    words A B ...            the words, missing ones 0; hexadecimal with an h
+    words A B ...            these words, then zeros; hexadecimal with an h
     zero                     all words 0
     idle                     command words 0, the others as they are
-    BIT ... target N ...     command bits by name, parameters by value
+    BIT ... target N ...     command bits by name, parameters with values
     same                     nothing is written
 """
 
@@ -41,7 +41,7 @@ _PARAMETERS = {"target": 2, "speed": 4, "acceleration": 6, "deceleration": 7}
 
 
 class StepsError(SiteError):
-    """An invalid line; the message names file, line and what is allowed."""
+    """Raised for an invalid line; the message names the file, the line and what is allowed."""
 
 
 class _Slot(Protocol):
@@ -54,7 +54,7 @@ class _Slots(Protocol):
 
 
 class StepsScan(Protocol):
-    """The scan as a program of steps uses it."""
+    """The parts of a scan that a program of steps uses."""
 
     slot: _Slots
     now_ns: int
@@ -63,17 +63,17 @@ class StepsScan(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """One step."""
+    """One step of a program."""
 
-    line: int  # its line in the file
-    write: Callable[[Image], None]  # writes its words to an output image
-    rise: frozenset[str] = frozenset()  # status bits that are set at its end
-    fall: frozenset[str] = frozenset()  # status bits that are clear at its end
-    for_ns: int | None = None  # its duration without listed bits; None = for ever
+    line: int  # line in the file
+    write: Callable[[Image], None]  # writes the step's words to an output image
+    rise: frozenset[str] = frozenset()  # status bits that must be set for it to end
+    fall: frozenset[str] = frozenset()  # status bits that must be clear for it to end
+    for_ns: int | None = None  # duration if no bits are listed; None = forever
 
     @property
     def end(self) -> str:
-        """What ends it, as text; "" of one that stays.
+        """The condition that ends the step, as text; "" if it does not end.
 
         >>> Step(1, Image.clear, rise=frozenset({"MOVE_COMPLETE"}), fall=frozenset({"INPUT_ERROR"})).end
         'MOVE_COMPLETE -INPUT_ERROR'
@@ -85,7 +85,7 @@ class Step:
         return "" if self.for_ns is None else time_text(self.for_ns)
 
     def over(self, inputs: Image, lasted_ns: int) -> bool:
-        """Whether it ends in a scan with these inputs, `lasted_ns` after its beginning."""
+        """Whether the step ends in a scan with these inputs, `lasted_ns` after it began."""
         if self.rise or self.fall:
             there = set(status_names(inputs[0] & UNSIGNED_MAX, inputs[1] & UNSIGNED_MAX))
             return self.rise <= there and self.fall.isdisjoint(there)
@@ -93,11 +93,11 @@ class Step:
 
 
 class Steps:
-    """A program of steps: logic of the module in `slot`.
+    """A program of steps: the logic for the module in `slot`.
 
     Attributes:
         since_ns: when the current step began.
-        resumed: number of steps that have begun.
+        resumed: number of steps that have begun so far.
     """
 
     name = "program"
@@ -110,19 +110,19 @@ class Steps:
 
     @property
     def line(self) -> int:
-        """The line of the current step, 0 before the first one."""
+        """The line of the current step; 0 before the first step."""
         return self.steps[self._index].line if self._index >= 0 else 0
 
     @property
     def waits_for(self) -> str:
-        """What ends the current step, as text; "" before the first one."""
+        """The condition that ends the current step, as text; "" before the first step."""
         if self._index < 0:
             return ""
         last = self._index + 1 == len(self.steps)
         return "nothing, as the last step" if last else self.steps[self._index].end
 
     def __call__(self, scan: StepsScan) -> None:
-        """Do one scan; the first one after power-up or program mode starts with the first step."""
+        """Run one scan; the first scan after power-up or program mode begins with the first step."""
         slot = scan.slot[self.slot]
         if scan.first:
             self._begin(0, scan.now_ns, slot.outputs)
@@ -224,7 +224,7 @@ def _command(words: Sequence[str]) -> Callable[[Image], None]:
 
 
 def _fill(outputs: Image, values: Sequence[int]) -> None:
-    """Write all words of an image: these, then zeros."""
+    """Write all words of an image: the values, then zeros."""
     if len(values) > len(outputs):
         raise ValueError(f"{len(values)} words are given: the module has {len(outputs)}")
     outputs.load(Image(values, size=len(outputs)))

@@ -1,7 +1,7 @@
-"""Suffixes of the files of programs."""
+"""Suffixes of program files."""
 
 SUFFIX = ".rung"
-"""Suffix of program files."""
+"""Suffix of files with rungs."""
 
 STRUCTURED_SUFFIX = ".st"
 """Suffix of structured text files."""

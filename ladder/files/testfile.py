@@ -1,4 +1,4 @@
-"""Files of test routines: routines beside a program, which `ASSERT` what it does.
+"""Files of test routines, which run beside a program and `ASSERT` its behavior.
 
     TEST feeder.toml FOR 12 s
     TAG Seen : BOOL
@@ -7,9 +7,10 @@
     XIC(Back.Done)ASSERT(Seen AND Strokes.ACC >= 1);
     END
 
-The head names the rack, from the file's folder, and the time, 10 s if it has none. In a `.rung` file each
-routine whose name begins with `test_` is a test; others are for JSR. A `.st` file is one test, of the file's
-name. Below the head there may be declarations; tags, types and instructions of the program are known.
+The head names the rack, relative to the file's folder, and the time, which is 10 s by default. In a `.rung`
+file, each routine whose name begins with `test_` is a test; other routines are called by JSR. A `.st` file is
+a single test with the file's name. Declarations may follow the head. Tags, types and instructions of the
+program are known.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ from .rungreader import Reader
 from .suffixes import STRUCTURED_SUFFIX
 
 PREFIX = "test_"
-"""Beginning of the names of test routines, and of their files."""
+"""Prefix of the names of test routines and of their files."""
 
 DEFAULT_TIME = "10 s"
 
@@ -48,9 +49,9 @@ class TestFile(NamedTuple):
 
     Attributes:
         rack: the rack file.
-        time: for how long each routine runs, as `12 s`.
-        routines: their names and lines.
-        text: declarations and routines, with a blank line in place of the head.
+        time: how long each routine runs, such as `12 s`.
+        routines: names and lines of the routines.
+        text: the declarations and routines, with a blank line in place of the head.
     """
 
     path: Path
@@ -61,11 +62,11 @@ class TestFile(NamedTuple):
 
 
 def read_test_file(path: Path) -> TestFile | None:
-    """Read a file of test routines; None if it is none: it has no head.
+    """Read a file of test routines; return None if it has no head and so is not a test file.
 
     Raises:
-        LadderError: it has no test routine.
-        OSError: it can't be read.
+        LadderError: the file has no test routine.
+        OSError: the file can't be read.
     """
     flat = path.suffix == STRUCTURED_SUFFIX
     text = read_input_text(path, TextKind.STRUCTURED if flat else TextKind.RUNGS)
@@ -84,13 +85,13 @@ def read_test_file(path: Path) -> TestFile | None:
 
 
 def with_test(program: LadderLogic, file: TestFile, routine: str) -> tuple[LadderLogic, str]:
-    """Return a copy of a program with the routines of a test file, and the full name of one of them.
+    """Return a copy of a program with a test file's routines, and the full name of the given routine.
 
-    That one is called after the main routine: in a controller, that of the first program of the continuous
-    task, whose tags it shares.
+    That routine is called after the main routine. In a controller, this is the main routine of the first
+    program of the continuous task, and the test shares that program's tags.
 
     Raises:
-        LadderError: the file has a mistake, or a name of the program.
+        LadderError: the file has a mistake, or declares a name that the program has.
     """
     both = program.copied()
     owner = _cyclic(both) if isinstance(both, Controller) else both
@@ -107,7 +108,7 @@ def with_test(program: LadderLogic, file: TestFile, routine: str) -> tuple[Ladde
 
 
 def _cyclic(controller: Controller) -> Program:
-    """Return the program of a controller that a test is added to."""
+    """Return the program of a controller to which tests are added."""
     names = [name for task in controller.tasks if task.kind is TaskKind.CONTINUOUS for name in task.programs]
     known = {each.name.upper(): each for each in controller.programs}
     found = [known[name.upper()] for name in names if name.upper() in known] or controller.programs

@@ -1,8 +1,8 @@
 """The instruction set: one file per family, one row per instruction.
 
-A row is a `Spec`: name, operands, and the functions that check, execute and compile the instruction; parser,
-Python front end, back ends, debugger and drawing read it from here. `FAMILIES` is the only list, for a new
-family. Names are those of the Logix 5000 general instructions manual.
+A row is a `Spec`: the name, the operands, and the functions that check, execute and compile the instruction.
+The parser, Python front end, back ends, debugger and drawings read it. A new family must only be added to
+`FAMILIES`. Names are those of the Logix 5000 general instructions manual.
 """
 
 from __future__ import annotations

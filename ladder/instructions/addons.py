@@ -1,4 +1,4 @@
-"""The call of an add-on instruction: base row of every definition's `Spec` [1756-PM010]."""
+"""The call of an add-on instruction: the base row of each definition's `Spec` [1756-PM010]."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..state.lowered import ADD_ON, AddOnCall, Node
 
 
 def _run(machine: Interpreter, power: bool, call: AddOnCall) -> bool:
-    """Copy in, run the routine for the rung's state if there is one, copy out."""
+    """Copy the inputs, run the routine for the rung's state if there is one, and copy the outputs."""
     machine.copy_parameters(call.inputs)
     machine.put(call.enable_in, power)
     machine.put(call.enable_out, power)
@@ -50,12 +50,12 @@ def _write_copies(rungs: RungWriter, copies: tuple[tuple[Node, ...], ...]) -> No
 
 
 def _prescan(machine: Interpreter, call: AddOnCall) -> None:
-    """Copy in, prescan Logic, run Prescan, copy out."""
+    """Copy the inputs, prescan Logic, run Prescan, and copy the outputs."""
     _special(machine, call, machine.prescan, call.prescan, prescan=True)
 
 
 def _postscan(machine: Interpreter, call: AddOnCall) -> None:
-    """Copy in, postscan Logic, run Postscan, copy out."""
+    """Copy the inputs, postscan Logic, run Postscan, and copy the outputs."""
     _special(machine, call, machine.postscan, call.postscan, prescan=False)
 
 
@@ -82,7 +82,7 @@ ADD_ON_CALL = always(
     decides=True,
 )
 OFF = "__EnableInFalse"
-"""End of the name of a call as on a false rung, for structured text: `Valve__EnableInFalse(V1);`."""
+"""Suffix of a call that runs as on a false rung, in structured text: `Valve__EnableInFalse(V1);`."""
 
 ADD_ON_OFF_CALL = always(
     ADD_ON,
@@ -92,10 +92,10 @@ ADD_ON_OFF_CALL = always(
     postscan=stays,
     decides=True,
 )
-"""The same call where a true rung would run Logic; the other call prescans."""
+"""A call that runs as on a false rung where the ordinary call would run Logic; it does not prescan."""
 
 
 def with_off_calls(specs: Mapping[str, Spec]) -> dict[str, Spec]:
-    """Return the specs of add-ons by name in capitals with those of their calls as on a false rung."""
+    """Return add-on specs by name in capitals, together with those of calls as on a false rung."""
     off = (replace(each, name=f"{each.name}{OFF}") for each in specs.values())
     return {**specs, **{each.name.upper(): each for each in off}}

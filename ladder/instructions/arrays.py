@@ -1,14 +1,14 @@
 """Instructions on arrays: an expression per element, a search, the size, and statistics.
 
-FAL and FSC operate on the elements from POS on; their expressions name one as `Data[Control.POS]`:
+FAL and FSC operate on elements beginning with POS; an expression names the element as `Data[Control.POS]`:
 
 | mode | elements |
 |---|---|
 | ALL | all in the scan in which the rung becomes true |
 | INC | one each time the rung becomes true |
-| a number | that number per scan from then on, to the end, whatever the rung does |
+| a number | that number in each scan from then to the end, whatever the rung does |
 
-AVE, SRT and STD operate on one dimension of an array, from the named element on.
+AVE, SRT and STD operate on one dimension of an array, beginning with the named element.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from .compute import store_expression
 
 
 def _passes(machine: Interpreter, power: bool, control: Control, mode: str, one: Callable[[], bool]) -> None:
-    """Do the passes of one scan; `one` operates on the element at POS and returns whether to continue."""
+    """Run the passes of one scan; `one` operates on the element at POS and returns whether to continue."""
     if not _begin_passes(power, control, mode):
         return
     control.check()
@@ -49,7 +49,7 @@ def _passes(machine: Interpreter, power: bool, control: Control, mode: str, one:
 
 
 def _begin_passes(power: bool, control: Control, mode: str) -> bool:
-    """Set EN and POS by the rung; return whether there are passes in this scan."""
+    """Set EN and POS according to the rung; return whether passes run in this scan."""
     rises = power and not control["EN"]
     under_way = mode.isdigit() and control["EN"] and not control["DN"]
     if not power and not under_way:
@@ -92,7 +92,7 @@ def _fsc(machine: Interpreter, power: bool, group: Group, mode: str, expression:
             return
         if control["IN"]:
             return
-        control.set(FD=False, POS=control["POS"] + 1)  # the program has cleared IN: search on
+        control.set(FD=False, POS=control["POS"] + 1)  # the program has cleared IN, so the search continues
 
     def one() -> bool:
         if not machine.condition(expression):
@@ -143,7 +143,7 @@ def _check_numbers(array: Resolved, dimension: Constant, *others: Resolved) -> N
 
 
 def _once(machine: Interpreter, power: bool, group: Group, operate: Callable[[Control], bool]) -> None:
-    """Operate on a rising rung; `operate` returns whether there is a result."""
+    """Run `operate` on a rising rung; it returns whether there is a result."""
     control = Control(machine, group)
     if not power:
         _end(control)
@@ -166,7 +166,7 @@ def _values(machine: Interpreter, array: Resolved, dimension: Constant, control:
 
 
 def _statistic(compute: Callable[[list[float]], float], least: int) -> Callable[..., None]:
-    """Return the executor of a statistic; `least` is the number of values that it needs."""
+    """Return the executor of a statistic; `least` is the minimum number of values."""
 
     def run(
         machine: Interpreter, power: bool, array: Resolved, dimension: Constant, target: Place, group: Group

@@ -1,10 +1,10 @@
-"""ASSERT of test routines: no instruction of a controller.
+"""ASSERT, for test routines; controllers do not have this instruction.
 
     XIC(Done)ASSERT(Strokes.ACC = 1);     rungs: reached with power
     IF Done THEN ASSERT(Strokes.ACC = 1); END_IF;
 
-A false one is a major fault, type 4 code 990, the first that 1756-PM014 leaves to users: wherever the program
-runs, it stops at the line that is wrong.
+A false assertion is a major fault of type 4, code 990, the first code that 1756-PM014 leaves to users. So the
+program stops at the failed line wherever it runs.
 """
 
 from __future__ import annotations

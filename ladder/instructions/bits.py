@@ -21,7 +21,7 @@ def _write_ote(rungs: RungWriter, power: str, bit: Place) -> None:
     rungs.values.set_bit(bit, power)
 
 
-# --- one-shots: the storage bit holds the rung's state of the last scan
+# --- one-shots: the storage bit holds the rung's state in the last scan
 
 
 def _ons(machine: Interpreter, power: bool, storage: Place) -> bool:
@@ -38,7 +38,7 @@ def _write_ons(rungs: RungWriter, power: str, storage: Place) -> str:
 
 
 def _edge(name: str, instead: str, *, rising: bool) -> Spec:
-    """Return OSR or OSF: the output is true in the scan in which the rung becomes true, or false."""
+    """Return the row of OSR or OSF: its output is true in the scan in which the rung rises or falls."""
 
     def run(machine: Interpreter, power: bool, storage: Place, output: Place) -> None:
         before = machine.truth(machine.get(storage))

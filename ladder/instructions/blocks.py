@@ -1,7 +1,7 @@
-"""Timers, counter and one-shots of structured text, whose parameters are members of a structure.
+"""Timers, a counter and one-shots for structured text; their parameters are members of a structure.
 
-In structured text, which replaces TON, TOF, RTO, CTU, CTD, OSR and OSF by these, an instruction always runs:
-its input is a member (TimerEnable, CUEnable, InputBit) that a statement before it sets.
+In structured text, they replace TON, TOF, RTO, CTU, CTD, OSR and OSF. They act at each call; the input is a
+member (TimerEnable, CUEnable, InputBit) that an earlier statement sets.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _OFF: Mapping[str, bool] = {"EN": False, "TT": False, "DN": False}
 
 
 def _timer(name: str, of_rungs: Spec, *, full: bool = False) -> Spec:
-    """Return a timer block; `full`: a reset sets ACC to PRE instead of 0."""
+    """Return the row of a timer block; with `full`, a reset sets ACC to PRE instead of 0."""
 
     def run(machine: Interpreter, timer: Group) -> None:
         put(machine, timer, EnableOut=True)

@@ -1,8 +1,8 @@
-"""What a scan of a sequential function chart does.
+"""Instructions that execute a scan of a sequential function chart.
 
-`lowering.charts` puts these rows in the order of a scan. Time of steps and actions counts in ms from
-the scan that activates them [1756-PM006: step tags, action tags, choose a qualifier, last scan options]. The
-rows are not in `FAMILIES`: no rung names them.
+`lowering.charts` puts these rows in the order of a scan. Times of steps and actions count in ms from the scan
+that activates them [1756-PM006: step tags, action tags, choose a qualifier, last scan options]. The rows are
+not in `FAMILIES`, because no rung names them.
 
     state     0 new, 1 executing, 2 paused, 3 executing after program mode
     reset     index of the step that SFR names, 0 for none
@@ -27,7 +27,7 @@ from .control import JSR
 
 NEW, EXECUTING, PAUSED, RESUMED = range(4)
 
-_MS = 1_000_000  # nanoseconds of a millisecond
+_MS = 1_000_000  # nanoseconds in a millisecond
 
 
 def _put(machine: Interpreter, bits: Mapping[str, Place], **values: int) -> None:
@@ -45,14 +45,14 @@ def _count(machine: Interpreter, bits: Mapping[str, Place]) -> None:
 
 
 def _show_time(machine: Interpreter, bits: Mapping[str, Place], ns: int) -> int:
-    """Set T from a time; return it."""
+    """Set T from a time, and return T."""
     shown = wrap(ns // _MS, DINT.bits)
     _put(machine, bits, ns=ns, T=shown)
     return shown
 
 
 def _elapsed(machine: Interpreter, chart: LoweredChart, bits: Mapping[str, Place]) -> int:
-    """Return the time since the last execution, without a pause if PauseTimer is set."""
+    """Return the time since the last execution, excluding a pause if PauseTimer is set."""
     return _number(machine, chart.rest if machine.get(bits["PauseTimer"]) else chart.delta)
 
 
@@ -84,7 +84,7 @@ def _write_begin(rungs: RungWriter, chart: LoweredChart) -> str:
 
 
 def _clear(machine: Interpreter, chart: LoweredChart) -> None:
-    """Make all steps and actions inactive; with restart at the initial step, also forget counts and times."""
+    """Make all steps and actions inactive; clear counts and times if it restarts at the initial step."""
     machine.put(chart.reset, 0)
     for node in chart.nodes:
         _put(machine, node.bits, **dict.fromkeys(_OFF & node.bits.keys(), 0))
@@ -96,11 +96,11 @@ def _clear(machine: Interpreter, chart: LoweredChart) -> None:
 
 
 _OFF = frozenset(("X", "FS", "SA", "LS", "DN", "OV", "Reset", "T", "ns", "new"))
-"""Members of a step that a start clears."""
+"""Members of a step that are cleared when the chart starts."""
 
 
 def _reset(machine: Interpreter, chart: LoweredChart, target: ChartNode) -> None:
-    """Continue at a step: the others and all actions end [1756-RM003, SFR]."""
+    """Continue at a step; the other steps and all actions end [1756-RM003, SFR]."""
     machine.put(chart.reset, 0)
     for each in chart.actions:
         _end(machine, chart, each)
@@ -117,7 +117,7 @@ def _prescan(machine: Interpreter, chart: LoweredChart) -> None:
 
 
 def resume_chart(machine: Interpreter, chart: LoweredChart) -> None:
-    """Continue a chart with the steps that are active, from their times; without one it begins."""
+    """Continue a chart with its active steps and their times; if no step is active, begin the chart."""
     if not any(machine.get(each.bits["X"]) for each in chart.nodes):
         return
     machine.put(chart.state, RESUMED)
@@ -127,7 +127,7 @@ def resume_chart(machine: Interpreter, chart: LoweredChart) -> None:
 
 
 def _postscan(machine: Interpreter, chart: LoweredChart) -> None:
-    """End the actions of a nested chart; it goes back to its initial step if it restarts there."""
+    """End the actions of a nested chart; if charts restart at the initial step, return to it."""
     for each in chart.actions:
         _end(machine, chart, each)
     if chart.options.restart is RestartPosition.INITIAL:
@@ -210,7 +210,7 @@ def _write_done(rungs: RungWriter, node: ChartNode) -> None:
 
 
 def _leave(machine: Interpreter, chart: LoweredChart, node: ChartNode) -> None:
-    """Do the last scan of a step, and make it inactive."""
+    """Run the last scan of a step, and make it inactive."""
     bits = node.bits
     _put(machine, bits, SA=0, LS=1)
     for each in node.actions:
@@ -224,7 +224,7 @@ def _leave(machine: Interpreter, chart: LoweredChart, node: ChartNode) -> None:
 
 
 JUMPS = 100
-"""Backward jumps that a transition counts as: 10,000 of them in a scan are too many for the watchdog."""
+"""Number of backward jumps that a transition counts as; the watchdog allows 10,000 in a scan."""
 
 
 def _fire(machine: Interpreter, chart: LoweredChart, transition: ChartTransition, *_read: object) -> None:
@@ -240,7 +240,7 @@ def _fire(machine: Interpreter, chart: LoweredChart, transition: ChartTransition
 
 
 def _act(machine: Interpreter, chart: LoweredChart, each: ChartAction, _tag: Group) -> bool:
-    """Decide in a scan of its step, or after it, whether the body of an action runs."""
+    """Decide whether the body of an action runs, in a scan of its step or after the step."""
     bits, qualifier = each.bits, each.qualifier
     active = machine.truth(machine.get(each.node.bits["X"]))
     if qualifier is Qualifier.R:
@@ -290,8 +290,11 @@ _DECISIONS: Mapping[Qualifier, _Decision] = {
     Qualifier.SD: lambda _active, _first, stored, reached: (stored and reached, stored),
     Qualifier.DS: lambda active, _first, stored, reached: (stored or (active and reached),) * 2,
 }
-"""Whether an action is on, and whether it is stored: from whether its step is active, for the first scan,
-whether it was stored, and whether T has reached PRE [1756-PM006, choose a qualifier for an action]."""
+"""Returns whether an action is on, and whether it is stored [1756-PM006, choose a qualifier for an action].
+
+The arguments are whether its step is active, whether this is the first scan of the step, whether the action
+was stored, and whether T has reached PRE.
+"""
 
 
 def _is_on(machine: Interpreter, each: ChartAction) -> bool:
@@ -333,7 +336,7 @@ def _scan_last(machine: Interpreter, option: LastScan, body: str, *, pulse: bool
 
 
 def _write_act(rungs: RungWriter, chart: LoweredChart, each: ChartAction, _tag: Group) -> str:
-    """Write the common cases: N in its step, and a pulse that is off."""
+    """Write code for the common cases: N in its step, and a pulse that is off."""
     values, bits = rungs.values, each.bits
     call, on = (
         f"interpret({values.site})",
@@ -383,10 +386,10 @@ FIRE = action("TRANSITION", Use.IGNORED, Use.IGNORED, Use.TRUTH, run=_fire, post
 
 
 def fire_of(transition: ChartTransition) -> Spec:
-    """Return the row of a transition: after its condition, its operands are the tags of its steps."""
+    """Return the row of a transition; its operands are the condition, then the tags of its steps."""
     steps = len(transition.sources) + len(transition.targets)
     return replace(FIRE, operands=(*FIRE.operands, *[Use.BLOCK] * steps))
 
 
 CALL = replace(JSR, postscan=stays)
-"""Call of a body: its postscan comes with the last scan of its action."""
+"""The call of a body; its postscan belongs to the last scan of the action."""

@@ -27,7 +27,7 @@ def _comparison(name: str, relation: str) -> Spec:
     )
 
 
-# --- LIM: inside of both limits, or outside if the low one is above the high one
+# --- LIM: within both limits, or outside if the low limit is above the high limit
 
 
 def _lim(machine: Interpreter, low: Resolved, test: Resolved, high: Resolved) -> bool:
@@ -50,11 +50,11 @@ def _write_lim(rungs: RungWriter, low: Resolved, test: Resolved, high: Resolved)
 
 
 def _lim_is_inline(*operands: Resolved) -> bool:
-    """Not inline: LIM reads all its operands, Python's `a <= b <= c` may stop before c."""
+    """Whether no operand can fault: LIM reads all of them, but Python's `a <= b <= c` may skip c."""
     return not any(map(can_fault, operands))
 
 
-# --- MEQ: equal where the mask has ones
+# --- MEQ: equal in the bits of the mask
 
 
 def _meq(machine: Interpreter, source: Resolved, mask: Resolved, compare: Resolved) -> bool:

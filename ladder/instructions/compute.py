@@ -12,7 +12,7 @@ from ..model.spec import Spec, Use, action
 
 
 def computation(name: str, operator: str, *operands: Use, **parts: Any) -> Spec:
-    """Return an instruction that stores an operator's result in its last operand."""
+    """Return the row of an instruction that stores an operator's result in its last operand."""
     return action(
         name,
         *operands,
@@ -35,7 +35,7 @@ def store_expression(machine: Interpreter, target: Place, expression: Resolved) 
     machine.store(target, machine.number(expression, width_of(expression, target)))
 
 
-# --- TRN: a REAL without its fraction
+# --- TRN: truncate a REAL
 
 
 def _trn(machine: Interpreter, source: Resolved, target: Place) -> None:

@@ -25,7 +25,7 @@ def _write_jmp(rungs: RungWriter, label: str) -> None:
     rungs.writer.line("continue")
 
 
-# --- JSR: call a routine, of rungs or in Python, and take its answers
+# --- JSR: call a routine of rungs or in Python, and store its return values
 
 
 def _routine(resolver: OperandResolver, name: Operand) -> str:
@@ -43,7 +43,7 @@ def _resolve_jsr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple
             raise OperandError(f"{number} is not the number of inputs", f"must be 0 to {len(given) - 2}")
         count = int(number.value)
     if count == 0 and [str(each) for each in given[2:]] == ["0"]:
-        given = given[:2]  # JSR(Sub,0,0), as some exports have it: neither inputs nor returns
+        given = given[:2]  # JSR(Sub,0,0) in some exports: neither inputs nor returns
     inputs = tuple(_input(resolver, each) for each in given[2 : 2 + count])
     return (Call(routine, inputs, tuple(_output(resolver, each) for each in given[2 + count :])),)
 
@@ -74,12 +74,12 @@ def _call(machine: Interpreter, call: Call) -> tuple[Passed, ...]:
 
 
 def _prescan_jsr(machine: Interpreter, call: Call, *_values: Resolved) -> None:
-    """Prescan the routine; one that calls itself once only."""
+    """Prescan the routine; prescan a recursive routine only once."""
     _once(machine, call.routine, machine.prescan)
 
 
 def _postscan_jsr(machine: Interpreter, call: Call, *_values: Resolved) -> None:
-    """Postscan the routine; one that calls itself once only."""
+    """Postscan the routine; postscan a recursive routine only once."""
     _once(machine, call.routine, machine.postscan)
 
 
@@ -94,7 +94,7 @@ def _once(machine: Interpreter, routine: str, scan: Callable[[str], None]) -> No
 
 @contextmanager
 def _writing_call(rungs: RungWriter, call: Call) -> Iterator[str]:
-    """Write the lines around a call; yield text for each returned value."""
+    """Write the code around a call; yield the code of the call itself."""
     inputs = "".join(f"{_plain(rungs, number, each)}, " for number, each in enumerate(call.inputs))
     if call.routine in rungs.writer.lowered.functions:
         text = f"python({call.routine!r}, ({inputs}))"
@@ -121,14 +121,14 @@ def _write_jsr(rungs: RungWriter, call: Call) -> None:
 
 
 def _plain(rungs: RungWriter, number: int, operand: Resolved) -> str:
-    """Return text for the value of a parameter, by its number among those that go its way."""
+    """Return code for the value of an input or return parameter, given its number among those."""
     if isinstance(operand, Group):
         return f"passed({rungs.values.site}, {number})"
     return rungs.values.leaf_term(operand, DOUBLE).text  # `answer` rounds it
 
 
 def _take(rungs: RungWriter, number: int, place: Place | Group, text: str) -> None:
-    """Write a parameter to its tag."""
+    """Write code that stores a parameter in its tag."""
     if isinstance(place, Group):
         rungs.writer.line(f"received({rungs.values.site}, {number}, {text})")
         return
@@ -146,7 +146,7 @@ def _take(rungs: RungWriter, number: int, place: Place | Group, text: str) -> No
     rungs.values.assign_result(place, value)
 
 
-# --- RET and SBR: values out of a routine and into it
+# --- RET and SBR: return values and inputs of a routine
 
 
 def _resolve_ret(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[Resolved, ...]:
@@ -177,13 +177,13 @@ def _write_sbr(rungs: RungWriter, *places: Place | Group) -> str:
     return "True"
 
 
-# --- FOR, BRK: a routine again and again
+# --- FOR, BRK: call a routine repeatedly
 
 
 def _resolve_for(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple[object, ...]:
     routine = _routine(resolver, given[0])
     if len(given) < 5:
-        given = (*given, Number(1, "1"))  # some exports leave the step out
+        given = (*given, Number(1, "1"))  # some exports omit the step
     index, *values = resolver.target(given[1]), *map(resolver.value, given[2:])
     for operand, resolved in zip(given[1:], (index, *values), strict=True):
         if not is_integer(resolved):

@@ -1,4 +1,4 @@
-"""TOD and FRD: an integer as binary coded decimal, four bits a digit, and back [1756-RM003N, conversions]."""
+"""TOD and FRD: convert integers to binary coded decimal and back, four bits per digit [1756-RM003N]."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """FBC, DDT and DTR: comparisons bit by bit [1756-RM003N, compare and sequencer diagnostics].
 
-FBC and DDT search once per rising rung: with IN of the compare CONTROL to the next mismatch, without it for
-all. FD says that one was found; its bit number goes to the result array. DDT also copies the bit to the
-reference. After a finished search a false rung resets it, so that the next one begins at bit 0.
+FBC and DDT search once per rising rung: for the next mismatch if IN of the compare CONTROL is set, else for
+all mismatches. FD is set if one was found, and its bit number is written to the result array. DDT also copies
+the bit to the reference. After a search is complete, a false rung resets it, so that the next search begins
+at bit 0.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from ..state.regions import converted
 
 
 class _Bits:
-    """The bits of an array by their number from the operand on."""
+    """The bits of an array, numbered from the operand."""
 
     def __init__(self, machine: Interpreter, operand: Resolved) -> None:
         self._elements = Elements(machine, operand)
@@ -77,7 +78,7 @@ def _compare(
 
 
 def _note(results: Control, numbers: Elements, bit: int) -> None:
-    """Append a bit number to the result array; a full array starts over."""
+    """Append a bit number to the result array; start over if the array is full."""
     place = 0 if results["POS"] >= results["LEN"] else results["POS"]
     kind = numbers.type
     assert isinstance(kind, Elementary)

@@ -15,7 +15,7 @@ from ..model.tags import Leaf
 from ..model.types import DINT, LINT
 from ..state.regions import ArrayRegion, FieldSlice, converted, copied_singly, plain, region_of
 
-# --- COP, CPS: bytes from one place to another
+# --- COP, CPS: copy bytes from one place to another
 
 
 def _cop(machine: Interpreter, source: Resolved, target: Resolved, length: Resolved) -> None:
@@ -43,7 +43,7 @@ def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Re
 
 
 def _write_bytes(rungs: RungWriter, source: ByteEnd, target: ByteEnd, length: Resolved) -> None:
-    """Write a copy between bytes as a slice."""
+    """Write code for a copy between bytes as a slice."""
     count = _byte_count(rungs, length, target, source)
     if count != "0":
         with _if_any(rungs, count):
@@ -52,7 +52,7 @@ def _write_bytes(rungs: RungWriter, source: ByteEnd, target: ByteEnd, length: Re
 
 
 def _byte_count(rungs: RungWriter, length: Resolved, target: ByteEnd, *source: ByteEnd) -> str:
-    """Return text for the number of bytes to write: a number, or a variable that may be 0 or negative."""
+    """Return code for the number of bytes to write: a number, or a variable that may be 0 or negative."""
     ends = (target, *source)
     if isinstance(length, Constant):
         size = int(length.value) * target.size
@@ -70,13 +70,13 @@ def _if_any(rungs: RungWriter, count: str) -> AbstractContextManager[None]:
 
 
 def _write_singly(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion) -> None:
-    """Write the copy of a small structure as assignments."""
+    """Write code for the copy of a small structure as assignments."""
     for one, other in zip(source.parts, target.parts, strict=True):
         rungs.values.assign(_value_in(target, other), rungs.values.read(_value_in(source, one)))
 
 
 def _value_in(region: ArrayRegion, part: FieldSlice) -> Place:
-    """Return a value of the first element of a region with fixed subscripts."""
+    """Return the place of a value in the first element of a region with fixed subscripts."""
     first = region.fixed_first
     assert first is not None
     flat, indices = first * part.per_element + part.field.index, list[Resolved]()
@@ -92,7 +92,7 @@ def _write_first(rungs: RungWriter, region: ArrayRegion) -> str:
 
 
 def _write_slices(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion, length: int) -> bool:
-    """Write a copy between lists of one type as slices; return whether that is possible."""
+    """Write code for a copy between lists of one type as slices; return whether that was possible."""
     first, at = source.fixed_first, target.fixed_first
     if plain(source) is None or plain(source) != plain(target) or first is None or at is None:
         return False
@@ -118,7 +118,7 @@ def _is_view(rungs: RungWriter, leaf: Leaf) -> bool:
 def _write_row(
     rungs: RungWriter, source: tuple[ArrayRegion, int], target: tuple[ArrayRegion, int], length: int
 ) -> bool:
-    """Write a copy from or to an InOut as a whole: the length of its array is known in the call only."""
+    """Write code for a copy from or to a whole InOut, whose array length is only known in the call."""
     kind = plain(source[0])
     if kind is None or kind.is_bool:  # an InOut may be a bit of an integer
         return False
@@ -134,13 +134,13 @@ def _write_row(
 
 
 def _write_slice(rungs: RungWriter, leaf: Leaf, first: int, count: int) -> str:
-    """Return text for consecutive elements."""
+    """Return code for consecutive elements."""
     begin = rungs.values.row(leaf, first)
     end = f"{int(begin) + count}" if begin.isdigit() else f"{begin} + {count}"
     return f"{rungs.writer.name(leaf)}[{begin}:{end}]"
 
 
-# --- FLL: one value into elements of an array, without flags and faults
+# --- FLL: fill elements of an array with a value, without flags and faults
 
 
 def _fll(machine: Interpreter, source: Resolved, target: Resolved, length: Resolved) -> None:
@@ -166,7 +166,7 @@ def _write_fll(rungs: RungWriter, source: Resolved, target: Resolved, length: Re
 
 
 def _write_list_filled(rungs: RungWriter, source: Resolved, region: ArrayRegion, length: Resolved) -> bool:
-    """Write a constant to elements of a list; return whether that is possible."""
+    """Write code that fills elements of a list with a constant; return whether that was possible."""
     kind, first, leaf = plain(region), region.fixed_first, region.parts[0].leaf
     if kind is None or first is None or region.whole or rungs.writer.is_live(leaf):
         return False

@@ -40,7 +40,7 @@ def _write_mov(rungs: RungWriter, source: Resolved, target: Place | Group) -> No
     rungs.values.store(target, rungs.values.term(source, width_moved(source, target.type)), LINT.bits)
 
 
-# --- MVM: the bits where the mask has ones
+# --- MVM: move the bits of the mask
 
 
 def _mvm(machine: Interpreter, source: Resolved, mask: Resolved, target: Place) -> None:
@@ -61,7 +61,7 @@ def _bits(operand: Resolved) -> int:
     return operand.type.wraps
 
 
-# --- BTD: a field of bits into another place
+# --- BTD: copy a field of bits to another position
 
 
 def _check_btd(
@@ -129,7 +129,7 @@ def _write_clr(rungs: RungWriter, target: Place) -> None:
         rungs.values.set_flag("S:N", "False")
 
 
-# --- SWPB: bytes in another order
+# --- SWPB: reorder bytes
 
 
 def _check_swpb(source: Resolved, _mode: str, target: Place) -> None:
@@ -149,7 +149,7 @@ def _write_swpb(rungs: RungWriter, source: Place, mode: str, target: Place) -> N
     rungs.values.assign(target, f"swapped({rungs.values.read(source)}, {source.type.bits}, {mode!r})")
 
 
-# --- AND, OR, XOR, NOT: narrow operands are filled up with zeros
+# --- AND, OR, XOR, NOT: narrow operands are zero-extended
 
 
 def _combination(name: str, sign: str, combine: Callable[[int, int], int]) -> Spec:

@@ -1,6 +1,6 @@
 """Sequencer instructions: steps of a table of DINTs under a mask.
 
-LEN is the last step; step 0 is where a program starts, and after the last step comes step 1.
+LEN is the number of the last step. A program starts at step 0, and step 1 follows the last step.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from ..model.spec import WITH_CONTROL, Use, condition, on_control
 from ..model.types import DINT
 from .shifts import check_dints, set_enable
 
-# --- SQI: whether an input is as the step says
+# --- SQI: whether an input matches the step
 
 
 def _sqi(machine: Interpreter, table: Resolved, mask: Resolved, source: Resolved, group: Group) -> bool:
@@ -27,7 +27,7 @@ def _sqi(machine: Interpreter, table: Resolved, mask: Resolved, source: Resolved
     return (machine.integer(source) ^ entry) & machine.integer(mask) == 0
 
 
-# --- SQO, SQL: one step further when the rung becomes true
+# --- SQO, SQL: advance one step when the rung becomes true
 
 
 def _step(control: Control) -> bool:

@@ -1,7 +1,8 @@
 """Shift instructions: bits of an array, and queues and stacks of elements.
 
-They act when the rung becomes true; .EN, of FFU and LFU .EU, remembers the rung. Prescan sets that bit of
-a queue, so that a rung that is true at power-up loads and unloads nothing, and clears it of BSL and BSR.
+They act when the rung becomes true; .EN stores the rung's state (.EU for FFU and LFU). For queues, prescan
+sets this bit, so that a rung that is true at power-up loads and unloads nothing. For BSL and BSR, prescan
+clears it.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from ..model.types import DINT, Elementary
 
 
 def check_dints(array: Resolved, *_others: Resolved) -> None:
-    """Refuse an array of another type than DINT with an OperandError."""
+    """Raise an OperandError unless an array has type DINT."""
     if isinstance(array, (Place, Group)) and array.type != DINT:
         raise OperandError(f"{array.text} is {described(array)}, an array of DINT is needed", "declare it so")
 
@@ -79,7 +80,7 @@ def _bit_shift(name: str, *, left: bool) -> Spec:
     )
 
 
-# --- FFL, LFL: into a queue or onto a stack
+# --- FFL, LFL: load a queue or a stack
 
 
 def _check_load(source: Resolved, queue: Resolved, _control: Resolved) -> None:
@@ -123,7 +124,7 @@ def _store_item(machine: Interpreter, source: Resolved, queue: Elements, number:
         queue[number] = machine.converted(queue.type, machine.number(source, width_moved(source, queue.type)))
 
 
-# --- FFU, LFU: the first or the last element, 0 if there is none
+# --- FFU, LFU: unload the first or the last element; 0 if there is none
 
 
 def _unload(first: bool) -> Callable[[Interpreter, bool, Resolved, Resolved, Group], None]:
@@ -161,7 +162,7 @@ def _clear(queue: Elements, number: int) -> None:
 
 
 def set_enable(name: str = "EN") -> Callable[..., None]:
-    """Return a prescan that sets an enable bit: a rung that is true in the first scan is not an edge."""
+    """Return a prescan that sets an enable bit, so that a rung true in the first scan is not an edge."""
 
     def prescan(machine: Interpreter, *operands: Resolved) -> None:
         group = operands[-1]

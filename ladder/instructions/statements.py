@@ -1,6 +1,6 @@
 """Statements of structured text as instructions.
 
-They are not in `FAMILIES`: no rung names them. `lowering.statements` makes steps of them.
+They are not in `FAMILIES`, because no rung names them. `lowering.statements` makes steps with them.
 """
 
 from __future__ import annotations
@@ -31,18 +31,18 @@ def _write_set(rungs: RungWriter, target: Place, value: Resolved) -> None:
 
 
 def set_text(machine: Interpreter, target: Group, value: Resolved) -> None:
-    """Set a string to another, truncated to its size."""
+    """Set a string to another string, truncated to its size."""
     text = machine.text(value)
     machine.set_text(target, text)
 
 
 def write_set_text(rungs: RungWriter, target: Group, value: Resolved) -> None:
-    """Write the same in Python."""
+    """Write the Python code for `set_text`."""
     text = rungs.values.keep(rungs.values.characters(value))
     rungs.values.set_characters(target, text)
 
 
-# --- the selector of CASE, compared in the width that it and the labels have together
+# --- the selector of CASE, compared in the common width of selector and labels
 
 
 def _select(machine: Interpreter, selector: Resolved, *labels: Resolved) -> bool:
@@ -94,7 +94,7 @@ CONDITION = condition(
     run=lambda machine, expression: machine.condition(expression),
     write=lambda rungs, expression: rungs.values.condition(expression),
 )
-"""Condition of IF, ELSIF, WHILE, UNTIL and FOR, and expression as argument of an add-on instruction."""
+"""The condition of IF, ELSIF, WHILE, UNTIL and FOR, or an expression passed to an add-on instruction."""
 
 
 def _prove_select(machine: Any, power: Any, selector: Resolved, *labels: Resolved) -> Any:

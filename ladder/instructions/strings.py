@@ -1,4 +1,4 @@
-"""String instructions, and conversions between strings and numbers: rows of `state.characters`."""
+"""String instructions and conversions between strings and numbers, computed by `state.characters`."""
 
 from __future__ import annotations
 
@@ -44,11 +44,11 @@ def _row(
     code: int = STRING_CODE,
     found: Callable[[Interpreter, Place, Any], None] | None = None,
 ) -> Spec:
-    """Return an instruction that stores a string, or what `found` does in the interpreter.
+    """Return the row of an instruction that stores a string, or runs `found` in the interpreter.
 
     Args:
-        width: in which it computes numbers; None for their own.
-        code: of the fault if the result is too long.
+        width: width in which it computes numbers; None for their own widths.
+        code: code of the fault if the result is too long.
     """
     typed = found is _put_number
 
@@ -65,7 +65,7 @@ def _row(
             assert found is not None
             found(machine, target, result)
         elif isinstance(target, Group):
-            machine.string(target)  # a subscript out of range comes first
+            machine.string(target)  # a subscript out of range faults first
             if fits(machine.fault_log, machine.site, target.text, result, _room(target), code):
                 machine.set_text(target, result)
 
@@ -97,21 +97,21 @@ def _are_in_bytes(rungs: RungWriter, operands: Iterable[Resolved]) -> bool:
 
 
 def _call(name: str, arguments: list[str], typed: Resolved | None) -> str:
-    """Return the call of a function of `state.characters`; some convert to the type of their target."""
+    """Return code that calls a function of `state.characters`; some convert to the target's type."""
     if isinstance(typed, Place):
         arguments += [f"types[{typed.type.name!r}]", repr(typed.text)]
     return f"string_{name}(faults, {', '.join(arguments)})"
 
 
 def _is_inline(name: str, source: Resolved, target: Resolved) -> bool:
-    """Whether the text in `_INLINE` is the instruction for these operands."""
+    """Whether the code in `_INLINE` implements the instruction for these operands."""
     if name == "STOD":
         return isinstance(target, Place) and target.type.is_integer and target.type.bits >= DINT.bits
     return name != "DTOS" or is_integer(source)
 
 
 def _if_all(rungs: RungWriter, texts: list[str]) -> AbstractContextManager[None]:
-    """Write the condition that all of these variables have a value."""
+    """Write code for the condition that all of these variables have a value."""
     values = [f"{text} is not None" for text in texts]
     return rungs.writer.block(f"if {' and '.join(values)}:") if values else nullcontext()
 
@@ -119,7 +119,7 @@ def _if_all(rungs: RungWriter, texts: list[str]) -> AbstractContextManager[None]
 def _left(
     rungs: RungWriter, texts: dict[str, str], target: Resolved, stored: StringPlace | None, result: str
 ) -> dict[str, str]:
-    """Return the strings in variables after an instruction that had `texts`."""
+    """Return the strings that are still in variables after an instruction that had `texts`."""
     if stored is not None:
         return {**texts, str(stored): result} if stored.at.isdigit() else {}
     assert isinstance(target, Place)
@@ -147,7 +147,7 @@ def _place(rungs: RungWriter, operand: Group) -> StringPlace:
 
 
 def _write_result(rungs: RungWriter, target: Resolved, result: str, code: int) -> StringPlace | None:
-    """Write the result to its target; return that of a string, which `result` is unless it is too long."""
+    """Write code that stores the result; return a string target, which is set unless it is too long."""
     values = rungs.values
     if isinstance(target, Group):
         place = _place(rungs, target)
@@ -175,13 +175,13 @@ _INLINE = {
     "LOWER": "{}.lower()",
     "STOD": "int({0}) if len({0}) < 10 and {0}.isdigit() else {call}",
 }
-"""Text of what is one expression; DTOS for integers, STOD to a DINT or a longer type.
+"""Code of instructions that are a single expression: DTOS for integers, STOD to DINT or a longer type.
 
-`call` records the fault of a place out of range, and reads numbers of other forms.
+`call` records the fault of a position out of range, and reads numbers in other forms.
 """
 
 _NEVER_NONE = {"CONCAT", "DTOS", "RTOS", "UPPER", "LOWER"}
-"""Those that have a result whatever their operands are."""
+"""Instructions that have a result for all operands."""
 
 
 def _in_bytes(rungs: RungWriter, operand: Group) -> bool:

@@ -1,4 +1,4 @@
-"""A stubbed instruction: base row of its `Spec`, see `stubs`.
+"""A stubbed instruction: the base row of its `Spec`, see `stubs`.
 
 rung      ____|‾‾‾‾|_____________
 EN        ____|‾‾‾‾‾‾‾‾‾‾|_______     of the first operand that has EN and DN
@@ -39,7 +39,7 @@ class Argument:
 
     @property
     def value(self) -> Value:
-        """The value of a plain tag; a ValueError for a structure or an array."""
+        """The value of a plain tag; raises a ValueError for a structure or an array."""
         return self._machine.get(self._one())
 
     @value.setter
@@ -69,7 +69,7 @@ class Argument:
 
 
 def _member(group: Group, name: str) -> Place | None:
-    """Return a member of one value, bits of a host included; None without it."""
+    """Return a member with a single value, which may be a bit of a host; None if there is none."""
     member = group.type.member(name) if isinstance(group.type, Structure) and not group.dims else None
     if member is None or member.dims or isinstance(member.type, Structure):
         return None
@@ -85,9 +85,9 @@ def _member(group: Group, name: str) -> Place | None:
 class TimedCall:
     """An instruction that takes time."""
 
-    bits: Mapping[str, Place]  # its EN, DN, ER, IP, PC, as far as they exist
-    error: Place | None  # its ERR, or None
-    started: Place  # its start time, ns
+    bits: Mapping[str, Place]  # the members EN, DN, ER, IP and PC that exist
+    error: Place | None  # member ERR, or None
+    started: Place  # start time, ns
 
 
 def _timed(resolver: OperandResolver, operands: tuple[Resolved | None, ...]) -> TimedCall:
@@ -130,7 +130,7 @@ def _set(machine: Interpreter, timed: TimedCall, **bits: bool) -> None:
 
 
 def _resolved(resolver: OperandResolver, operand: Operand) -> Resolved | None:
-    """Resolve an operand, None if it is neither a tag nor a number."""
+    """Resolve an operand; None if it is neither a tag nor a number."""
     try:
         return resolver.any(operand)
     except LadderError:
@@ -138,7 +138,7 @@ def _resolved(resolver: OperandResolver, operand: Operand) -> Resolved | None:
 
 
 def _given(machine: Interpreter, operand: Resolved | str) -> object:
-    """Return an operand in the form that a Python stub receives."""
+    """Return an operand in the form in which a Python stub receives it."""
     if isinstance(operand, (Place, Group)):
         return Argument(machine, operand)
     if isinstance(operand, (Constant, StringConstant)):
@@ -167,7 +167,7 @@ def stub_spec(name: str, stub: Stub) -> Spec:
         operands = tuple(_resolved(resolver, each) for each in given)
         if isinstance(stub, Ending):
             return stub, _timed(resolver, operands)
-        assert isinstance(stub, InPython)  # a consumed tag is no instruction, see `replaces`
+        assert isinstance(stub, InPython)  # a consumed tag is not an instruction, see `replaces`
         shown = (str(said) if each is None else each for each, said in zip(operands, given, strict=True))
         return stub, resolver.function(name, stub.function), *shown
 

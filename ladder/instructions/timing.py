@@ -12,11 +12,11 @@ from ..model.operands import Group, Place
 from ..model.spec import Spec, Use, action, always, stays
 from ..model.types import DINT, Elementary, Structure
 
-_MS = 1_000_000  # nanoseconds of a millisecond
+_MS = 1_000_000  # nanoseconds in a millisecond
 
 
 def _cleared_by_res(structure: Group) -> Iterator[tuple[Place, Elementary]]:
-    """Yield the members that RES clears, with their types: all but PRE and LEN."""
+    """Yield the members that RES clears, with their types: all except PRE and LEN."""
     assert isinstance(structure.type, Structure)
     for member in structure.type.members:
         if member.name not in ("PRE", "LEN"):
@@ -109,7 +109,7 @@ def put_done(machine: Interpreter, counter: Group) -> None:
 
 
 def one_count(machine: Interpreter, counter: Group, by: int) -> None:
-    """Count by 1 or -1; a wrapped count sets OV or UN, or clears the other one."""
+    """Count by 1 or -1; a count that wraps sets OV or UN, or clears the opposite bit."""
     accumulated = counter.member("ACC")
     exact = machine.whole(machine.get(accumulated)) + by
     machine.put(accumulated, arithmetic.wrap(exact, 32))
@@ -130,13 +130,13 @@ def _res(machine: Interpreter, structure: Group) -> None:
 
 
 def write_set(rungs: RungWriter, structure: Group, **members: object) -> None:
-    """Write assignments to members."""
+    """Write code that assigns values to members."""
     for name, text in members.items():
         rungs.values.assign(structure.member(name), str(text))
 
 
 def write_get(rungs: RungWriter, structure: Group, name: str) -> str:
-    """Return text for a member."""
+    """Return code that reads a member."""
     return rungs.values.read(structure.member(name))
 
 
@@ -210,7 +210,7 @@ def _write_time_off(rungs: RungWriter, timer: Group) -> None:
 
 
 def write_one_count(rungs: RungWriter, counter: Group, accumulated: str, by: int) -> None:
-    """Write `one_count`."""
+    """Write the code of `one_count`."""
     last, wrapped = (DINT.highest, DINT.lowest) if by > 0 else (DINT.lowest, DINT.highest)
     beyond, back = ("OV", "UN") if by > 0 else ("UN", "OV")
     with rungs.writer.block(f"if {accumulated} != {last}:"):
@@ -224,7 +224,7 @@ def write_one_count(rungs: RungWriter, counter: Group, accumulated: str, by: int
 
 
 def write_done(rungs: RungWriter, counter: Group, accumulated: str) -> None:
-    """Write DN of a counter."""
+    """Write code that sets DN of a counter."""
     reached = f"{accumulated} >= {write_get(rungs, counter, 'PRE')}"
     over, under = write_get(rungs, counter, "OV"), write_get(rungs, counter, "UN")
     write_set(rungs, counter, DN=f"{over} or {reached} and not {under}")

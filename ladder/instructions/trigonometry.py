@@ -1,7 +1,7 @@
 """Trigonometric and advanced math instructions, and the conversions of angles.
 
-They compute in LREAL if an operand or the destination is LREAL, else in REAL. A result that is not finite
-although the source is (ASN of 2, LN of 0) is an overflow: S:V and a minor fault 4/4.
+They compute in LREAL if an operand or the destination is LREAL, else in REAL. If the source is finite and the
+result is not (ASN of 2, LN of 0), this is an overflow: S:V is set, with a minor fault 4/4.
 """
 
 from __future__ import annotations

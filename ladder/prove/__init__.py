@@ -1,8 +1,8 @@
-"""Proofs about programs: one scan as terms, questions about any number of scans, a solver."""
+"""Proofs about programs: one scan as terms, questions about any number of scans, and a solver."""
 
 from __future__ import annotations
 
-TYPE_CHECKING = False  # a type checker takes it for true
+TYPE_CHECKING = False  # type checkers assume that it is true
 
 if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
     from .system import ProgramSystem, ScanBounds

@@ -1,4 +1,4 @@
-"""What to do about an undecided claim: one sentence, by the reason."""
+"""Advice on an undecided claim: one sentence that depends on the reason."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ _WAYS: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         lambda found, _: f"the relation does not follow {found['what']}: state no property of what it writes",
     ),
 )
-"""Patterns of reasons, the most severe first, with what to do."""
+"""Patterns of reasons, the most severe first, each with a function that returns its advice."""
 
 
 def advice(blame: Sequence[str], deciding: Sequence[str]) -> str:
-    """Return what to do, "" without a reason.
+    """Return the advice for the most severe reason; "" if there is no reason.
 
     >>> advice(["the limit of work, in scan 31"], ["Boxes", "Full"])
     'no run breaks it within the limit and no induction proves it: say with assume = ["..."] what bounds \

@@ -1,4 +1,4 @@
-"""Answers: a claim, its verdict, and the scans that break it in words.
+"""Answers: a claim, its verdict, and a description of the scans that break it.
 
 >>> from scanrack.ladder import BOOL, OTE, XIC, Program
 >>> motor = Program("motor")
@@ -40,10 +40,10 @@ from .system.happenings import PROGRAM_MODE
 LIMITS = Limits()
 
 KEY_TEXT = "the key was turned to program and back to run"
-"""Text of a scenario for a scan after a change to program mode and back."""
+"""Scenario text for a scan that follows a change to program mode and back."""
 
 AGAIN_TEXT = "the run ended, and the next one began with its tags"
-"""Text of a scenario for the first scan of a run with retained tags."""
+"""Scenario text for the first scan of a run with retained tags."""
 
 REACHED = "reached"
 """The verdict on a claim `reachable` that some run makes true."""
@@ -51,7 +51,7 @@ REACHED = "reached"
 
 @dataclass(frozen=True, slots=True)
 class ScenarioStep:
-    """A scan of a scenario: ms since the scan before, and the changes before it, by tag.
+    """A scan of a scenario: the ms since the previous scan, and the inputs that change before it, by tag.
 
     `turned` and `again`: see `ScanOf`.
     """
@@ -65,7 +65,7 @@ class ScenarioStep:
         return self.text([value_text(name, value) for name, value in self.changes])
 
     def text(self, changes: Sequence[str]) -> str:
-        """Return it as text, with the given texts of its changes."""
+        """Return the scan as text; `changes` describes the inputs that change."""
         parts = [f"{self.ms:,} ms later"] if self.ms else []
         parts += [KEY_TEXT] * self.turned + [AGAIN_TEXT] * self.again
         return ", ".join([*parts, *changes]) or "power-up"
@@ -77,12 +77,13 @@ class Answer:
 
     Attributes:
         claim: the claim.
-        verdict: the verdict on its condition, see `induction`; for `reachable`, refuted means reached.
-        scans: the run that breaks or reaches it, confirmed on the compiled program, see `smallest`.
-        steps: these scans with the names of the tags.
-        end: what is special about the last scan: a major fault, or a condition that can't be computed.
+        verdict: the verdict on the claim's condition, see `induction`; for `reachable`, refuted means
+            reached.
+        scans: the run that breaks or reaches the claim, confirmed on the compiled program, see `smallest`.
+        steps: these scans with tag names in place of keys.
+        end: why the run ends with its last scan: a major fault, or a condition that can't be computed.
         held: numbers that nothing writes, with the values that the proof assumes.
-        assumed: the other assumptions, a sentence each.
+        assumed: the other assumptions, one sentence each.
         deciding: number of values that decide the claim.
         tags: number of values of the program.
     """
@@ -95,7 +96,7 @@ class Answer:
     assumed: tuple[str, ...]
     deciding: int
     tags: int
-    advice: str = ""  # what to do if the verdict is unknown
+    advice: str = ""  # advice if the verdict is unknown
     end: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
@@ -103,7 +104,7 @@ class Answer:
 
     @property
     def word(self) -> str:
-        """Proved, refuted or unknown; for a claim `reachable`, reached, refuted or unknown."""
+        """The verdict as a word: proved, refuted or unknown; for `reachable`, reached, refuted or unknown."""
         kind = self.verdict.kind
         if self.claim.kind is not ClaimKind.REACHABLE or kind is VerdictKind.UNKNOWN:
             return kind
@@ -151,7 +152,7 @@ def answer(
 
 
 def _end_of(program: LadderLogic, scans: Sequence[ScanOf], bit: Key) -> Iterator[str]:
-    """Yield sentences about a fault at the end of a run."""
+    """Yield a sentence if a run ends with a fault or a condition that can't be computed."""
     if not scans:
         return
     engine, fault = done_by(program, scans)
@@ -162,7 +163,7 @@ def _end_of(program: LadderLogic, scans: Sequence[ScanOf], bit: Key) -> Iterator
 
 
 def _numbers_in(problem: ProgramSystem, cone: Mapping[str, T]) -> list[str]:
-    """Return the tags of the changing numbers that decide a claim, the nearest first."""
+    """Return the tags of the changing numbers that decide a claim, nearest first."""
     layout, found = problem.lowered.layout, []
     for name, v in cone.items():
         key = problem.key_of.get(name)
@@ -218,7 +219,7 @@ def _assuming(problem: ProgramSystem, bits: Sequence[Key]) -> Iterator[None]:
 
 
 def steps_of(layout: Layout, scans: Sequence[ScanOf]) -> Iterator[ScenarioStep]:
-    """Yield the scans of a run with the names of the tags that change."""
+    """Yield the scans of a run, with tag names in place of keys."""
     for each in scans:
         changes = tuple((tag_text(layout, key), value) for key, value in sorted(each.inputs.items()))
         yield ScenarioStep(each.ms, changes, each.turned, each.again)

@@ -1,9 +1,9 @@
-"""The certificate of a proof: the relation of one scan as SMT-LIB text, and the induction that proves it.
+"""The certificate of a proof: the relation of one scan as SMT-LIB text, and its induction.
 
 `proof.smt2` declares the values before a scan and defines terms of them. `proof.json` names the roles of
 these terms: the next value and the initial value of each state, what is assumed in each scan, what never
-holds, and the invariants. With these two files a checker needs nothing of the prover: it writes
-consecutive scans and lets another solver decide.
+holds, and the invariants. With these two files, a checker needs no code of the prover: it writes consecutive
+scans as SMT-LIB and runs another solver.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ class Certificate:
     """A proof by induction: `bad` never holds.
 
     Attributes:
-        says: what is proved, in words.
+        says: the proved claim, in words.
         next: the next value of each state that decides it, by name.
-        initial: initial values of states, held variables and late ones.
+        initial: initial values of states, held variables and late variables.
         held: names of variables that keep their initial value.
         late: names of free variables that have their initial value in the first scan.
-        contract: what holds in each scan.
-        bad: what never holds.
-        k: scans of the induction.
-        invariants: truths of the state after each scan.
+        contract: the condition that holds in each scan.
+        bad: the condition that never holds.
+        k: number of scans of the induction.
+        invariants: conditions that hold in the state after each scan.
     """
 
     says: str
@@ -52,7 +52,7 @@ class Certificate:
 
     @classmethod
     def of(cls, system: System, says: str, bad: T, k: int, found: Sequence[Invariant] = ()) -> Certificate:
-        """Return the certificate of a proof about a system with its present contract."""
+        """Return the certificate of a proof about a system, with the system's current contract."""
         cone = system.cone([bad, *[each.term for each in found]])
         states = {name: system.next[name] for name in cone if name in system.next}
         initial = {name: system.initial[name] for name in cone if name in system.initial}
@@ -61,7 +61,7 @@ class Certificate:
 
 
 def written(certificates: Sequence[Certificate]) -> tuple[str, dict[str, Any]]:
-    """Return the text of `proof.smt2` and the contents of `proof.json` of proofs about one program."""
+    """Return the text of `proof.smt2` and the contents of `proof.json` for proofs about one program."""
     writer = _ScriptWriter()
     parts = [writer.part(each) for each in certificates]
     found = {"format": FORMAT, "states": writer.states, "late": writer.late, "ranges": writer.ranges}
@@ -69,7 +69,7 @@ def written(certificates: Sequence[Certificate]) -> tuple[str, dict[str, Any]]:
 
 
 class _ScriptWriter:
-    """Writes the relation once for all parts."""
+    """Writes the relation once and shares it between all parts."""
 
     def __init__(self) -> None:
         self.script = Script()
@@ -81,7 +81,7 @@ class _ScriptWriter:
 
     def part(self, each: Certificate) -> dict[str, Any]:
         """Write the terms of a proof; return their roles."""
-        self._memo = {}  # another part may hold other values
+        self._memo = {}  # the held values may differ from those of another part
         contract, bad = self._term(each, each.contract), self._term(each, each.bad)
         found = [{"term": self._term(each, one.term), "text": one.text} for one in each.invariants]
         roots = [each.contract, each.bad, *[one.term for one in each.invariants], *each.next.values()]
@@ -123,7 +123,7 @@ class _ScriptWriter:
             self.ranges += [{"of": name, "term": text, "state": is_state} for text in within]
 
     def _within(self, v: T, made: Text) -> Iterable[str]:
-        """Yield the bounds of a number whose interval is narrower than its bits."""
+        """Yield bound conditions for a number whose interval is narrower than its bits allow."""
         bits, script = width(v), self.script
         if v.lo != -(1 << bits - 1):
             yield script.apply("bvsle", [script.value(bits, v.lo), made]).text
@@ -137,5 +137,5 @@ class _ScriptWriter:
 
 
 def _quoted(name: str) -> str:
-    """Return a name as `Script.declare` writes it."""
+    """Return a name in the quoted form that `Script.declare` writes."""
     return "|" + name.replace("|", "_").replace("\\", "_") + "|"

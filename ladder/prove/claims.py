@@ -5,8 +5,8 @@
     // prove: reachable Done
     // prove: assume NOT Maintenance
 
-These are comments of rungs and of lines of structured text; their names are those of the routine's program. A
-rack file has the same claims in `[[prove.property]]`.
+These are comments on rungs and on lines of structured text. Names in a claim are resolved in the routine's
+program. A rack file has the same claims in `[[prove.property]]`.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from ..model.tags import program_of
 from ..state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
 
 NEVER = "NEVER"
-"""Name of a routine that is a monitor, in any case; nothing calls it."""
+"""Name of a routine that is a monitor, in upper or lower case; nothing calls it."""
 
 
 class ClaimKind(StrEnum):
@@ -43,25 +43,25 @@ class Claim:
     name: str
     kind: ClaimKind
     text: str
-    assume: tuple[str, ...] = ()  # conditions that hold in each scan, for this claim only
-    scope: str = ""  # the program whose names it uses; "" for the controller's
-    site: Site = NOWHERE  # the rung whose comment or power it is
+    assume: tuple[str, ...] = ()  # conditions assumed in each scan, for this claim only
+    scope: str = ""  # the program in which its names are resolved; "" for the controller
+    site: Site = NOWHERE  # the rung whose comment or power the claim is about
 
     @property
     def sentence(self) -> str:
-        """Its text as a comment has it: `never Fwd AND Rev`."""
+        """The claim as it is written in a comment: `never Fwd AND Rev`."""
         return f"{self.kind} {self.text}"
 
 
 _CLAIM = re.compile(r"^\W*prove\s*:\s*(?P<kind>\S+)(?:\s+(?P<text>.*?))?[;\s]*$", re.IGNORECASE)
-"""A line of a comment; marks such as `//` and `*` may stand before it."""
+"""A claim in a line of a comment; marks such as `//` and `*` may precede it."""
 
 
 def claims_in(lowered: LoweredProgram) -> list[Claim]:
     """Return the claims in the comments of a program, in the order of its routines and rungs.
 
     Raises:
-        LadderError: an unknown claim, one without a condition, or one in an add-on instruction.
+        LadderError: a claim is unknown, has no condition, or is in an add-on instruction.
     """
     found = []
     for routine in lowered.routines.values():
@@ -71,7 +71,7 @@ def claims_in(lowered: LoweredProgram) -> list[Claim]:
 
 
 def named_apart(claims: Iterable[Claim]) -> list[Claim]:
-    """Return claims with a number after repeated names: `never Fwd`, `never Fwd (2)`.
+    """Return the claims with unique names, by a number after each repeated name: `never Fwd (2)`.
 
     >>> twice = [Claim(name, ClaimKind.NEVER, "Fwd") for name in ("one way", "One way")]
     >>> [each.name for each in named_apart(twice)]
@@ -86,7 +86,7 @@ def named_apart(claims: Iterable[Claim]) -> list[Claim]:
 
 
 def _read(line: LoweredLine) -> Iterator[tuple[str, str]]:
-    """Yield kind and condition of each claim in a comment."""
+    """Yield the kind and the condition of each claim in a comment."""
     for text in line.comment.splitlines():
         found = _CLAIM.match(text)
         if found:
@@ -116,7 +116,7 @@ def _with_place(
 
 
 def place_of_line(lowered: LoweredProgram, routine: LoweredRoutine, line: LoweredLine) -> Site:
-    """Return the place of a rung or a line."""
+    """Return the site of a rung or a line."""
     program = program_of(routine.name) or lowered.name
     unit = "rung" if routine.body is None else "line"
     origin = line.origin

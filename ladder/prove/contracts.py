@@ -1,21 +1,21 @@
-"""Contracts of modules as terms: what the inputs of a slot never do in a scan.
+"""Contracts of modules as terms: conditions that the inputs of a slot always keep.
 
 A MicroLogix exchanges images in each scan:
 
     scan        n-1            n
     inputs      was            now
-    outputs        sent ------->     what scan n-1 left: in force until the inputs of scan n
+    outputs        sent ------->     outputs of scan n-1, in force until the inputs of scan n
 
-A CompactLogix exchanges images every RPI, which is at least as long as a scan. A scan sees the inputs of the
-exchange before it, else they have not changed. Outputs wait for an exchange and are in force until the next.
+A CompactLogix exchanges images every RPI, which is at least as long as a scan. Inputs change only in the
+first scan after an exchange. Outputs wait for an exchange and are in force until the next one.
 
     exchange             |                   |                   |
     scan          n-1         n       n+1         n+2
     inputs        was         now     (now)
     outputs       left ->| waits: sent from here to the next exchange
 
-In the first scan `was` is an image that no module shows: the axis moves both ways, and Module OK is clear. So
-a contract of two images says nothing about that scan.
+In the first scan, `was` is an image that no module can show: the axis moves both ways, and Module OK is
+clear. So a contract between two images does not constrain that scan.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ class Sight(Protocol):
     likely: dict[str, Sequence[int]]
 
     def now(self, key: Key) -> T:
-        """Return the value of a place that a scan begins with."""
+        """Return the value of a place at the beginning of a scan."""
 
     def before(self, name: str, value: T, first: bool | int) -> T:
-        """Return the value that a term had in the scan before."""
+        """Return the value that a term had in the previous scan."""
 
 
 @dataclass(frozen=True, slots=True)
 class KeptBy:
-    """Builds the term for whether a slot's images keep contracts.
+    """Builds the condition that a slot's images keep their contracts.
 
     Attributes:
         slot: number of the slot.
@@ -68,7 +68,7 @@ class KeptBy:
     at_rpi: bool = False
 
     def __call__(self, program: Sight) -> T:
-        """Return the truth of a scan."""
+        """Return the condition as a term of one scan."""
         images, kept = (_TermsAtRpi if self.at_rpi else _Terms)(program, self.slot), TRUE
         program.likely[images.word(Side.NOW, 0)[1].val] = TYPICAL
         for each in self.contracts:
@@ -80,7 +80,7 @@ class KeptBy:
         layout, memory = engine.lowered.layout, engine.memory
         images = [layout.image(self.slot, output=output) for output in (False, True)]
         was: Words = NO_IMAGE
-        in_force: set[Words] = {(0,) * 8}  # possible outputs: no image shows when exchanges happen
+        in_force: set[Words] = {(0,) * 8}  # possibly in force: images don't show when exchanges happen
 
         def keeps() -> bool:
             nonlocal was, in_force
@@ -127,7 +127,7 @@ class _Terms(Reading[T]):
         return not_(truth)
 
     def _bit(self, side: Side, word: int, number: int) -> T:
-        """Return a bit; a bit of the scan before is a state of its own, so that invariants can use it."""
+        """Return a bit; a bit of the previous scan is a separate state, so that invariants can use it."""
         path, value = self.word(side, word)
         here = bit(value, number)
         if side is not Side.WAS:
@@ -135,17 +135,17 @@ class _Terms(Reading[T]):
         return self._program.before(f"{path}[{word}].{number}", here, NO_IMAGE[word] >> number & 1 == 1)
 
     def word(self, side: Side, word: int) -> tuple[str, T]:
-        """Return the path of a word and its value before the scan."""
+        """Return the path of a word, and its value before the scan."""
         path = self._paths[side is Side.SENT]
         return path, self._program.now((path, word))
 
     def in_scan(self, kept: T) -> T:
-        """Return the truth of a scan, given the truth that its exchange keeps the contracts."""
+        """Return the condition of a scan, given the condition that its exchange keeps the contracts."""
         return kept
 
 
 class _TermsAtRpi(_Terms):
-    """The images of a slot as terms, if only some scans begin with an exchange."""
+    """The images of a slot as terms, where only some scans begin with an exchange."""
 
     def __init__(self, program: Sight, slot: int) -> None:
         super().__init__(program, slot)
@@ -154,18 +154,18 @@ class _TermsAtRpi(_Terms):
         self._sent = [self._in_force(slot, word) for word in range(8)]
 
     def _in_force(self, slot: int, word: int) -> T:
-        """Return a word of the outputs in force before the exchange of a scan."""
+        """Return an output word that was in force before a scan's exchange."""
         left = super().word(Side.SENT, word)[1]
         sent = var(f"~was:~sent:{slot}[{word}]", INT, left.lo, left.hi)
         return self._program.before(f"~sent:{slot}[{word}]", ite(self._exchanged, left, sent), 0)
 
     def word(self, side: Side, word: int) -> tuple[str, T]:
-        """Return the path and the value of a word; of an output the value in force."""
+        """Return the path and the value of a word; for an output, the value in force."""
         path, value = super().word(side, word)
         return path, self._sent[word] if side is Side.SENT else value
 
     def in_scan(self, kept: T) -> T:
-        """Return that an exchange keeps the contracts, or that no input changes."""
+        """Return the condition that an exchange keeps the contracts, or that no input changes."""
         same = TRUE
         for word in range(8):
             path, now = self.word(Side.NOW, word)

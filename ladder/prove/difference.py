@@ -1,4 +1,4 @@
-"""What an edit changes: two programs with the same inputs, compared value by value.
+"""Finds what an edit changes: compares two programs with the same inputs, value by value.
 
 | answer | means |
 |---|---|
@@ -6,9 +6,10 @@
 | now | after equal states and inputs, one scan may leave different values |
 | later | only after a scan in which another value differed |
 
-Compared are all values that either program writes and both have; values of only one program are listed. For a
-value that can differ there is a run, confirmed on both compiled programs, unless none was found within the
-limits. Runs are compared up to the first major fault; whether only one program has it counts as a value.
+All values that exist in both programs and that either one writes are compared. Values of only one program are
+listed. A value that can differ comes with a run that both compiled programs confirm, unless none was found
+within the limits. Runs are compared up to the first major fault; a fault in only one program is a difference,
+too.
 """
 
 from __future__ import annotations
@@ -28,12 +29,12 @@ from .solving.solver import SAT, UNSAT, Solver
 from .system import RUN_ONLY, STOPPED, HeldNumber, Key, ProgramSystem, Runnable, ScanBounds, System, shown
 
 LIMITS = Limits(scans=5, k=2, work=300_000, fuse=16_000, helped=False)
-"""Limits for one value that no random run makes different."""
+"""Limits for each value that is equal in all random runs."""
 
 IsOutput = Callable[[Key], bool]
 
 BUDGET = 20_000_000
-"""Limit of the work for all values, see `Solver`."""
+"""Limit of the work for all values together, see `Solver`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,10 +42,10 @@ class ChangedValue:
     """A value that can differ.
 
     Attributes:
-        key: its place; `FAULT` for whether a major fault stops one of the programs alone.
+        key: its place; `FAULT` if the difference is a major fault that stops only one of the programs.
         now: whether one scan after equal states can make the difference.
-        scans: a run after which it differs, confirmed on both programs; none was found if empty.
-        inputs: inputs of a scan on which the difference depends.
+        scans: a run after which it differs, confirmed on both programs; empty if none was found.
+        inputs: the inputs of a scan on which the difference depends.
     """
 
     key: Key
@@ -54,23 +55,23 @@ class ChangedValue:
 
     @property
     def name(self) -> str:
-        """Its name: the path, with the index of an array's element."""
+        """The path, with the index of an array's element."""
         return shown(f"{self.key[0]}[{self.key[1]}]")
 
 
 @dataclass(slots=True)
 class Difference:
-    """What differs.
+    """What differs between two programs.
 
     Attributes:
         changed: values that both programs have, in the order of their names.
-        fault: whether a major fault can stop one of the programs alone; None if not.
+        fault: a major fault that can stop only one of the programs; None if there is none.
         removed: values that only the old program writes.
         added: values that only the new program writes.
         uncompared: arrays, by path, of which an instruction without a model writes elements beyond the limit.
-        unfollowed: where the relation does not follow the programs: all values may differ.
-        compared: how many values are compared.
-        held: numbers and bits that nothing writes, and that are assumed to keep their values.
+        unfollowed: places where the relation does not follow the programs; after them, all values may differ.
+        compared: number of values that are compared.
+        held: numbers and bits that nothing writes; they are assumed to keep their values.
     """
 
     changed: list[ChangedValue] = field(default_factory=list)
@@ -83,7 +84,7 @@ class Difference:
     held: list[HeldNumber] = field(default_factory=list)
 
     def beyond(self, only: Iterable[str]) -> list[ChangedValue]:
-        """Return what can differ besides some tags and their members."""
+        """Return the values that can differ, without the given tags and their members."""
         allowed = tuple(name.upper() for name in only)
         starts = tuple(f"{name}{sign}" for name in allowed for sign in ".[")
         return [
@@ -102,13 +103,13 @@ def compare(
     budget: int = BUDGET,
     is_output: IsOutput = lambda _key: True,
 ) -> Difference:
-    """Compare two programs, power-up to power-up, the key in run, with the same inputs in each scan.
+    """Compare two programs from power-up, with the key in run and the same inputs in each scan.
 
     Args:
-        is_output: whether a value that either program writes is compared.
+        is_output: returns whether a value that either program writes is compared.
 
     Raises:
-        LadderError: what is not proved about, by name.
+        LadderError: a program has something that proofs don't support; the message names it.
     """
     given = {"free": free, "written_outside": written_outside, "happenings": RUN_ONLY}
     before = ProgramSystem(old, bounds, **given)  # type: ignore[arg-type]
@@ -127,17 +128,17 @@ def compared(
     budget: int = BUDGET,
     is_output: IsOutput = lambda _key: True,
 ) -> Difference:
-    """Compare two systems, the second made beside the first, of which nothing happens but scans."""
+    """Compare two systems that only scan; the second one shares the terms of the first."""
     return _Comparison(old, new, limits, budget, is_output).difference()
 
 
 @dataclass(slots=True)
 class _Comparison:
-    """Two problems on shared variables.
+    """Compares two systems on shared variables.
 
     Attributes:
-        own: terms for variables of the new program that are not those of the old one.
-        unlike: the part of them that are values of the program.
+        own: terms that replace variables of the new program that it does not share with the old one.
+        unlike: those of `own` that are values of the program.
         apart: names of unknown values that are not shared, see `SharedUnknowns.match`.
     """
 
@@ -150,7 +151,7 @@ class _Comparison:
     unlike: dict[str, T] = field(default_factory=dict)
     apart: set[str] = field(default_factory=set)
     memo: dict[int, T] = field(default_factory=dict)
-    runs: dict[Key, tuple[ScanOf, ...]] = field(default_factory=dict)  # found by chance
+    runs: dict[Key, tuple[ScanOf, ...]] = field(default_factory=dict)  # found by random runs
     unknowns: SharedUnknowns = field(init=False)
     base: _Base = field(init=False)
 
@@ -158,7 +159,7 @@ class _Comparison:
         self.unknowns = SharedUnknowns(self.old, self.new)
 
     def difference(self) -> Difference:
-        """Compare."""
+        """Compare the two systems."""
         old, new = _written(self.old), _written(self.new)
         both = self._in_both(old | new)
         outputs = self._outputs(key for key in both if key != FAULT)
@@ -188,7 +189,7 @@ class _Comparison:
         now: set[Key],
         dirty: set[Key],
     ) -> None:
-        """Decide values one by one; add those that are not proved equal, and what the proofs assume.
+        """Decide each value; add the values that are not proved equal, and what the proofs assume.
 
         Args:
             open_keys: values that may differ.
@@ -211,7 +212,7 @@ class _Comparison:
                 result.changed.append(found)
 
     def _in_both(self, keys: Iterable[Key]) -> list[Key]:
-        """Return the values among some that both programs have, and their faults if there can be any."""
+        """Return the given values that both programs have, and `FAULT` if either program can fault."""
         found = []
         for key in sorted(keys):
             leaves = [each.lowered.layout.find(key[0]) for each in (self.old, self.new)]
@@ -222,7 +223,7 @@ class _Comparison:
         return [*found, *[FAULT] * any(STOPPED in each.next for each in (self.old, self.new))]
 
     def _begin_alike(self) -> bool:
-        """Whether all values have the same type and the same initial value in both programs."""
+        """Whether both programs have the same values, with the same types and initial values."""
         places = [each.lowered.layout.leaves for each in (self.old, self.new)]
         return places[0].keys() == places[1].keys() and all(
             (leaf.type, leaf.dims, leaf.slot) == (other.type, other.dims, other.slot)
@@ -231,15 +232,15 @@ class _Comparison:
         )
 
     def _unfollowed(self, problem: ProgramSystem) -> tuple[str, ...]:
-        """Return where the relation does not follow a program in some run."""
+        """Return the places where the relation does not follow a program; () if no run reaches one."""
         if problem.deep is FALSE or prove(problem, problem.deep, replace(self.limits, replays=False)):
             return ()
         return problem.limits_met()
 
-    # --- variables of the new program's own
+    # --- variables that are not shared
 
     def _keep_apart(self, both: Sequence[Key]) -> None:
-        """Give the new program variables of its own, where type, role or initial value are not the same."""
+        """Don't share variables whose type, role or initial value differs between the programs."""
         old, new = self.old, self.new
         for name, key in new.key_of.items():
             if name not in old.key_of:
@@ -259,13 +260,13 @@ class _Comparison:
             self._match()
 
     def _match(self) -> None:
-        """Find the variables of what is unknown."""
+        """Choose the variables of the unknown values: shared with the old program, or new."""
         self.own = dict(self.unlike)
         self.memo.clear()
         self.unknowns.match(self.own, self._in_new, self.apart)
 
     def _in_new(self, t: T) -> T:
-        """Return a term of the new program with the variables that both share, or its own."""
+        """Return a term of the new program with its variables replaced as `own` says."""
         return replaced(t, self.own, self.memo)
 
     # --- which values can differ
@@ -280,7 +281,7 @@ class _Comparison:
         return TRUE if one.kind != other.kind else not_(same(one, other))
 
     def _now(self, both: Sequence[Key]) -> set[Key]:
-        """Return values that one scan can make different, after equal states."""
+        """Return the values that one scan can make different when it begins with equal states."""
         solver = Solver(self.limits.fuse)
         frame = Frame(System(held=self.old.held & self.new.held, initial=self.old.initial), solver)
         for _, each in self.unknowns.facts:
@@ -297,7 +298,7 @@ class _Comparison:
         return found
 
     def _ever(self, both: Sequence[Key], first: set[Key]) -> set[Key]:
-        """Return those and all that depend on them, in any number of scans."""
+        """Return the given values and all that depend on them, after any number of scans."""
         pairs = {key: self._pair(key) for key in both}
         dirty, apart = set(first), {v.val for v in self.unlike.values()}
         while True:
@@ -311,7 +312,7 @@ class _Comparison:
             dirty |= more
 
     def _depending(self, names: set[str]) -> set[str]:
-        """Return unknown values that depend on some variables, directly or by another one."""
+        """Return the unknown values that depend on some variables, directly or indirectly."""
         found: set[str] = set()
         order = reach([t for name in self.unknowns.known for t in deciding(self.unknowns.known, name)])
         while True:
@@ -326,7 +327,7 @@ class _Comparison:
             found |= more
 
     def _held(self, system: System, both: Iterable[Key]) -> list[HeldNumber]:
-        """Return what is held and decides whether some values differ."""
+        """Return the held values that decide whether some values differ."""
         differing = {key: self._differ(key) for key in both}
         differing_keys = [key for key, differ in differing.items() if differ is not FALSE]
         cone = system.cone(differing.values())
@@ -340,7 +341,7 @@ class _Comparison:
     # --- runs
 
     def _together(self) -> System:
-        """Return both programs as one system: what can't differ is shared."""
+        """Return both programs as one system that shares the values that can't differ."""
         old, new = self.old, self.new
         system = System(
             next=dict(old.next),
@@ -367,10 +368,10 @@ class _Comparison:
         return system
 
     def _changed(self, system: System, key: Key, *, now: bool, surely: bool) -> ChangedValue | None:
-        """Return how a value differs; None if it is proved equal in every run.
+        """Return how a value differs; None if it is proved to be equal in every run.
 
         Args:
-            surely: whether the relation follows both programs.
+            surely: whether the relation is known to follow both programs.
         """
         differ = self._differ(key)
         free = {v.val.removeprefix(NEW) for v in variables([differ]) if system.role(v.val) == "free"}
@@ -393,12 +394,12 @@ class _Comparison:
 
 
 class _Base:
-    """Runs from power-up, in one solver for all values: the terms of a scan are made once.
+    """Searches runs from power-up with one solver for all values, which makes the terms of a scan once.
 
     Args:
         system: both programs.
-        limits: of each question.
-        roots: all truths of which runs are requested.
+        limits: limits of each question.
+        roots: all conditions for which runs are searched.
     """
 
     def __init__(self, system: System, limits: Limits, roots: Sequence[T]) -> None:
@@ -408,11 +409,11 @@ class _Base:
 
     @property
     def work(self) -> int:
-        """Work of the questions, see `Solver`."""
+        """Work of the questions so far, see `Solver`."""
         return self._solver.work
 
     def run_to(self, t: T) -> tuple[ScanOf, ...] | None:
-        """Return a run whose last scan makes a truth, () if the fuse blows; None if no short one does."""
+        """Return a run whose last scan makes a condition true; () if the fuse blows, None if not found."""
         for number in range(self._limits.scans):
             frame = self._frame(number)
             answer = self._solver.check(frame.term(t))
@@ -431,7 +432,7 @@ class _Base:
 
 
 def _written_by_one(old: ProgramSystem, new: ProgramSystem) -> set[str]:
-    """Return the paths of values that one program writes, and that would be inputs of the other one."""
+    """Return the paths of values that one program writes and the other one would take for inputs."""
     mine, its = _written(old), _written(new)
     return {
         key[0]
@@ -449,7 +450,7 @@ def _written(problem: ProgramSystem) -> set[Key]:
 
 
 def _after(problem: ProgramSystem, key: Key) -> T:
-    """Return the value after a scan; of `FAULT` whether a major fault has stopped it."""
+    """Return the value after a scan; for `FAULT`, whether a major fault has stopped the program."""
     if key == FAULT:
         return problem.next.get(STOPPED, FALSE)
     name = _variable(key)
@@ -457,7 +458,7 @@ def _after(problem: ProgramSystem, key: Key) -> T:
 
 
 def _marked(order: Sequence[T], names: set[str]) -> set[int]:
-    """Return the ids of terms that depend on variables; operands come first."""
+    """Return the ids of the terms in `order`, operands first, that depend on some variables."""
     marked: set[int] = set()
     for t in order:
         if (t.op == "var" and t.val in names) or any(a.id in marked for a in t.args):

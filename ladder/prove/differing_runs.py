@@ -1,4 +1,4 @@
-"""Two compiled programs with equal inputs: random runs, and a given one."""
+"""Runs two compiled programs with equal inputs: random runs, or a given run."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from .replaying import ScanOf
 from .system import STOPPED, Key, ProgramSystem, ScanBounds
 
 RUNS, SCANS = 24, 12
-"""Random runs, and scans of each."""
+"""Number of random runs, and of scans in each run."""
 
 FAULT: Key = (STOPPED, 0)
-"""The place of the value that is true once a major fault has stopped a program."""
+"""Place of the value that becomes true when a major fault stops a program."""
 
 
 def random_runs(
     old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key], runs: int = RUNS
 ) -> dict[Key, tuple[ScanOf, ...]]:
-    """Run both compiled programs with equal random inputs; return a run for each value that differs."""
+    """Run both compiled programs with equal random inputs; return a run for each value that differed."""
     found: dict[Key, tuple[ScanOf, ...]] = {}
     free = _free(new) | _free(old)
     inputs = {(new if name in new.key_of else old).key_of[name]: v for name, v in free.items()}
@@ -43,7 +43,7 @@ def random_runs(
 
 
 def _do(both: tuple[StoppingRun, StoppingRun], scan: ScanOf) -> bool:
-    """Do a scan in both programs; return whether one of them has stopped."""
+    """Run a scan in both programs; return whether one of them has stopped."""
     for each in both:
         each.do(scan)
     return both[0].stopped or both[1].stopped
@@ -61,14 +61,14 @@ def _random_scans(rng: Random, inputs: Mapping[Key, T], bounds: ScanBounds) -> I
 
 
 class StoppingRun:
-    """A run of a compiled program that stops with a major fault."""
+    """A run of a compiled program; a major fault stops it."""
 
     def __init__(self, problem: ProgramSystem) -> None:
         self._engine = problem.program.compile()
         self.stopped = False
 
     def do(self, scan: ScanOf) -> None:
-        """Do a scan; inputs that the program does not have are left out."""
+        """Run a scan; skip inputs that the program does not have."""
         layout, memory = self._engine.lowered.layout, self._engine.memory
         for (path, index), value in scan.inputs.items():
             leaf = layout.find(path)
@@ -80,12 +80,12 @@ class StoppingRun:
             self.stopped = True
 
     def value(self, key: Key) -> Any:
-        """Return a value now."""
+        """Return the current value of a place."""
         return self.stopped if key == FAULT else _value(self._engine, key)
 
 
 def _differ(both: tuple[StoppingRun, StoppingRun], key: Key) -> bool:
-    """Whether a value differs now; of floats the sign of zero counts, and NaN is NaN."""
+    """Whether a value differs now; 0.0 and -0.0 differ, NaN equals NaN."""
     one, other = both[0].value(key), both[1].value(key)
     if isinstance(one, float) and isinstance(other, float):
         return not same_float(one, other)
@@ -93,7 +93,7 @@ def _differ(both: tuple[StoppingRun, StoppingRun], key: Key) -> bool:
 
 
 def _free(problem: ProgramSystem) -> dict[str, T]:
-    """Return the inputs, but those that are written outside as well."""
+    """Return the free variables that may change before the first scan, by name."""
     places = problem.machine.vars
     names = [name for name in problem.key_of if problem.role(name) == "free" and name not in problem.late]
     return {name: places[problem.key_of[name]] for name in sorted(names)}
@@ -116,7 +116,7 @@ def _value(engine: Engine, key: Key) -> Any:
 
 
 def differs(old: ProgramSystem, new: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> bool:
-    """Run both compiled programs; return whether a value differs at the end, before one of them stops."""
+    """Run both compiled programs; return whether a value differs at the end and neither stopped before."""
     both = StoppingRun(old), StoppingRun(new)
     if any(_do(both, each) for each in scans[:-1]):
         return False

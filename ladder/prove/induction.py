@@ -1,11 +1,11 @@
 """Verdicts: a property proved for every run, a run that breaks it, or neither within the limits.
 
-Two questions alternate. Base: is it broken in scan k + 1 after power-up? Step: does it follow from k scans in
-which it held, whatever the state before them? Invariants strengthen the step.
+Two questions alternate. Base: can the property break in scan k + 1 after power-up? Step: does it follow from
+k scans in which it held, from any state? Invariants strengthen the step.
 
 The compiled program replays each run that the solver finds, and its memory decides. If an instruction without
-a model computed something else than the solver chose, or did not fault as chosen, the solver learns that and
-tries again. A run ends with the scan of a major fault; claims are about the state at that time.
+a model computed a different value than the solver chose, or did not fault as the solver chose, the solver
+learns that and tries again. A run ends with the scan of a major fault; claims are about the state after it.
 """
 
 from __future__ import annotations
@@ -30,26 +30,26 @@ from .stretching import STRETCHED_MS, in_short_scans, stretched
 from .system import CLOCK, RETAINED, THEN, TURNED, HeldNumber, Key, ProgramSystem, System, shown
 
 MOST_TRIES = 10
-"""Maximum replays for one property."""
+"""Maximum number of replays for one property."""
 
 HELPED_FROM = 3
-"""Scans after which invariants are searched: early counterexamples need none."""
+"""Number of scans after which invariants are searched; early counterexamples need none."""
 
 WORK = 10_000_000
 """Default limit of the work for a property."""
 
 SCANS, FURTHER = 20, 1_000_000
-"""Length of run that the search always reaches, and work up to which it continues with longer runs."""
+"""Run length that the search always tries, and the work up to which it tries longer runs."""
 
 FUSES = 10
-"""The fuse of a property, in fuses of a question."""
+"""The fuse of a property, as a multiple of the fuse of a question."""
 
 STRETCHED_FROM = 5
-"""Scans after which the search tries a run with longer scans."""
+"""Number of scans after which the search tries a run with longer scans."""
 
 
 class VerdictKind(StrEnum):
-    """How a property stands."""
+    """What is known about a property."""
 
     PROVED = "proved"
     REFUTED = "refuted"
@@ -58,15 +58,15 @@ class VerdictKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Limits of a proof: the same verdict everywhere, with every version of the solver unless a fuse blows.
+    """Limits of a proof: unless a fuse blows, every machine and solver version gives the same verdict.
 
     Attributes:
-        scans: longest run of the search.
-        k: most scans of an induction.
+        scans: length of the longest run of the search.
+        k: maximum scans of an induction.
         work: terms of the questions of one property; see `Solver`.
         fuse: the solver's steps for one question; ten times as many for one property.
         helped: whether the proof may use invariants.
-        replays: whether a run that the solver finds is done by the compiled program.
+        replays: whether the compiled program replays the runs that the solver finds.
     """
 
     scans: int = 1_000
@@ -77,26 +77,26 @@ class Limits:
     replays: bool = True
 
     def times(self, factor: int) -> Limits:
-        """Return limits with a multiple of the work and of the fuse."""
+        """Return limits with the work and the fuse multiplied."""
         return replace(self, work=self.work * factor, fuse=self.fuse * factor)
 
 
 @dataclass(slots=True)
 class Verdict:
-    """An answer.
+    """The verdict on a property.
 
     Attributes:
-        kind: proved, refuted, unknown.
+        kind: proved, refuted or unknown.
         k: scans of the induction, or the scan that breaks the property, from 1.
-        scans: the run that breaks it, confirmed on the compiled program.
-        invariants: what helped the proof.
-        held: numbers and bits that nothing writes, and that it assumes to keep their values.
-        blame: instructions or limits, if unknown.
-        states: how many state values decide the property.
-        values: how many variables decide it in all.
+        scans: the run that breaks the property, confirmed on the compiled program.
+        invariants: the invariants that the proof used.
+        held: numbers and bits that nothing writes; the proof assumes that they keep their values.
+        blame: the instructions or limits that prevented an answer, if unknown.
+        states: number of state values that decide the property.
+        values: number of variables of any role that decide it.
         work: terms of the questions.
-        steps: of the solver.
-        certificates: of what is proved, and of "the relation follows the program" if that needs a proof.
+        steps: the solver's steps.
+        certificates: of the property, and of "the relation follows the program" if that needs a proof.
     """
 
     kind: VerdictKind = VerdictKind.UNKNOWN
@@ -116,13 +116,13 @@ class Verdict:
 
 
 def prove(problem: System, bad: T | Key, limits: Limits = Limits(), *, fault: Site | None = None) -> Verdict:
-    """Decide whether a truth is false after every scan.
+    """Decide whether a condition is false after every scan.
 
     Args:
-        problem: a program, or a system without one: then nothing is replayed.
+        problem: a program, or a system without a program; then nothing is replayed.
         bad: a term of the values before a scan, or the place of a bit after it.
-        limits: of the search.
-        fault: where the major fault happens that `bad` is the condition of; None if it is none.
+        limits: limits of the search.
+        fault: the site of the major fault whose condition `bad` is; None if `bad` is not about a fault.
     """
     return _Proof(problem, bad, limits, fault).verdict()
 
@@ -138,7 +138,7 @@ class _Proof:
     bad: T = FALSE
 
     def verdict(self) -> Verdict:
-        """Decide."""
+        """Decide the property."""
         system, result = self.system, self.result
         if isinstance(self.target, tuple):
             assert isinstance(system, ProgramSystem)
@@ -191,7 +191,7 @@ class _Proof:
         self._unknown(f"the limit of {limits.scans} scans", *[fuse_text()] * steps.blown)
 
     def _reason_to_stop(self, base: Solver, answer: str, scan: int) -> str:
-        """Return the limit that is met in a scan, or that no run keeps what is assumed; "" if neither."""
+        """Return the limit that was met, or that no run keeps the assumptions; "" to continue."""
         limits = self.limits
         kept = UNKNOWN
         if answer != UNKNOWN and self.result.steps <= FUSES * limits.fuse:
@@ -235,7 +235,7 @@ class _Proof:
         self.result.blame = (*self.result.blame, *blame)
 
     def _refute(self, base: Solver, run: Frame, broken: Any) -> None:
-        """Replay the run that the solver found; learn from a replay that does not break the property."""
+        """Replay the run that the solver found; if it does not break the property, learn from it."""
         frames, system = list(run), self.system
         self._prefer_plain_run(base, frames, broken)
         scans = _values_of(frames)
@@ -255,21 +255,21 @@ class _Proof:
 
     @staticmethod
     def _prefer_plain_run(base: Solver, frames: Sequence[Frame], broken: Any) -> None:
-        """Choose a model without prescan if there is one, else one whose prescans read the next inputs."""
+        """Prefer a model without prescan, then one whose prescans read the next inputs."""
         prescans = [
             frame.chosen[name][1] for frame in frames for name in (TURNED, RETAINED) if name in frame.chosen
         ]
         ways = [[base.apply("not", [made]) for made in prescans], _read_by_prescan(base, frames)]
         ways = [way for way in ways if way]
         if ways and not any(base.check(broken, *way) == SAT for way in ways):
-            base.check(broken)  # the first answer again
+            base.check(broken)  # repeat the first question, for its model
 
     def _is_the_fault(self, replayed: ReplayedRun, scans: int) -> bool:
         fault = replayed.fault
         return fault is not None and fault.site == self.fault and replayed.done == scans - 1
 
     def _learn(self, base: Solver, frames: list[Frame], replayed: ReplayedRun) -> list[Any]:
-        """Return what a replay computed in place of the solver's choices, as formulas; none if nothing."""
+        """Return as formulas what a replay computed in place of the solver's choices."""
         if replayed.fault is not None and not replayed.computed:
             self._unknown(f"a fault ends the run: {replayed.fault}")
         if replayed.differs and not replayed.computed:
@@ -285,7 +285,7 @@ class _Proof:
         return pins
 
     def _blame_processor(self, replayed: ReplayedRun) -> None:
-        """Name what the processor writes beside the rungs, if the property depends on it."""
+        """Name a value that the processor itself writes, if the property depends on one."""
         system = self.system
         assert isinstance(system, ProgramSystem)
         cone = system.cone([self.bad])
@@ -298,10 +298,10 @@ class _Proof:
         self.result.kind, self.result.k = VerdictKind.REFUTED, len(scans)
         self.result.scans = scenario(self.system, scans)
 
-    # --- longer scans than the rack's
+    # --- scans that are longer than the rack's
 
     def _refute_stretched(self, cone: dict[str, T]) -> bool:
-        """Search a run with longer scans, and replay it in the rack's own scans with the inputs held."""
+        """Search a run with longer scans; replay it with scans of the rack's length and the inputs held."""
         system, key = self.system, self.key
         if not isinstance(system, ProgramSystem) or key is None or system.bounds.high_ms >= STRETCHED_MS:
             return False
@@ -336,7 +336,7 @@ class _Proof:
 
 
 def _values_of(frames: Sequence[Frame]) -> list[dict[str, Any]]:
-    """Return the values of the solver's model in each scan; what prescan reads is there in the next scan."""
+    """Return the model's values in each scan; values that prescan reads are in the next scan."""
     scans = [frame.values() for frame in frames]
     for before, scan in pairwise(scans):
         for name in [each for each in before if each.startswith(THEN)]:
@@ -345,7 +345,7 @@ def _values_of(frames: Sequence[Frame]) -> list[dict[str, Any]]:
 
 
 def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
-    """Return that prescan reads the inputs of the scan after it, as it does in a scenario."""
+    """Return the condition that prescan reads the inputs of the next scan, as in a scenario."""
     return [
         base.apply("=", [made, scan.chosen[name.removeprefix(THEN)][1]])
         for before, scan in pairwise(frames)
@@ -356,7 +356,7 @@ def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
 
 @dataclass(slots=True)
 class _Steps:
-    """The step of an induction: whether a property follows from k scans in which it held."""
+    """The step of an induction: checks whether a property follows from k scans in which it held."""
 
     system: System
     bad: T
@@ -367,28 +367,28 @@ class _Steps:
     _last: Frame | None = None
     _open: bool = True
     _before: tuple[int, int] = (0, 0)
-    blown: bool = False  # whether a fuse ended it
+    blown: bool = False  # whether a fuse ended the step
 
     def __post_init__(self) -> None:
         self._solver = Solver(self.limits.fuse)
 
     @property
     def work(self) -> int:
-        """Terms of the questions."""
+        """Number of terms of the questions so far."""
         return self._before[0] + self._solver.work
 
     @property
     def steps(self) -> int:
-        """Steps of the solver."""
+        """Number of the solver's steps so far."""
         return self._before[1] + self._solver.steps
 
     def help(self, cone: dict[str, T]) -> None:
-        """Find invariants, or take those of a question with all of the cone; start again with them."""
+        """Find invariants, or reuse those of a question with the whole cone; restart the step with them."""
         known, contract, names = self.system.invariants, self.system.contract, frozenset(cone)
         of = next((key for key in known if key[0] is contract and key[1] >= names), (contract, names))
         if of not in known:
             known[of] = invariants(self.system, cone, self.limits.fuse)
-        self.found, work, steps, blown = known[of]  # the same work, found again or not
+        self.found, work, steps, blown = known[of]  # count the same work for reused invariants
         self._before = self.work + work, self.steps + steps
         self._solver, self.blown = Solver(self.limits.fuse), self.blown or blown
         self._last, self._open, self.k = None, True, -1
@@ -414,7 +414,7 @@ class _Steps:
 
 
 WITHOUT_FAULTS = Limits(scans=3, k=2, work=200_000, helped=False, replays=False)
-"""Limits for the question whether a program has a major fault at all."""
+"""Limits for deciding whether a program can have a major fault at all."""
 
 
 def _never_holds(problem: ProgramSystem, t: T) -> bool:

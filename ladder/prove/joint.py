@@ -1,10 +1,11 @@
-"""Inductions of many truths at once: each scan is translated once, and one question is about many truths.
+"""Inductions of many conditions at once: each scan is translated once for all of them.
 
-Base and step are those of `induction`. If a disjunction can't hold, none of its truths can. If it can, each
-truth that holds in the model is dropped. Runs that the solver finds are not replayed here.
+Base and step are the same as in `induction`. One question asks for the disjunction of many conditions. If it
+can't hold, none of them can. If it can, the conditions that hold in the model are dropped. Runs that the
+solver finds are not replayed here.
 
-The longest step comes first: a truth that does not follow from k scans does not follow from fewer. For each
-truth that follows, the least k is found.
+The longest step comes first: a condition that does not follow from k scans does not follow from fewer. For
+each condition that follows, the smallest k is found.
 """
 
 from __future__ import annotations
@@ -20,17 +21,17 @@ from .solving.solver import SAT, UNKNOWN, Solver
 from .system import System
 
 GROUP = 60
-"""Maximum number of truths in one question: the disjunction of hundreds is hard."""
+"""Maximum number of conditions in one question; a disjunction of hundreds is hard for the solver."""
 
 
 @dataclass(slots=True)
 class JointAnswers:
-    """What inductions found about truths.
+    """What inductions found out about conditions.
 
     Attributes:
-        proved: the scans of the induction of each truth that never holds.
-        broken: truths that some run of the relation makes true.
-        gave_up: truths whose fuse blew: an induction of each alone may get further.
+        proved: each condition that never holds, with the k of its induction.
+        broken: conditions that some run of the relation makes true.
+        gave_up: conditions whose fuse blew; an induction of one alone may still succeed.
         work: terms of the questions, see `Solver`.
     """
 
@@ -41,13 +42,13 @@ class JointAnswers:
 
 
 def satisfiable(solver: Solver, formulas: Mapping[T, Any]) -> tuple[set[T], set[T]]:
-    """Return which truths can hold, each without the others, beside what is stated.
+    """Return which conditions can hold, each by itself, under the solver's assertions.
 
     Args:
-        formulas: the solver's term of each truth.
+        formulas: the solver's term of each condition.
 
     Returns:
-        Those that can, and those whose fuse blew.
+        The conditions that can hold, and the conditions whose fuse blew.
     """
     can, gave_up = set[T](), set[T]()
     todo = [*_parts(list(formulas), GROUP)]
@@ -66,7 +67,7 @@ def satisfiable(solver: Solver, formulas: Mapping[T, Any]) -> tuple[set[T], set[
 
 
 def _joined(solver: Solver, op: str, made: Sequence[Any]) -> Any:
-    """Return the conjunction or disjunction of one or more truths."""
+    """Return the conjunction or disjunction of one or more conditions."""
     return solver.apply(op, made) if len(made) > 1 else made[0]
 
 
@@ -76,12 +77,12 @@ def _parts(truths: Sequence[T], size: int) -> Iterator[list[T]]:
 
 
 def decide_jointly(system: System, truths: Iterable[T], limits: Limits) -> JointAnswers:
-    """Decide which truths hold in no scan; a truth that is in no set of the answers stays open.
+    """Decide which conditions hold in no scan; a condition in no set of the answers is undecided.
 
-    The relation has to follow the program, see `induction`.
+    The caller ensures that the relation follows the program, see `induction`.
 
     Args:
-        limits: of each truth; all of them together have as much of it as they are many.
+        limits: of each condition; a group of n conditions shares n times as much work.
     """
     found, groups = JointAnswers(), dict[T, list[T]]()
     for t in dict.fromkeys(truths):
@@ -94,15 +95,15 @@ def decide_jointly(system: System, truths: Iterable[T], limits: Limits) -> Joint
 
 
 class _JointInduction:
-    """An induction of truths that have one contract."""
+    """An induction of conditions that have the same contract."""
 
     def __init__(self, system: System, truths: Sequence[T], limits: Limits, found: JointAnswers) -> None:
         self._system, self._limits, self._many, self._found = system, limits, len(truths), found
-        self._left = list(truths)  # what no run of the scans so far makes true, and what is not proved
+        self._left = list(truths)  # conditions that are neither broken nor proved so far
         self._work = self._steps = 0
 
     def decide(self) -> None:
-        """Check the base up to the longest induction, the step, and further scans of the base."""
+        """Check the base up to the longest induction, then the step, then more scans of the base."""
         base, run = Solver(self._limits.fuse), None
         last = self._limits.scans - 1
         for number in range(self._limits.scans):
@@ -125,11 +126,11 @@ class _JointInduction:
         return is_too_long or self._work + base.work > many * limits.work
 
     def _keeps_contract(self, base: Solver) -> bool:
-        """Whether some run of the scans so far keeps what is assumed."""
+        """Whether some run of the scans so far keeps the assumptions."""
         return self._system.contract is TRUE or base.check() == SAT
 
     def _prove(self, most: int) -> None:
-        """Find what follows from at most some scans in which it was false."""
+        """Find the conditions whose falsehood follows from at most `most` scans in which they were false."""
         proved, gave_up = self._follow(self._left, most, most)
         if most:
             least, _ = self._follow([t for t in self._left if t in proved or t in gave_up], 0, most)
@@ -138,7 +139,7 @@ class _JointInduction:
         self._leave(proved)
 
     def _follow(self, truths: Iterable[T], first: int, last: int) -> tuple[dict[T, int], set[T]]:
-        """Return the least k of a range from which each truth follows, and what blew the fuse."""
+        """Return the smallest k in a range that proves each condition, and the conditions that gave up."""
         solver, scan = Solver(self._limits.fuse), None
         unbroken: dict[T, list[Any]] = {t: [] for t in truths}
         proved, gave_up = dict[T, int](), set[T]()
@@ -146,7 +147,7 @@ class _JointInduction:
             scan = Frame(self._system, solver, scan)
             made = {t: scan.term(t) for t in unbroken}
             if k < first:
-                solver.check()  # its model is where the search in a longer run begins
+                solver.check()  # its model is the start of the search in a longer run
             else:
                 breaking = {t: _joined(solver, "and", [made[t], *unbroken[t]]) for t in unbroken}
                 can, late = satisfiable(solver, breaking)

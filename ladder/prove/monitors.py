@@ -1,4 +1,4 @@
-"""Monitors: a program with lines after its scan that set a bit for each claim that its state breaks.
+"""Monitors: lines that run after a program's scan and set a bit for each claim that its state breaks.
 
 A claim becomes a line of structured text, compiled with the program:
 
@@ -7,17 +7,18 @@ A claim becomes a line of structured text, compiled with the program:
     Prove__3 := 0; Prove__3 := Done;                     reachable Done
     Old__1 := Count;                                     after all claims, for old(Count)
 
-A condition that can't be computed, as its subscript leaves its array, ends there: a claim is then broken, and
-what is to be reached is not. The scan of a major fault has its claims, too: they are about what stands then.
+If a condition can't be computed, because a subscript is out of range, its line ends there. A claim is then
+broken, and a `reachable` condition is not reached. Claims are also checked after the scan of a major fault,
+on the state that it left.
 
-A routine `NEVER` is a monitor, too. No controller runs it: nothing calls it. Each of its rungs claims that
-power never comes to its end; in structured text, each bit that a statement sets claims that it never is 1. It
-may have timers and one-shots, and `AFI()` at the end of a rung that only prepares others.
+A routine `NEVER` is a monitor, too. No controller runs it, because nothing calls it. Each of its rungs claims
+that power never reaches its end. In structured text, each bit that a statement sets is claimed never to be 1.
+The routine may have timers and one-shots. A rung that only prepares others ends with `AFI()`.
 
     XIC(Valve)XIO(Open)TON(Late,2000,0)XIC(Late.DN)NOP();
 
-So the machine of terms, the interpreter and the compiled program answer with the same rows: all run
-`LoweredProgram.monitors` after a scan.
+The machine of terms, the interpreter and the compiled program all run `LoweredProgram.monitors` after a scan,
+with the same instructions.
 """
 
 from __future__ import annotations
@@ -49,19 +50,19 @@ from ..st import parse_statements
 from .claims import NEVER, Claim, ClaimKind, claims_in, named_apart
 
 Key = tuple[str, int]
-"""A value: path of its leaf in capitals, index."""
+"""A value: the path of its leaf in capitals, and the index."""
 
 
 @dataclass(frozen=True, slots=True)
 class WatchedClaim:
-    """A claim and the bit that says after each scan whether its state breaks it, or reaches it."""
+    """A claim, and the bit that is true after a scan whose state breaks or reaches it."""
 
     claim: Claim
     bit: Key
-    assume: tuple[Key, ...] = ()  # bits of its own assumptions
+    assume: tuple[Key, ...] = ()  # bits of the claim's own assumptions
 
     def holds(self, engine: Engine) -> bool:
-        """Whether the last scan of an engine left the bit false."""
+        """Whether the bit is false after the last scan of an engine."""
         return not engine.memory.read(engine.lowered.layout.leaf(self.bit[0]), self.bit[1])
 
 
@@ -71,8 +72,8 @@ class MonitoredProgram:
 
     Attributes:
         program: a copy of the program; its engines run the monitors after each scan.
-        properties: its claims but the assumptions.
-        assume: bits that are true after each scan of a run in question.
+        properties: its claims without the assumptions.
+        assume: bits that are true after each scan of the runs to consider.
         assumptions: the claims of these bits.
     """
 
@@ -85,15 +86,15 @@ class MonitoredProgram:
 def monitored(
     program: LadderLogic, claims: Sequence[Claim] = (), slots: Sequence[int] = ()
 ) -> MonitoredProgram:
-    """Return a program with monitors: the given claims, those of its comments, those of its routines NEVER.
+    """Return a program with monitors: for given claims, claims in its comments, and its routines NEVER.
 
     Args:
-        program: it stays as it is.
+        program: it is not changed.
         claims: further claims, before the program's own.
         slots: slots of the rack; `slot1.status.IN_ESTOP` then names a bit of slot 1.
 
     Raises:
-        LadderError: a condition can't be used, with the claim's name; a routine NEVER is called.
+        LadderError: a condition can't be used (the message names the claim), or a routine NEVER is called.
     """
     built = program.build()
     named_claims = named_apart([*claims, *claims_in(built)])
@@ -137,7 +138,7 @@ def why_broken(engine: Engine, bit: Key) -> str:
     """Return why the condition of a claim can't be computed after the latest scan; "" if it can.
 
     Args:
-        bit: of the claim.
+        bit: the claim's bit.
     """
     with monitoring(engine.interpreter):
         for name in engine.lowered.monitors:
@@ -150,13 +151,13 @@ def why_broken(engine: Engine, bit: Key) -> str:
 
 
 def is_claims(routine: str) -> bool:
-    """Whether a monitor, by its name in capitals, is that of a claim, and not a routine NEVER."""
+    """Whether a monitor, by its name in capitals, checks a claim, and is not a routine NEVER."""
     return is_monitors_own(_short(routine))
 
 
 @contextmanager
 def monitoring(machine: Any) -> Iterator[None]:
-    """Let the body run monitors: after the first scan and an open MCR zone; they leave no status flag.
+    """Run monitors in the body: not as a first scan, not in an MCR zone, and without a lasting status flag.
 
     Args:
         machine: an interpreter, or the machine of terms.
@@ -171,7 +172,7 @@ def monitoring(machine: Any) -> Iterator[None]:
 
 
 def is_monitors_own(path: str) -> bool:
-    """Whether a leaf, by its path in capitals, is one that only monitors have.
+    """Whether a leaf, by its path in capitals, belongs to the monitors and not to the program.
 
     >>> is_monitors_own("PROVE__3"), is_monitors_own("FWD")
     (True, False)
@@ -180,7 +181,7 @@ def is_monitors_own(path: str) -> bool:
 
 
 def _copy(program: LadderLogic, slots: Sequence[int]) -> LadderLogic:
-    """Return a program that is not built, with the same parts, and names of the slots."""
+    """Return an unbuilt copy of a program, with names for the slots."""
     found = program.copied()
     known = {each.name.upper() for each in program.declarations}
     named = [SlotAlias(f"slot{each}", each) for each in slots if f"SLOT{each}" not in known]
@@ -189,7 +190,7 @@ def _copy(program: LadderLogic, slots: Sequence[int]) -> LadderLogic:
 
 
 def never_routines(program: LadderLogic) -> list[Routine]:
-    """Return the monitors that a program has as routines; a LadderError if one can't be a monitor."""
+    """Return a program's routines NEVER; raise a LadderError if one can't be a monitor."""
     found = [each for each in program.routines if _short(each.name).upper() == NEVER]
     built = program.build()
     called = {name for routine in built.routines.values() for name in calls_of(routine)} if found else set()
@@ -212,13 +213,13 @@ class _Maker:
     never: Sequence[Routine]
     slots: Sequence[int]
     watched: list[WatchedClaim] = field(default_factory=list)
-    routines: list[str] = field(default_factory=list)  # monitors in their order, full names in capitals
-    _old: dict[tuple[str, str], tuple[str, Place]] = field(default_factory=dict)  # tag by scope and text
-    _lines: dict[tuple[str, int], Claim] = field(default_factory=dict)  # claim of a monitor's line
+    routines: list[str] = field(default_factory=list)  # full names of the monitors in capitals, in order
+    _old: dict[tuple[str, str], tuple[str, Place]] = field(default_factory=dict)  # tags by scope and text
+    _lines: dict[tuple[str, int], Claim] = field(default_factory=dict)  # the claim of each line of a monitor
     _bits: int = 0
 
     def lower(self, lowering: Lowering) -> None:
-        """Lower all monitors, and lay out both images of each slot in use, for what is known of them."""
+        """Lower all monitors; lay out both images of each slot in use, so that contracts can name them."""
         layout = lowering.lowered.layout
         used = {leaf.slot for leaf in (*layout.images, *layout.faults)}
         for slot in (each for each in self.slots if each in used):
@@ -253,7 +254,7 @@ class _Maker:
             rungs.append(replace(rung, series=(*rung.series, coil)))
             self.watched.append(WatchedClaim(_claim_of(routine, index, rung), (bits[-1].upper(), 0)))
         cleared = [Assignment(Address(each), number(0)) for each in bits]
-        self._statements(lowering, scope, "Never__0", cleared)  # a jump may leave rungs out
+        self._statements(lowering, scope, "Never__0", cleared)  # a jump may skip rungs
         self._add(lowering, scope, replace(routine, name=f"{_short(routine.name)}__", rungs=tuple(rungs)))
 
     # --- claims
@@ -267,10 +268,10 @@ class _Maker:
     def _condition(
         self, lowering: Lowering, claim: Claim, text: str, *, broken: bool, negated: bool = False
     ) -> Key:
-        """Lower a condition to a monitor of its own; return its bit.
+        """Lower a condition to a separate monitor; return its bit.
 
         Args:
-            broken: the bit where the condition can't be computed.
+            broken: the value of the bit if the condition can't be computed.
         """
         lowering.enter(claim.scope)
         value = self._parsed(lowering, claim, text)
@@ -314,7 +315,7 @@ class _Maker:
         return name
 
     def keep_initials(self, program: LadderLogic) -> None:
-        """Begin each `old(...)` with the initial value of its tag."""
+        """Set the initial value of each `old(...)` to that of its tag."""
         if not self._old:
             return
         memory = program.interpret().memory
@@ -354,7 +355,7 @@ class _Maker:
         return full
 
     def refusal(self, error: BuildError) -> LadderError:
-        """Return the error of a program that can't be built with its monitors, with the claims' names."""
+        """Return the error for a program that can't be built with its monitors; it names the claims."""
         lines = []
         for each in error.problems:
             claim = self._lines.get((each.site.routine.upper(), 0))
@@ -364,7 +365,7 @@ class _Maker:
 
 
 def _with_latches(text: str, latch: Callable[[str], str]) -> str:
-    """Replace each `old(...)` of a condition by what `latch` returns for the text in it."""
+    """Replace each `old(...)` in a condition by what `latch` returns for its content."""
     parts, at = [], 0
     for found in _OLD.finditer(text):
         if found.start() < at:
@@ -384,13 +385,13 @@ _OLD = re.compile(r"\bold\s*\(", re.IGNORECASE)
 
 
 def _named(claim: Claim) -> str:
-    """Return what an error calls a claim: its name, and its place if it is in the program."""
+    """Return how an error names a claim: its name, and its place if it is in the program."""
     where = f"{claim.site.where}: " if claim.site.routine else ""
     return f"{where}property {claim.name!r}" if claim.name != claim.sentence else f"{where}prove"
 
 
 def _claim_of(routine: Routine, index: int, rung: Rung) -> Claim:
-    """Return the claim of a rung of a routine NEVER."""
+    """Return the claim of one rung of a routine NEVER."""
     origin = rung.origin
     site = Site(program_of(routine.name), routine.name, index, file=origin.file, line=origin.line or None)
     lines = rung.comment.splitlines()
@@ -399,7 +400,7 @@ def _claim_of(routine: Routine, index: int, rung: Rung) -> Claim:
 
 
 def _short(routine: str) -> str:
-    """Return a routine's name without its program."""
+    """Return a routine's name without the program's name."""
     return routine.rpartition(".")[2]
 
 
@@ -407,7 +408,7 @@ def _is_bit(lowering: Lowering, address: Address) -> bool:
     try:
         place = lowering.resolver.address(address)
     except AddressError:
-        return False  # a problem of the routine itself
+        return False  # the problem is in the routine itself
     return isinstance(place, Place) and (place.bit is not None or place.type.is_bool)
 
 

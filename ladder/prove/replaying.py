@@ -1,4 +1,4 @@
-"""Replays a solver's scenario on the compiled program, whose memory decides the verdict."""
+"""Replays the scenario that a solver found on the compiled program, whose memory decides the verdict."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ Values = Mapping[str, Any]
 """Values of variables in a scan, by name."""
 
 Broken = Callable[[Engine, "dict[str, Any]"], bool]
-"""Whether a state after a scan is bad: the engine after it, the values of variables before it."""
+"""Returns whether a scan broke the property, from the engine after it and the variables before it."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScanOf:
-    """A scan of a scenario: ms since the scan before, inputs that change before it.
+    """A scan of a scenario: the ms since the previous scan, and the inputs that change before it.
 
     `turned`: the key is turned to program and back before it. `again`: it is the first scan of a run that
     begins with the tags of the run before.
@@ -50,7 +50,7 @@ class ScanOf:
     again: bool = False
 
     def do(self, engine: Engine) -> None:
-        """Do it on an engine; may raise a LadderFault."""
+        """Run the scan on an engine; may raise a LadderFault."""
         self.write_inputs(engine)
         if self.turned:
             engine.prescan()
@@ -78,14 +78,15 @@ def done_by(program: Runnable, scans: Sequence[ScanOf]) -> tuple[Engine, LadderF
 
 @dataclass(slots=True)
 class ReplayedRun:
-    """What became of a scenario.
+    """The result of replaying a scenario.
 
     Attributes:
-        confirmed: whether the program breaks the property, as the solver's model does.
-        fault: the major fault that ended it, in its last scan or before.
-        computed: what instructions that are not modeled computed, by scan and variable.
-        done: scans without a fault.
-        differs: a place where relation and program differ: a defect, unless it is in the shade of a havoc.
+        confirmed: whether the program breaks the property, as in the solver's model.
+        fault: the major fault that ended the run, in its last scan or earlier.
+        computed: the values that instructions without a model computed, by scan and variable.
+        done: number of scans without a fault.
+        differs: places where the relation and the program differ: a defect, unless an unmodeled instruction
+            decides them.
     """
 
     confirmed: bool = False
@@ -96,17 +97,17 @@ class ReplayedRun:
 
 
 class Run:
-    """One run of the compiled program with given inputs."""
+    """A run of the compiled program with given inputs."""
 
     def __init__(self, problem: ProgramSystem) -> None:
         self.problem, self.engine, self._started = problem, problem.program.compile(), False
         self.before: dict[str, Any] = {}  # values of all variables before the latest scan
-        self._chosen: Values = {}  # in the scan before
+        self._chosen: Values = {}  # in the previous scan
         self._chosen_before: Values = {}
-        self.set_bits: dict[Key, int] = {}  # numbers of which bits were written before the latest scan
+        self.set_bits: dict[Key, int] = {}  # numbers that had bits written before the latest scan
 
     def scan(self, values: Values) -> dict[str, Any]:
-        """Do a scan with a solver's values; return those of all variables before it."""
+        """Run a scan with a solver's values; return the values of all variables before it."""
         problem, memory = self.problem, self.engine.memory
         if is_again(self._chosen):
             self.engine = started_again(self.engine, problem.program.compile())
@@ -129,7 +130,7 @@ class Run:
         return self.before
 
     def _write_bits(self) -> None:
-        """Write the bits that are written from outside after the scan before."""
+        """Write the bits that change from outside after the previous scan."""
         self.set_bits = {}
         for key, mask in self.problem.open.items():
             bits = self._chosen.get(f"{WRITTEN}{self.problem.machine.vars[key].val}")
@@ -155,32 +156,32 @@ class Run:
         return found
 
     def after(self, key: Key) -> Any:
-        """Return the value of a place now."""
+        """Return the current value of a place."""
         return self.engine.memory.read(self.problem.machine.kinds[key], key[1])
 
 
 def is_turned(values: Values) -> bool:
-    """Whether the key is turned after a scan."""
+    """Whether the key is turned to program and back after a scan."""
     return bool(values.get(TURNED, False))
 
 
 def is_again(values: Values) -> bool:
-    """Whether a run ends after a scan, and the next one begins with its tags."""
+    """Whether the run ends after a scan, and the next run begins with its tags."""
     return bool(values.get(RETAINED, False))
 
 
 def off_ticks(values: Values, tick_ns: int) -> int:
-    """Return the time after a scan in which the key is not in run, at most an hour, in a unit."""
+    """Return for how many ticks the key is out of run after a scan, at most an hour."""
     is_off = is_turned(values) and not is_again(values)
     return min(int(values.get(OFF, 0)), MOST_OFF_MS * MS // tick_ns) if is_off else 0
 
 
 MOST_OFF_MS = 3_600_000
-"""The longest time in program mode of a scenario: the solver may choose any."""
+"""Longest time in program mode in a scenario, in ms; the solver may choose a longer one."""
 
 
 def signed_pattern(word: int, width: int) -> int:
-    """Return a number of |width| bits, signed for a positive width, from its bits.
+    """Return the number that |width| bits stand for, signed for a positive width.
 
     >>> signed_pattern(0x8000, 16), signed_pattern(0x8000, -16)
     (-32768, 32768)
@@ -190,7 +191,7 @@ def signed_pattern(word: int, width: int) -> int:
 
 
 def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> ReplayedRun:
-    """Run a scenario; its last scan is to break the property."""
+    """Run a scenario whose last scan should break the property."""
     run, result = Run(problem), ReplayedRun()
     before: dict[str, Any] = {}
     remembered = [name for name in problem.next if name not in problem.key_of]
@@ -221,14 +222,14 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
 
 
 def _learn_fault(problem: ProgramSystem, fault: LadderFault, number: int, result: ReplayedRun) -> None:
-    """Note which instruction that is not modeled has faulted in a scan."""
+    """Note which instruction without a model faulted in a scan."""
     names = [name for name, site in problem.machine.may_fault.items() if site == fault.site]
     if len(names) == 1:
         result.computed[number, names[0]] = True
 
 
 def _learn_written(problem: ProgramSystem, run: Run, number: int, result: ReplayedRun) -> None:
-    """Note what the processor has written beside the rungs, such as its clocks in a status file."""
+    """Note values that the processor itself wrote, such as its clocks in a status file."""
     for name, key in problem.key_of.items():
         v = problem.machine.vars[key]
         if problem.is_written_beside(key[0]) and problem.machine.state[key] is v:
@@ -238,8 +239,8 @@ def _learn_written(problem: ProgramSystem, run: Run, number: int, result: Replay
 def _learn(
     problem: ProgramSystem, run: Run, number: int, before: dict[str, Any], result: ReplayedRun
 ) -> None:
-    """Find what instructions that are not modeled computed in a scan, where its end still shows it."""
-    for _ in range(3):  # a value may decide where another one is seen
+    """Find what instructions without a model computed in a scan, as far as its end still shows it."""
+    for _ in range(3):  # one value may decide which place shows another
         found = _seen_havocs(problem, run, before)
         if all(before.get(name) == value for name, value in found.items()):
             break
@@ -267,10 +268,10 @@ def _seen_havocs(problem: ProgramSystem, run: Run, before: Values) -> dict[str, 
 def _differences(
     problem: ProgramSystem, run: Run, before: Values, unknown: Collection[str]
 ) -> tuple[Key, ...]:
-    """Return places where the program left something else than the relation computes.
+    """Return places where the program left a different value than the relation computes.
 
     Args:
-        unknown: variables whose values are not known: places that depend on them are left out.
+        unknown: variables whose values are not known; places that depend on them are skipped.
     """
     machine = problem.machine
     keys = sorted(key for key in machine.written if not key[0].endswith(CLOCK))[:2000]
@@ -281,7 +282,7 @@ def _differences(
 
 
 def breaks(problem: ProgramSystem, bad: T, key: Key | None = None) -> Broken:
-    """Return the judge of a property: a bit after the scan, or a term of the values before it."""
+    """Return a function that checks a property: a bit after the scan, or a term of the values before it."""
     if key is not None:
         leaf = problem.leaf(key)
         return lambda engine, _before: bool(engine.memory.read(leaf, key[1]))
@@ -303,7 +304,7 @@ def first_broken(problem: ProgramSystem, scans: Sequence[Values], key: Key) -> i
 
 
 def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
-    """Return the times and the inputs that change, of values that a solver chose."""
+    """Return the scans that a solver chose: their times, and the inputs that change."""
     found, now = [], dict(system.initial)
     bits = _bits_of(system, scans)
     for number, values in enumerate(scans):
@@ -323,7 +324,7 @@ def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
 
 
 def _bits_of(system: System, scans: Sequence[Values]) -> list[dict[Key, int]]:
-    """Return the numbers of which bits are written from outside, before each scan: what they become."""
+    """Return, for each scan, the numbers whose bits are written from outside before it, with new values."""
     found: list[dict[Key, int]] = []
     if isinstance(system, ProgramSystem) and system.open:
         run = Run(system)

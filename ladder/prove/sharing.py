@@ -1,4 +1,4 @@
-"""Unknown values of two programs: which of them are the same, and what relates the others.
+"""Unknown values of two programs: which of them are equal, and how the others are related.
 
 Each unknown value is the value of a function, see `relation.unknowns`. If the same function has the same
 terms as arguments in both programs, both share one value. For any other pair of values of one function, equal
@@ -18,17 +18,17 @@ from .relation.unknowns import UnknownOrigin
 from .system import ProgramSystem
 
 NEW = "~new:"
-"""Start of the names of the new program's own variables."""
+"""Name prefix of variables that only the new program has."""
 
 MOST_PAIRS = 24
-"""Unknown values of the old program with which one of the new program is compared."""
+"""Maximum number of old unknown values that each new one is compared with."""
 
 InNew = Callable[[T], T]
-"""Returns a term of the new program with the variables that both share."""
+"""Returns a term of the new program with shared variables in place of its own."""
 
 
 def own(v: T) -> T:
-    """Return the new program's own variable in place of one."""
+    """Return a variable of the new program that stands in for a variable that can't be shared."""
     return var(NEW + v.val, v.kind, v.lo, v.hi)
 
 
@@ -38,7 +38,8 @@ class SharedUnknowns:
 
     Attributes:
         known: the origin of each variable, by name, with arguments in the shared variables.
-        facts: truths of each scan: equal arguments have equal values; with the names of the two values.
+        facts: conditions that hold in each scan: equal arguments imply equal values; with the names of the
+            two values.
         shared: names of the old program's variables that the new one shares.
     """
 
@@ -49,11 +50,11 @@ class SharedUnknowns:
     shared: set[str] = field(default_factory=set)
 
     def match(self, own_of: dict[str, T], in_new: InNew, apart: set[str]) -> None:
-        """Find a variable for each unknown value of the new program.
+        """Choose a variable for each unknown value of the new program.
 
         Args:
-            own_of: gets them, by the name that each has in the new program.
-            in_new: uses `own_of`.
+            own_of: receives the variables, by their names in the new program.
+            in_new: replaces variables as `own_of` says.
             apart: names of variables of strict functions that are not shared.
         """
         self.known, self.facts, self.shared = {}, [], set()
@@ -83,7 +84,7 @@ class SharedUnknowns:
 
 
 def _in_order(problem: ProgramSystem) -> list[tuple[T, UnknownOrigin]]:
-    """Return the unknown values of a program: arguments come before what depends on them."""
+    """Return the unknown values of a program, each after those that its arguments depend on."""
     return sorted(problem.machine.origins.items(), key=lambda each: int(each[0].val[1:]))
 
 
@@ -93,7 +94,7 @@ def _is_one(one: UnknownOrigin, other: UnknownOrigin) -> bool:
 
 
 def _equal(one: UnknownOrigin, other: UnknownOrigin) -> T:
-    """Return whether all arguments are equal; FALSE if one of them lacks one."""
+    """Return the condition that all arguments are equal; FALSE if their names or kinds differ."""
     a, b = one.arguments, other.arguments
     if a.keys() != b.keys() or any(b[name].kind != t.kind for name, t in a.items()):
         return FALSE
@@ -104,6 +105,6 @@ def _equal(one: UnknownOrigin, other: UnknownOrigin) -> T:
 
 
 def deciding(known: Mapping[str, UnknownOrigin], name: str) -> Iterable[T]:
-    """Return the terms on which an unknown value depends, by its name; none of any other variable."""
+    """Return the terms that an unknown value depends on; () if the name is another variable's."""
     origin = known.get(name)
     return () if origin is None else origin.arguments.values()

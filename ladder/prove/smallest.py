@@ -1,7 +1,7 @@
-"""The smallest inputs of a run that still break a claim, without arbitrary choices of the solver.
+"""Reduces a run to the inputs that are needed to break a claim, without the solver's arbitrary choices.
 
-First whole values are left out, each in all scans, then single bits of modules' words. The program decides
-which the claim needs. The result is a part of the run that the prover found.
+Whole values are dropped first, each in all scans, then single bits of modules' words. The program decides
+which of them are needed. The result is a part of the run that the prover found.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from .monitors import Key, run_claims
 from .replaying import ScanOf
 
 MOST_RUNS = 150
-"""Maximum runs of the program."""
+"""Maximum number of runs of the program."""
 
 BITS = 16
 
@@ -33,10 +33,10 @@ def smallest(
     assume: Sequence[Key] = (),
     modules: Sequence[KeptBy] = (),
 ) -> tuple[ScanOf, ...]:
-    """Return a run with fewer inputs whose last scan sets a bit, as that of `scans` does.
+    """Return a run with fewer inputs whose last scan still sets a bit.
 
     Args:
-        assume: bits that each scan sets.
+        assume: bits that must be set in each scan.
         modules: contracts that the inputs must keep.
     """
     kept, layout = tuple(scans), program.build().layout
@@ -50,7 +50,7 @@ def smallest(
 def _simplifications(
     layout: Layout, scans: Sequence[ScanOf]
 ) -> Iterator[Callable[[Sequence[ScanOf]], tuple[ScanOf, ...]]]:
-    """Yield functions that simplify a run: stay in run mode, drop an input, drop a bit of a module's word."""
+    """Yield functions that simplify a run: stay in run mode, drop an input, or clear a bit of a word."""
     for number, each in enumerate(scans):
         if each.turned or each.again:
             yield partial(_in_run, number)
@@ -63,7 +63,7 @@ def _simplifications(
 
 
 def _keys(scans: Sequence[ScanOf]) -> list[Key]:
-    """Return the inputs of a run, those of modules first."""
+    """Return the inputs of a run, inputs of modules first."""
     keys = {key for each in scans for key in each.inputs}
     return sorted(keys, key=lambda key: (not key[0].startswith("LOCAL:"), key))
 
@@ -81,7 +81,7 @@ def _without(scan: ScanOf, key: Key) -> ScanOf:
 
 
 def _masked(key: Key, mask: int, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
-    """Return scans with some bits of a word cleared; a word that does not change is left out."""
+    """Return the scans with some bits of a word cleared; a word that then does not change is dropped."""
     before, found = 0, []
     for each in scans:
         value = each.inputs.get(key)
@@ -101,7 +101,7 @@ def breaks(
     assume: Sequence[Key],
     modules: Sequence[KeptBy] = (),
 ) -> bool:
-    """Whether the last scan of a run sets a bit, and each scan those that are assumed."""
+    """Run the scans; return whether the last one sets a bit, and each one the assumed bits."""
     engine = program.compile()
     watches = [each.watch(engine) for each in modules]
     for number, each in enumerate(scans):
@@ -124,6 +124,6 @@ def breaks(
 
 
 def _are_set(engine: Engine, bits: Iterable[Key]) -> bool:
-    """Whether bits are true now."""
+    """Whether all bits are true now."""
     layout, memory = engine.lowered.layout, engine.memory
     return all(memory.read(layout.leaf(path), index) for path, index in bits)

@@ -1,7 +1,7 @@
-"""Runs with longer scans than the rack's: a timer of 5 s takes 5 scans instead of 500.
+"""Runs with longer scans than the rack has: a timer of 5 s takes 5 scans instead of 500.
 
-Such a run only suggests one of the rack. Each long scan becomes several short ones with the inputs held, and
-the program decides.
+Such a run only suggests a run of the rack. Each long scan becomes several short scans with the inputs held,
+and the compiled program decides.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from .system import DT, OFF, RETAINED, TURNED, ProgramSystem, ScanBounds, ms_of
 from .system.transition import MS
 
 STRETCHED_MS = 1000
-"""Longest scan of such a run."""
+"""Longest scan of such a run, in ms."""
 
 
 def stretched(problem: ProgramSystem) -> ProgramSystem:
-    """Return the same problem with scans of up to a second, multiples of a fixed scan time."""
+    """Return the same problem with scans of up to a second; they are multiples of a fixed scan time."""
     (low, high), tick_ns = problem.bounds.ticks, problem.bounds.tick_ns
     step = low if low == high else 1
     most = max(high, STRETCHED_MS * MS // tick_ns // step * step)
@@ -33,7 +33,7 @@ def stretched(problem: ProgramSystem) -> ProgramSystem:
 def in_short_scans(
     bounds: ScanBounds, longer: ProgramSystem, scans: list[dict[str, Any]], *, inputs_first: bool
 ) -> list[dict[str, Any]]:
-    """Return the scans of the rack for long ones; the inputs change before the first or the last of them."""
+    """Split long scans into scans of the rack's length; inputs change before the first or the last one."""
     found: list[dict[str, Any]] = []
     before: dict[str, Any] = {}
     for number, values in enumerate(scans):
@@ -48,7 +48,7 @@ def in_short_scans(
 
 
 def _pieces(time: int, bounds: ScanBounds) -> list[int]:
-    """Return times within the bounds that add up to a time, as far as they can."""
+    """Return scan times within the bounds whose sum is as close to a time as possible."""
     low, high = bounds.ticks
     count = -(-time // high)
     share, rest = divmod(time, count)

@@ -1,6 +1,7 @@
-"""The last change of a value in a long past, searched in many stretches at once.
+"""Searches the last change of a value in a long past, in many stretches at once.
 
-`search` runs stretches side by side, `translation` makes a program of arrays, `vectors` is what it calls.
+`search` runs stretches in parallel, `translation` turns a program into code on arrays, and `vectors` has the
+functions that this code calls.
 """
 
 from .search import Lanes

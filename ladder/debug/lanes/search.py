@@ -1,10 +1,10 @@
-"""Finds the last change of a value in long pasts: stretches from many snapshots run side by side.
+"""Finds the last change of a value in a long past: stretches from many snapshots run in parallel.
 
     lane 0    snapshot 0     scan   0   1   2  ...  63
     lane 1    snapshot 64    scan  64  65  66  ... 127        one scan of all lanes at a time, on arrays
     lane 2    snapshot 128   scan 128 129 130  ... 191
 
-A lane counts only if it ends with all values of the next snapshot. The scans of other lanes run one by one.
+A lane counts only if it ends with exactly the values of the next snapshot. Other stretches run one by one.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from .translation import code_of
 from .vectors import Vectors
 
 _EXACT = 2**53
-"""Whole numbers from here on are not exact in an array of floats."""
+"""Whole numbers of this size and above are not always exact in an array of floats."""
 
 
 class LastChange(NamedTuple):
-    """The result of the search in a stretch."""
+    """The result of a search in one stretch."""
 
-    known: bool  # False: its scans have to run one by one
+    known: bool  # if False, its scans have to run one by one
     scan: int | None = None  # the last scan that changed a value
 
 
@@ -39,10 +39,10 @@ UNKNOWN = LastChange(known=False)
 
 
 class Lanes:
-    """Runs stretches of a program side by side.
+    """Runs stretches of a program in parallel.
 
     Args:
-        memory: of the program.
+        memory: the program's memory.
         images: the input images, in the order of `ScanInputs.images`.
     """
 
@@ -84,16 +84,16 @@ class Lanes:
                 last = self._ran(vectors, watched, stretches)
                 lost = vectors.lost | ~_are_as(vectors, end)
         except (ArithmeticError, LookupError, TypeError, ValueError):
-            return [UNKNOWN] * len(stretches)  # a line has other values than its translation expects
+            return [UNKNOWN] * len(stretches)  # a line's values are not what its translation expects
         return [
             UNKNOWN if is_lost else LastChange(True, None if at < 0 else each.first + at)
             for each, at, is_lost in zip(stretches, last.tolist(), lost.tolist(), strict=True)
         ]
 
     def _columns(self, stretches: Sequence[ReplayStretch]) -> tuple[dict[str, Any], dict[str, Any]]:
-        """Return the values before and after stretches: an array per variable, or per element of a list.
+        """Return the values before and after stretches, as an array per variable or per element of a list.
 
-        The snapshot after a stretch is usually the one before the next.
+        The snapshot after a stretch is usually the snapshot before the next one.
         """
         pairs = [(each.values, each.after) for each in stretches]
         known = {id(each): each for pair in pairs for each in pair}
@@ -129,7 +129,7 @@ class Lanes:
 
 
 _Watched = tuple[str, int | None, int | None]
-"""A value: variable, place in its list, mask of its bits."""
+"""A value: its variable, its index in a list, and a mask of its bits."""
 
 
 def _is_numeric(value: Any) -> bool:
@@ -139,7 +139,7 @@ def _is_numeric(value: Any) -> bool:
 
 
 def _padded(inputs: Sequence[PlainInputs], most: int) -> tuple[Any, list[Any]]:
-    """Return times and input images by scan and lane; the last scan of a shorter stretch is repeated."""
+    """Return times and input images by scan and lane; a shorter stretch repeats its last scan."""
 
     def together(rows: Sequence[Any]) -> Any:
         return np.stack([row if len(row) == most else row[_repeating(len(row), most)] for row in rows])
@@ -150,7 +150,7 @@ def _padded(inputs: Sequence[PlainInputs], most: int) -> tuple[Any, list[Any]]:
 
 
 def _words(rows: Any) -> list[Any]:
-    """Return the words of an image: an array over the lanes, or one number if all lanes share it."""
+    """Return the words of an image, each an array over the lanes, or a number that all lanes share."""
     shared = (rows == rows[:, :1]).all(axis=1).tolist()
     return [
         int(word[0]) if is_shared else word.astype(np.int64)
@@ -163,7 +163,7 @@ def _repeating(count: int, most: int) -> Any:
 
 
 def _at(column: Any, places: Any) -> Any:
-    """Return the values at some places of a column."""
+    """Return the values of a column at some indices."""
     if isinstance(column, list):
         return [_at(each, places) for each in column]
     return column[places] if isinstance(column, np.ndarray) else column
@@ -192,7 +192,7 @@ _TYPES = {bool: np.bool_, int: np.int64, float: np.float64}
 
 
 def _row(row: Any, kind: type) -> Any:
-    """Return an array of the type of its values, one number if all are the same."""
+    """Return an array of the values' type, or a number if all values are equal."""
     if row.dtype == float and kind is int and np.abs(row).max() >= _EXACT:
         raise ValueError("a number too large for an array of mixed types")
     if (row == row[0]).all():

@@ -1,4 +1,4 @@
-"""The Python of a compiled program, translated to arrays: see `vectors`."""
+"""Translates the Python code of a compiled program to code on arrays, see `vectors`."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from .vectors import WITH_MASK
 
 
 def code_of(lowered: LoweredProgram, loaded: Set[str]) -> Any:
-    """Return a program on arrays as code, for `Vectors`; None for one that can't run on arrays.
+    """Return a program as code on arrays, for `Vectors`; None if it can't run on arrays.
 
-    A program can't if more than its routines runs: tasks, routines in Python, axes or messages.
+    It can't if it has more than ordinary routines: tasks, routines in Python, axes or messages.
 
     Args:
-        loaded: identifiers of the variables that have values on arrays.
+        loaded: identifiers of the variables whose values are available as arrays.
     """
     if any((lowered.schedule, lowered.functions, lowered.opening, lowered.closing)):
         return None
@@ -40,14 +40,14 @@ def code_of(lowered: LoweredProgram, loaded: Set[str]) -> Any:
 def _constant_arguments(
     routines: Sequence[ast.FunctionDef], assigned: Mapping[str, Set[str]]
 ) -> dict[str, dict[str, int]]:
-    """Return the arguments that are the same whole number in all calls, by routine.
+    """Return the arguments of each routine that are the same whole number in all calls.
 
-    Most are the places where a tag begins.
+    Most of them are offsets of tags.
     """
     calls = _calls(routines)
     found: dict[str, dict[str, int]] = {each.name: {} for each in routines}
     size = -1
-    while size < sum(map(len, found.values())):  # a routine may pass its own arguments on
+    while size < sum(map(len, found.values())):  # a routine may pass its own arguments to another
         size = sum(map(len, found.values()))
         for routine in routines:
             for place, argument in enumerate(routine.args.args):
@@ -58,7 +58,7 @@ def _constant_arguments(
 
 
 def _calls(routines: Sequence[ast.FunctionDef]) -> dict[str, list[tuple[str, ast.Call]]]:
-    """Return the calls of each routine, with the names of the routines that call."""
+    """Return the calls of each routine, with the names of the callers."""
     found: dict[str, list[tuple[str, ast.Call]]] = {each.name: [] for each in routines}
     for routine in routines:
         for node in ast.walk(routine):
@@ -68,7 +68,7 @@ def _calls(routines: Sequence[ast.FunctionDef]) -> dict[str, list[tuple[str, ast
 
 
 def _whole(call: ast.Call, place: int, constants: Mapping[str, int]) -> int | None:
-    """Return the whole number that an argument of a call always is, or None."""
+    """Return the constant whole number of an argument in a call, or None."""
     given = call.args[place] if place < len(call.args) else None
     if isinstance(given, ast.Constant) and type(given.value) is int:
         return given.value
@@ -153,7 +153,7 @@ class _Translator:
 
     def _assignment(self, target: ast.expr, value: ast.expr, mask: str) -> str:
         if isinstance(target, ast.Name):
-            self._expression(target, mask)  # is it known?
+            self._expression(target, mask)  # check that it is known
             if _is_copy(value):
                 return f"{target.id} = list({self._expression(value.func.value, mask)})"  # type: ignore[attr-defined]
             return f"{target.id} = put({mask}, {self._expression(value, mask)}, {target.id})"
@@ -174,7 +174,7 @@ class _Translator:
         return self._expression(node.lower, mask), self._expression(node.upper, mask)
 
     def _many(self, node: ast.expr, mask: str) -> str:
-        """Return a list of values: a part of another one, or one value repeated."""
+        """Return the expression of a list: a slice of another list, or a repeated value."""
         if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Slice):
             first, end = self._bounds(node.slice, mask)
             return f"rows({mask}, {self._expression(node.value, mask)}, {first}, {end})"
@@ -190,12 +190,12 @@ class _Translator:
         return written(self, node, mask)
 
     def _truth(self, node: ast.expr, mask: str) -> str:
-        """Return an expression that is a bool, or an array of them."""
+        """Return an expression for a bool or an array of bools."""
         text = self._expression(node, mask)
         return text if text.startswith(("and_(", "or_(", "not_(")) else f"truth({text})"
 
     def _number(self, node: ast.expr, mask: str) -> str:
-        """Return an expression that is a number, or an array of them."""
+        """Return an expression for a number or an array of numbers."""
         text = self._expression(node, mask)
         is_number = _WHOLE.fullmatch(text) or (isinstance(node, ast.BinOp) and type(node.op) not in _BITWISE)
         return text if is_number else f"number({text})"
@@ -221,7 +221,7 @@ class _Translator:
 
     def _bool_op(self, node: ast.BoolOp, mask: str) -> str:
         if any(isinstance(each, ast.Call) for value in node.values[1:] for each in ast.walk(value)):
-            raise NotTranslatedError  # whether it runs depends on the value before it
+            raise NotTranslatedError  # whether it is evaluated depends on the previous operand
         name = "and_" if isinstance(node.op, ast.And) else "or_"
         return f"{name}({', '.join(self._expression(each, mask) for each in node.values)})"
 
@@ -296,16 +296,16 @@ class _Translator:
 
 
 class NotTranslatedError(Exception):
-    """A line has no translation."""
+    """Raised if a line has no translation."""
 
 
 def _assigned(node: ast.AST) -> str:
-    """Return the name that is assigned to, else ""."""
+    """Return the name that a node assigns to; "" if there is none."""
     return node.id if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) else ""
 
 
 def _is_copy(node: ast.expr) -> bool:
-    """Whether this is `image.tolist()`."""
+    """Whether an expression is `image.tolist()`."""
     return isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "tolist"
 
 

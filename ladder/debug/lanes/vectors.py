@@ -1,4 +1,4 @@
-"""A compiled program on arrays: each value has an element per lane, and all lanes run side by side.
+"""A compiled program on arrays: each value has an element per lane, and all lanes run in parallel.
 
     compiled     if Start and not T_DN:  Lamp = True
     on arrays    m1 = both(m0, and_(Start, not_(T_DN)))
@@ -23,7 +23,7 @@ MOST_PASSES = 2_000
 """Maximum passes of a loop."""
 
 MOST_PLACES = 16
-"""Maximum different subscripts of one access in one scan."""
+"""Maximum number of different subscripts of one access in one scan."""
 
 _EXACT = float(1 << 60)
 
@@ -32,14 +32,14 @@ _BOOL = np.dtype(bool)
 _WHOLE = (bool, int)
 
 Mask = Any
-"""Lanes as an array of bool; None for all, False for none."""
+"""Lanes as an array of bools; None for all lanes, False for none."""
 
 
 class Vectors:
     """A program whose values are arrays, one value per lane.
 
     Args:
-        values: variables of the program by identifier: an array or a number; of a list, a list of these.
+        values: variables of the program by identifier, each an array or a number, or a list of these.
         lanes: number of lanes.
 
     Attributes:
@@ -54,7 +54,7 @@ class Vectors:
         exec(code, self.values)
 
     def scan(self, active: Mask, now: Any) -> None:
-        """Do one scan of some lanes, at their times in ns."""
+        """Run one scan of some lanes, at their times in ns."""
         with np.errstate(all="ignore"):
             self.values["scan"](active, now)
 
@@ -69,7 +69,7 @@ class Vectors:
         self._lose(both(mask, condition))
 
     def _loop(self, mask: Mask, passes: int) -> bool:
-        """Whether lanes continue with a loop."""
+        """Whether any lanes continue a loop."""
         if some(mask) and passes > MOST_PASSES:
             self._lose(mask)
             return False
@@ -186,20 +186,20 @@ WITH_MASK = (
     "real",
     "pick",
 )
-"""Own functions whose first argument is the mask."""
+"""Functions of the class whose first argument is the mask."""
 
 OWN = ("lose", "loop", *WITH_MASK)
 
 
 def truth(value: Any) -> Any:
-    """Return the truth of a value: an array of bool, or a bool."""
+    """Return a value as a bool, or as an array of bools."""
     if value.__class__ is np.ndarray:
         return value if value.dtype is _BOOL else value != 0
     return bool(value)
 
 
 def number(value: Any) -> Any:
-    """Return a value as a number to calculate with: True as 1."""
+    """Return a value as a number for arithmetic: True as 1."""
     if value.__class__ is int:
         return value
     if value.__class__ is np.ndarray:
@@ -208,7 +208,7 @@ def number(value: Any) -> Any:
 
 
 def not_(value: Any) -> Any:
-    """Return the negation of a truth."""
+    """Return the negation of a Boolean value."""
     value = truth(value)
     return not value if value.__class__ is bool else ~value
 
@@ -225,7 +225,7 @@ def and_(*values: Any) -> Any:
 
 
 def or_(*values: Any) -> Any:
-    """Return whether one is true."""
+    """Return whether any is true."""
     found: Any = False
     for value in map(truth, values):
         if value is True:
@@ -236,7 +236,7 @@ def or_(*values: Any) -> Any:
 
 
 def both(mask: Mask, condition: Any) -> Mask:
-    """Return the lanes of a mask in which a truth holds."""
+    """Return the lanes of a mask in which a condition holds."""
     if condition is True or mask is False:
         return mask
     if condition is False:
@@ -245,19 +245,19 @@ def both(mask: Mask, condition: Any) -> Mask:
 
 
 def less(mask: Mask, condition: Any) -> Mask:
-    """Return the lanes of a mask in which a truth does not hold."""
+    """Return the lanes of a mask in which a condition does not hold."""
     return both(mask, not_(condition))
 
 
 def some(mask: Mask) -> bool:
-    """Whether a mask has a lane."""
+    """Whether a mask has any lane."""
     return mask is None or (mask is not False and bool(np.count_nonzero(mask)))
 
 
 def put(mask: Mask, new: Any, old: Any) -> Any:
     """Return new values in the lanes of a mask, and old values in the others.
 
-    A value that all lanes share stays one number.
+    A value that all lanes share stays a single number.
     """
     if mask is None or old is None or new is old:
         return new

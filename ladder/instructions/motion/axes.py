@@ -20,15 +20,15 @@ from scanrack.io_images.dataclass import dataclass
 from ...model.errors import LadderError
 
 WORDS = 8
-"""Words of a configuration."""
+"""Number of words in a configuration."""
 
 
 @dataclass(frozen=True, slots=True)
 class MotionData:
-    """What an export says of axes and coordinate systems, by tag in capitals."""
+    """Data of axes and coordinate systems in an export, by tag in capitals."""
 
-    systems: Mapping[str, Sequence[str]] = field(default_factory=dict)  # names of their axes
-    unwinds: Mapping[str, float] = field(default_factory=dict)  # of rotary axes, units
+    systems: Mapping[str, Sequence[str]] = field(default_factory=dict)  # names of each system's axes
+    unwinds: Mapping[str, float] = field(default_factory=dict)  # unwind of rotary axes, units
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +44,8 @@ class AxisSettings:
     home_direction: int = 1  # 1 clockwise, -1 counterclockwise
     configuration: tuple[int, ...] = ()  # eight words that MSO sends; none if the program configures it
     round_trip_ms: int = 10  # time for words to cross the backplane both ways, ms
-    unwind: float = 0.0  # of an ideal rotary axis: its positions are 0 to below it, units; 0 = a linear axis
-    limits: Limits = LIMITS_3601  # of the module in its slot
+    unwind: float = 0.0  # ideal rotary axis: positions are from 0 to below this, units; 0 = a linear axis
+    limits: Limits = LIMITS_3601  # limits of the module in its slot
 
     def __post_init__(self) -> None:
         if not 0 < self.counts_per_unit < float("inf"):

@@ -1,4 +1,4 @@
-"""The axis of a 3601 in a scan: its tag, the block that owns the module's words, and the module's units."""
+"""The axis of a 3601 in a scan: its tag, the block that owns the module's words, and its units."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ ABSOLUTE, RELATIVE, VELOCITY, HOME, HALT, RESET, SET_POSITION, CONFIGURE = 1, 2,
 """Kinds of requests, see `axis3601.rung`."""
 
 COMMANDS = {ABSOLUTE: 1, RELATIVE: 2, HOME: 32, RESET: 2048, SET_POSITION: 512, HALT: 0}
-"""Command word per request; CCW searches have 64, manual moves 128 or 256."""
+"""Command word of each request; searches in CCW direction have 64, manual moves have 128 or 256."""
 
 STANDSTILL, ERROR_STOP = 1, 6
 """States of the axis."""
 
 BITS = {each.name: each.at for each in AXIS_MEMBERS if each.at}
-"""Member and bit of each named bit of an axis."""
+"""Member and bit number of each named bit of an axis."""
 
 
 @dataclass(frozen=True, slots=True)
 class BoundAxis:
     """An axis of a program and its 3601."""
 
-    settings: AxisSettings  # its table in the rack file
+    settings: AxisSettings  # the axis's table in the rack file
     tag: Group  # the axis
     state: Group  # the block's AXIS_3601
 
@@ -73,7 +73,7 @@ class Axis:
 
     @property
     def status(self) -> int:
-        """Its PLCopen state: 0 disabled, 1 standstill, 6 error stop."""
+        """The PLCopen state of the axis: 0 disabled, 1 standstill, 6 error stop."""
         return int(self.state["State"])
 
     def request(self, motion: MotionControl, kind: int, *words: int) -> None:
@@ -88,13 +88,13 @@ class Axis:
 
     @property
     def under_way(self) -> int:
-        """Kind of the request that is carried out or waits; 0 without one."""
+        """Kind of the request that is running or waiting; 0 if there is none."""
         if self.state["Ticket"] != self.state["Taken"]:
             return int(self.state["Kind"])
         return int(self.state["RunKind"]) if int(self.state["Step"]) in (1, 2) else 0
 
     def refusal(self) -> int:
-        """Return the error code if the axis accepts no motion now, else 0."""
+        """Return the error code if the axis accepts no motion at present, else 0."""
         if self.bit("ShutdownStatus"):
             return SHUT_DOWN
         if not self.bit("ServoActionStatus"):
@@ -104,7 +104,7 @@ class Axis:
     # --- numbers
 
     def steps(self, units: float) -> int | None:
-        """Return a position or distance in steps, None if it does not fit into the module's words."""
+        """Return a position or distance in steps; None if it does not fit in the module's words."""
         value = units * self.settings.counts_per_unit
         fits = math.isfinite(value) and abs(value) <= PARAMETER_MAX
         return round(value) if fits else None
@@ -116,7 +116,7 @@ class Axis:
         return _within(value * self.settings.counts_per_unit, self.settings.limits.speed)
 
     def rate(self, value: float, unit: str) -> int | None:
-        """Return an acceleration in steps/ms/s, None if the module has no such rate."""
+        """Return an acceleration in steps/ms/s; None if the module has no such rate."""
         if unit == "%OFMAXIMUM":
             value *= self.maximum() / 100
         return _within(value * self.settings.counts_per_unit / 1000, self.settings.limits.rate)

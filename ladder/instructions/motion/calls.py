@@ -18,11 +18,11 @@ from .motion_control import Given, MotionControl, number_of, word_of
 from .ramps import Dynamics, shares
 
 LARGEST = 1e15
-"""Largest position, distance, speed or rate, units."""
+"""Largest position, distance, speed or rate, in units of the axis."""
 
 
 class MotionCall(NamedTuple):
-    """An instruction that begins, with its operands after axis, group or system, and the control."""
+    """An instruction that begins, with its operands after the axis, group or system and the control."""
 
     machine: Interpreter
     motion: MotionControl
@@ -31,11 +31,11 @@ class MotionCall(NamedTuple):
 
     @property
     def now_ns(self) -> int:
-        """Time of the scan."""
+        """The time of the scan, in ns."""
         return self.machine.now_ns
 
     def number(self, place: int) -> float:
-        """Return a numeric operand; 0 for one that is left out."""
+        """Return a numeric operand; 0 if it is omitted."""
         return number_of(self.machine, self.operands[place]) if place < len(self.operands) else 0.0
 
     def word(self, place: int, words: tuple[str, ...]) -> str:
@@ -47,21 +47,21 @@ class MotionCall(NamedTuple):
         return self.word(place, NO_YES) == "YES"
 
     def under_way(self) -> None:
-        """Show that its motion has begun."""
+        """Set the bits that show that the motion has begun."""
         self.motion.set(DN=True, IP=True, AC=True)
 
 
 Maxima = Callable[[str], float]
-"""100 % of a maximum by name: Speed, Acceleration, Deceleration."""
+"""Returns 100 % of a maximum by name: Speed, Acceleration or Deceleration."""
 
 
 def dynamics_at(
     call: MotionCall, place: int, maximum: Maxima, current: float | None = None
 ) -> Dynamics | None:
-    """Return speed, rates and jerks of ten operands from `place` on; None if one is out of range.
+    """Return speed, rates and jerks from the ten operands at `place`; None if one is out of range.
 
     Args:
-        current: speed of the axis, which a merge at Current takes instead of the operand, unless it is 0.
+        current: present speed of the axis; unless it is 0, a merge at Current uses it instead of the operand.
     """
     speed = current or scaled(call.number(place), call.word(place + 1, SPEED_UNITS), maximum("Speed"))
     up, down = (
@@ -79,11 +79,11 @@ def dynamics_at(
 
 
 def merge_at(call: MotionCall, place: int, words: tuple[str, ...], speed: float) -> tuple[str, float | None]:
-    """Return the merge operand at `place`, and the speed to continue at: None for the programmed one.
+    """Return the merge operand at `place`, and the speed to continue at; None for the programmed speed.
 
     Args:
-        words: what it can say; the first one is Disabled.
-        speed: of the axis or coordinate system now, units/s.
+        words: the words that the operand can have; the first is Disabled.
+        speed: present speed of the axis or coordinate system, units/s.
     """
     merge = call.word(place, words)
     at_current = merge not in ("", "DISABLED") and call.word(place + 1, MERGE_SPEEDS) == "CURRENT"
@@ -91,7 +91,7 @@ def merge_at(call: MotionCall, place: int, words: tuple[str, ...], speed: float)
 
 
 def scaled(value: float, unit: str, maximum: float) -> float | None:
-    """Return a speed or rate in units of the axis; None beyond the range, or in units of a master or time."""
+    """Return a speed or rate in units of the axis; None if out of range, or in units of a master or time."""
     if unit == "%OFMAXIMUM":
         value *= maximum / 100
     elif not unit.startswith("UNITSPERSEC"):
@@ -100,9 +100,9 @@ def scaled(value: float, unit: str, maximum: float) -> float | None:
 
 
 def _curved(rate: float, jerk: float, unit: str, speed: float) -> tuple[float, float]:
-    """Return the rate of an S-curve and the share of its ramps; a jerk that is not above 0 makes none."""
+    """Return the rate and ramp share of an S-curve; without a positive jerk there is no S-curve."""
     if not 0 < jerk <= LARGEST:
         return rate, 0.0
     if unit == "UNITSPERSEC3":
         return shares(rate, jerk, speed)
-    return rate, min(jerk, 100.0) / 200  # % of time; % of maximum is taken for it
+    return rate, min(jerk, 100.0) / 200  # % of time; % of maximum is treated the same way

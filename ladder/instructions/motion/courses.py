@@ -1,10 +1,10 @@
-"""Courses: what a planner of an ideal axis or coordinate system carries out, as functions of time.
+"""Courses: motions that a planner of an ideal axis or coordinate system executes, as functions of time.
 
     move        to a distance          home        at once
     jog, stop   to a speed             gear, path  follow another position
 
-A course lies in hidden members of its tag, with the planner's name in front, so that snapshots, edits and
-both back ends have it.
+A course is stored in hidden members of its tag, with the planner's name as prefix, so that snapshots, edits
+and both back ends include it.
 """
 
 from __future__ import annotations
@@ -17,29 +17,29 @@ from .spots import ENDED, Ideal, MotionSpot, settle
 
 
 class Kind(IntEnum):
-    """What a course does."""
+    """The kind of motion of a course."""
 
     NOTHING = 0
     MOVE = 1
     JOG = 2
     HOME = 3
     STOP = 4
-    PATH = 5  # a coordinate system moves the axis
+    PATH = 5  # the path of a coordinate system moves the axis
     GEAR = 6
 
 
 FOLLOWING = (Kind.GEAR, Kind.PATH)
 ENDING = (Kind.MOVE, Kind.HOME, Kind.STOP)
-"""Kinds that end by themselves."""
+"""Kinds of courses that end by themselves."""
 
 _DYNAMICS = ("speed", "up", "down", "up_share", "down_share")
 
 
 class Course:
-    """A planner of an axis, or the one of a coordinate system.
+    """A planner of an axis or of a coordinate system.
 
-    The members: `goal` is the distance of a move, the speed of a jog, the position last seen of one that
-    follows; `entry` the speed at `begun_ns`, of one that follows its present one.
+    `goal` is the distance of a move, the speed of a jog, or for a course that follows, the last position of
+    its master. `entry` is the speed at `begun_ns`, or for a course that follows, its present speed.
     """
 
     def __init__(self, spot: MotionSpot, ideal: Ideal, planner: str = "") -> None:
@@ -55,22 +55,22 @@ class Course:
 
     @property
     def kind(self) -> Kind:
-        """What it does."""
+        """The kind of the course."""
         return Kind(int(self._of("kind")))
 
     @property
     def claim(self) -> int:
-        """The instruction that it is for, see `MotionControl.claim`."""
+        """The claim of its instruction, see `MotionControl.claim`."""
         return int(self._of("claim"))
 
     @property
     def goal(self) -> float:
-        """Where it leads."""
+        """The goal of the course: a distance, a speed or a position."""
         return float(self._of("goal"))
 
     @property
     def dynamics(self) -> Dynamics:
-        """Its speed and rates."""
+        """Speed and rates of the course."""
         return Dynamics(*(float(self._of(name)) for name in _DYNAMICS))
 
     def _phases(self, kind: Kind) -> Phases:
@@ -82,7 +82,7 @@ class Course:
         return ()
 
     def instant(self, now_ns: int) -> Instant:
-        """Return where it is; one that follows has no own travel."""
+        """Return the motion of the course at a time; a course that follows has no travel of its own."""
         kind = self.kind
         if kind in FOLLOWING:
             return Instant(0.0, float(self._of("entry")), 0.0, False)
@@ -92,7 +92,7 @@ class Course:
         return at(self._phases(kind), (now_ns - int(self._of("begun_ns"))) / 1e9, last)
 
     def is_over(self, now_ns: int, present: Instant) -> bool:
-        """Whether it has come to its end; not in the scan that began it."""
+        """Whether the course has ended; it does not end in the scan that began it."""
         return present.over and self.kind in ENDING and now_ns > int(self._of("begun_ns"))
 
     def begin(
@@ -105,22 +105,22 @@ class Course:
         goal: float = 0.0,
         entry: float = 0.0,
     ) -> None:
-        """Begin another course in the place of this one."""
+        """Replace this course by a new one."""
         self.hide(kind=kind, begun_ns=now_ns, claim=claim, entry=entry, goal=goal)
         self.hide(**{name: getattr(dynamics, name) for name in _DYNAMICS})
 
     def follow(self, position: float, speed: float, ratio: float = 1.0) -> float:
-        """Return the axis's way since the last call: that of what it follows, times a ratio."""
+        """Return how far the axis moved since the last call: the distance of its master, times a ratio."""
         way = (position - self.goal) * ratio
         self.hide(goal=position, entry=speed * ratio)
         return way
 
     def settle(self, error: int = 0, **bits: bool) -> None:
-        """Set bits of its instruction."""
+        """Set bits of the course's instruction."""
         settle(self._spot.memory, self._ideal, self.claim, error, **bits)
 
     def end(self, error: int = 0, **bits: bool) -> None:
-        """End it, and its instruction with further bits."""
+        """End the course, and end its instruction with further bits."""
         if self.kind is not Kind.NOTHING:
             self.settle(error, **ENDED, **bits)
             self.hide(kind=Kind.NOTHING, claim=0)

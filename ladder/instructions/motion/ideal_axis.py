@@ -1,6 +1,6 @@
-"""An ideal axis: a servo that follows its profile exactly. Any axis of a program without a 3601 is one.
+"""An ideal axis: a servo that follows its profile exactly. An axis without a 3601 is an ideal axis.
 
-Its motion is the sum of what its planners do at the same time [MOTION-RM002H p. 124, 129]:
+Its motion is the sum of the simultaneous motions of its planners [MOTION-RM002H p. 124, 129]:
 
     planner   begun by          shown as                    MAS that ends it alone
     move      MAM, MAH          MoveStatus, HomingStatus    Move, Home
@@ -8,13 +8,13 @@ Its motion is the sum of what its planners do at the same time [MOTION-RM002H p.
     gear      MAG               GearingStatus               Gear
     whole     MCLM, MAS of All  CoordinatedMotionStatus     none
 
-    position = start + travel of each course (`courses`); what follows another position shifts `start`
+    position = start + travel of each course (`courses`); a course that follows shifts `start`
 
-`target` is where the start is once the move has ended, so that it ends exactly there.
+`target` is the value of `start` after a move, so that the move ends exactly there.
 
-A planner carries out one course; a newer one continues from its speed. A merge ends all of them and
-continues from their sum. After each scan `update` writes the tag's members and the bits of the instructions
-whose motion has ended, whether their rungs are scanned or not.
+A planner executes one course; a new course continues from its speed. A merge ends all courses and continues
+from their sum. After each scan, `update` writes the tag's members and the bits of the instructions whose
+motion has ended, whether their rungs are scanned or not.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from .ramps import REST, Dynamics, Instant, total
 from .spots import Ideal, MotionSpot, settle
 
 BITS = {each.name: each.at for each in AXIS_MEMBERS if each.at}
-"""Member and bit of each named bit of an axis."""
+"""Member and bit number of each named bit of an axis."""
 
 DEFAULT_SPEED, DEFAULT_RATE = 100.0, 1000.0
-"""100 % of maximum, units/s and units/s², where neither tag nor rack file has one."""
+"""100 % of maximum, in units/s and units/s², if neither the tag nor the rack file has one."""
 
 STOPPED, RUNNING, SHUT = 2, 4, 10
 """CIPAxisState [MOTION-RM003, "CIP Axis State"]."""
@@ -54,18 +54,18 @@ PLANNER_OF = {
     "GearingLockStatus": "gear",
     "CoordinatedMotionStatus": "whole",
 }
-"""The planner that a status bit shows; the others show several."""
+"""The planner that a status bit shows; other status bits show several planners."""
 
 Masters = Mapping[int, tuple[float, float]]
-"""Position and speed of the axes on 3601s by number, for the gears that follow them."""
+"""Positions and speeds of the axes on 3601s, by number, for the gears that follow them."""
 
 
 ROUNDING = 1e-9
-"""What counts as none on a rotary axis, of a turn."""
+"""Distance that counts as 0 on a rotary axis, as a fraction of a turn."""
 
 
 def ahead(way: float, unwind: float) -> float:
-    """Return a way as one forward on a rotary axis, 0 to below `unwind`; what rounding leaves of 0 is 0.
+    """Return a distance as a forward distance on a rotary axis, 0 to below `unwind`; a rounding error is 0.
 
     >>> ahead(-10.0, 360.0), ahead(-1e-12, 360.0)
     (350.0, 0.0)
@@ -94,14 +94,14 @@ class IdealAxis(MotionSpot):
         default = DEFAULT_SPEED if name == "Speed" else DEFAULT_RATE
         return own or float(self[f"Maximum{name}"]) or default
 
-    # --- what is under way
+    # --- courses under way
 
     def instant(self, now_ns: int) -> Instant:
-        """Return its motion, the sum of all courses."""
+        """Return the motion of the axis, which is the sum of all courses."""
         return total(each.instant(now_ns) for each in self.courses.values())
 
     def position(self, now_ns: int) -> float:
-        """Return its position, units; of what it follows as of the last `catch_up`."""
+        """Return the position in units; the position of a master is as of the last `catch_up`."""
         return float(self["~start"]) + self.instant(now_ns).travel
 
     def begin(
@@ -115,10 +115,10 @@ class IdealAxis(MotionSpot):
         goal: float = 0.0,
         merge: bool = False,
     ) -> None:
-        """Begin a course of a planner, from its speed on; the one before ends.
+        """Begin a course of a planner at its present speed; its previous course ends.
 
         Args:
-            claim: of the instruction that follows it, see `MotionControl.claim`.
+            claim: the claim of its instruction, see `MotionControl.claim`.
             goal: see `Course`.
             merge: end all courses, and continue from the speed of the axis.
         """
@@ -138,23 +138,23 @@ class IdealAxis(MotionSpot):
             self.put(StartActualPosition=start, StartCommandPosition=start)
 
     def _fold(self, course: Course, now_ns: int) -> None:
-        """Add the travel of a course that ends to the start; that of a move is on the way to its target."""
+        """Add the travel of an ending course to the start; a move's travel does not shift its target."""
         self.shift(course.instant(now_ns).travel, target=course.planner != "move")
 
     def rest(self, now_ns: int, error: int = 0) -> None:
-        """End everything at once, where the axis is."""
+        """End all courses at once, at the present position."""
         self.hide(start=self.position(now_ns), active=True)
         for each in self.courses.values():
             each.end(error, **({"ER": True} if error else {}))
 
     def shift(self, way: float, *, target: bool = True) -> None:
-        """Move the position, and the end of a move: by another reference, or by what the axis follows."""
+        """Shift the position, and the end of a move: for a new reference, or as the axis follows a master."""
         self.hide(start=float(self["~start"]) + way)
         if target:
             self.hide(target=float(self["~target"]) + way)
 
     def redefine(self, way: float) -> None:
-        """Move its reference: a gear that follows it does not move."""
+        """Shift the reference of the axis; gears that follow it do not move."""
         self.shift(way)
         self.hide(position=float(self["~position"]) + way)
         for place in range(1, len(self.ideal.axes) + 1):
@@ -166,11 +166,11 @@ class IdealAxis(MotionSpot):
     # --- after a scan
 
     def catch_up(self, now_ns: int, masters: Masters, passed: tuple[int, ...] = ()) -> None:
-        """Follow the master of a gear until now; it catches up with its own one first.
+        """Follow the master of a gear until now; the master first follows its own master.
 
         Args:
             masters: axes on 3601s.
-            passed: axes that wait for this one; they end a chain that comes back to itself.
+            passed: axes that wait for this one; they end a circular chain.
         """
         gear, number = self.courses["gear"], int(self["~master"])
         if gear.kind is not Kind.GEAR or number in passed:
@@ -183,7 +183,7 @@ class IdealAxis(MotionSpot):
             self.shift(gear.follow(*masters[number], float(self["~ratio"])))
 
     def update(self, now_ns: int) -> None:
-        """End what is over, and write the tag."""
+        """End the courses that are over, and write the tag."""
         moving: list[tuple[Course, Instant]] = []
         for course in self.courses.values():
             if course.kind is not Kind.NOTHING:
@@ -205,10 +205,10 @@ class IdealAxis(MotionSpot):
         course.end(PC=True)
 
     def _watch(self, position: float) -> None:
-        """End MAW when the axis comes to its position."""
+        """End MAW when the axis reaches its position."""
         way, there, before = int(self["~watch"]), float(self["~watched"]), float(self["~position"])
         left, gone, unwind = (there - before) * way, (position - before) * way, self.settings.unwind
-        if unwind:  # `gone` may lack what rounding takes of a move that ends there
+        if unwind:  # `gone` may be short by a rounding error if a move ends there
             left, gone = ahead(left, unwind), gone + ROUNDING * unwind
         if way and 0 < left <= gone:
             settle(self.memory, self.ideal, int(self["~watch_claim"]), IP=False, PC=True)

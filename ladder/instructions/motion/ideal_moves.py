@@ -3,15 +3,15 @@
 | instruction | ideal axis |
 |---|---|
 | MSO, MSF, MASD, MASR, MAFR | at once; DN |
-| MAM, MAJ | a profile of its own planner, trapezoidal or S-curve; with Merge it ends all others |
+| MAM, MAJ | a profile of its own planner, trapezoidal or S-curve; with Merge, it ends all others |
 | MCD, MAS | the profile of the planner that it names; MAS of All stops the sum of all |
 | MAH | HomePosition at once, as active homing "immediate"; PC a scan later |
 | MRP | at once, also in motion |
 | MAG | the slave follows the master's position, locked at once; IP until it ends; no axis leads itself |
-| MAW, MDW | PC when the axis comes to the position in that direction, a rotary one in any turn |
-| MAR, MDR | armed; no registration input comes |
-| MRAT, MAAT, MRHD, MAHD | a scan; PC |
-| MGS, MGSD, MGSR, MGSP | all axes: there is one group |
+| MAW, MDW | PC when the axis reaches the position in that direction; for a rotary axis, in any turn |
+| MAR, MDR | armed; there is no registration input |
+| MRAT, MAAT, MRHD, MAHD | take one scan; PC |
+| MGS, MGSD, MGSR, MGSP | act on all axes: there is one group |
 | all others | ER, ERR 25 |
 """
 
@@ -42,7 +42,7 @@ ROTARY_SHORTEST, ROTARY_POSITIVE, ROTARY_NEGATIVE = 2, 3, 4
 
 
 def refusal_of(axis: IdealAxis) -> int:
-    """Return the error code if the axis accepts no motion now, else 0; a virtual axis needs no servo."""
+    """Return the error code if the axis accepts no motion at present, else 0; virtual axes need no servo."""
     if axis.is_on("ShutdownStatus"):
         return SHUT_DOWN
     return 0 if axis.is_on("ServoActionStatus") or axis.part.kind == "AXIS_VIRTUAL" else SERVO_OFF
@@ -62,7 +62,7 @@ def _switch(axis: IdealAxis, *, on: bool) -> None:
 
 
 def servo_off(axis: IdealAxis, now_ns: int, *, shut_down: bool = False) -> None:
-    """Switch an axis off; what is under way ends."""
+    """Switch an axis off; its courses end."""
     axis.rest(now_ns)
     _switch(axis, on=False)
     if shut_down:
@@ -87,7 +87,7 @@ def _reset(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _profile(axis: IdealAxis, call: MotionCall, place: int) -> tuple[Dynamics | None, bool]:
-    """Return the dynamics from an operand on, and whether to merge."""
+    """Return the dynamics from the operands at `place`, and whether to merge."""
     speed = axis.instant(call.now_ns).speed
     merge, current = merge_at(call, place + 10, DISABLED_ENABLED, speed)
     return dynamics_at(call, place, axis.maximum, current), merge == "ENABLED"
@@ -107,7 +107,7 @@ def _move(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _goal(kind: int, where: float, position: float, unwind: float) -> float:
-    """Return the position to which a move of a type goes.
+    """Return the target position of a move with a move type.
 
     >>> [_goal(kind, 10.0, 350.0, 360.0) for kind in range(5)]
     [10.0, 360.0, 370.0, 370.0, 10.0]
@@ -140,7 +140,7 @@ STOPS = {
     "HOME": ("move", Kind.HOME),
     "GEAR": ("gear", Kind.GEAR),
 }
-"""Planner and kind of what a stop type of MAS stops alone; ideal axes have no others."""
+"""Planner and kind of course that a stop type of MAS stops; other stop types don't apply to ideal axes."""
 
 
 def _stop(axis: IdealAxis, call: MotionCall) -> None:
@@ -158,7 +158,7 @@ def _stop(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def stop(axis: IdealAxis, now_ns: int, planner: str, down: float, claim: int) -> bool:
-    """Bring a planner to rest, `whole` the axis; return whether that takes time."""
+    """Bring a planner to rest, or with `whole`, the axis; return whether that takes time."""
     whole = planner == "whole"
     courses = list(axis.courses.values()) if whole else [axis.courses[planner]]
     share = max((each.dynamics.down_share for each in courses if each.kind is not Kind.NOTHING), default=0.0)
@@ -187,7 +187,7 @@ def _redefine(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _change(axis: IdealAxis, call: MotionCall) -> None:
-    """Change speed and rates of a jog or a move; what began it continues, and so does the other one."""
+    """Change speed and rates of a jog or a move; its instruction continues, and so does the other course."""
     kind = {"JOG": Kind.JOG, "MOVE": Kind.MOVE}.get(call.word(0, CHANGED_MOTION))
     course = axis.courses["jog" if kind is Kind.JOG else "move"]
     if course.kind is not kind:
@@ -234,7 +234,7 @@ def _gear(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def position_of(machine: Interpreter, operand: Given) -> tuple[int, float]:
-    """Return number and position of a master axis; 0 for another operand."""
+    """Return the number and position of a master axis; 0 for other operands."""
     if not isinstance(operand, Group) or not is_axis(operand.type):
         return 0, 0.0
     number = machine.whole(machine.get(operand.member("~axis")))
@@ -291,7 +291,7 @@ ANSWERS: Mapping[str, tuple[Callable[[IdealAxis, MotionCall], None], bool]] = {
     "MRHD": (_done, False),
     "MAHD": (_done, False),
 }
-"""Function that begins each instruction, and whether it needs an axis that accepts motion."""
+"""The function that begins each instruction, and whether it needs an axis that accepts motion."""
 
 
 def _group_stop(axis: IdealAxis, call: MotionCall) -> None:
@@ -310,11 +310,11 @@ GROUP_ANSWERS: Mapping[str, Callable[[IdealAxis, MotionCall], None]] = {
     "MGSR": lambda axis, _call: restart(axis),
     "MGSP": _strobe,
 }
-"""What an instruction of a motion group does to each axis."""
+"""The action of each motion group instruction on an axis."""
 
 
 def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
-    """Begin an instruction of an ideal axis."""
+    """Begin an instruction on an ideal axis."""
     if call.name not in ANSWERS:
         call.motion.refuse(ILLEGAL)
         return
@@ -328,7 +328,7 @@ def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
 
 
 def begin_of_group(ideal: Ideal, call: MotionCall) -> None:
-    """Begin an instruction of the motion group: it is done at once."""
+    """Begin an instruction on the motion group; it is done at once."""
     for place in range(len(ideal.axes)):
         GROUP_ANSWERS[call.name](IdealAxis(call.machine.memory, ideal, -place - 1), call)
     call.motion.set(DN=True, PC=True)

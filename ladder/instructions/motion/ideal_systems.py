@@ -2,15 +2,15 @@
 
 | instruction | ideal coordinate system |
 |---|---|
-| MCLM, MCPM | straight to the position, along one profile; a second one waits, or merges |
+| MCLM, MCPM | straight to the position with one profile; a second instruction waits or merges |
 | MCCM | the same, straight to the end of the circle |
-| MCCD, MCS, MCSD, MCSR | speed and rates; stop; shutdown of its axes and its end |
+| MCCD, MCS, MCSD, MCSR | change speed and rates; stop; shut down its axes; end the shutdown |
 | MCT, MCTO | active until MCS ends it; no axis moves with it |
-| MCTP, MCTPO | the position as it was given |
+| MCTP, MCTPO | the given position, unchanged |
 
-Axes that the export names for the system move with it, if they are ideal; the system's own positions move in
-any case. What else an axis does is superimposed, unless All Motion is merged. All terminations are those at
-the position.
+Ideal axes that the export names for the system move with it; the system's own positions move in any case.
+Other motion of an axis is superimposed, unless All Motion is merged. All termination types end at the
+position.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from .ramps import Dynamics
 from .spots import ENDED, Ideal, MotionSpot, settle
 
 SIZE = 6
-"""Coordinates of a system."""
+"""Number of coordinates of a system."""
 
 RATES = {"Speed": 100.0, "Acceleration": 1000.0, "Deceleration": 1000.0}
 """100 % of the maxima of a system, units/s and units/s²."""
@@ -55,7 +55,7 @@ _DYNAMICS = ("speed", "up", "down", "up_share", "down_share")
 
 
 class IdealSystem(MotionSpot):
-    """An ideal coordinate system in a scan; its course is the length of the path."""
+    """An ideal coordinate system in a scan; its course is the travel along the path."""
 
     def __init__(self, memory: Memory, ideal: Ideal, number: int) -> None:
         part, numbers = ideal.systems[number - 1]
@@ -66,11 +66,11 @@ class IdealSystem(MotionSpot):
 
     @property
     def kind(self) -> Kind:
-        """What it does."""
+        """The kind of its course."""
         return self.course.kind
 
     def end(self, name: str) -> list[float]:
-        """Return an end of the path: `from`, `to`, or `next` of the pending one."""
+        """Return an end of the path: `from`, `to`, or `next` for the end of the pending path."""
         return [float(self[f"~{name}{place}"]) for place in range(SIZE)]
 
     def set_end(self, name: str, values: list[float]) -> None:
@@ -78,14 +78,14 @@ class IdealSystem(MotionSpot):
         self.hide(**{f"{name}{place}": value for place, value in enumerate(values)})
 
     def path(self, now_ns: int) -> list[float]:
-        """Return where it is on its path; `from` without one."""
+        """Return the present position on the path; `from` if there is no path."""
         own, to = self.end("from"), self.end("to")
         length, present = math.dist(own, to), self.course.instant(now_ns)
         part = 1.0 if present.over and self.kind is Kind.MOVE else present.travel / length if length else 0.0
         return [a + (b - a) * part for a, b in zip(own, to, strict=True)]
 
     def positions(self, now_ns: int) -> list[float]:
-        """Return its present position: that of its axes, where it has any."""
+        """Return the present position: of its axes, and of the path for coordinates without an axis."""
         own = self.path(now_ns)
         there = [None if each is None else each.position(now_ns) for each in self.axes]
         return [*(a if b is None else b for a, b in zip(own, there, strict=False)), *own[len(there) :]]
@@ -100,7 +100,7 @@ class IdealSystem(MotionSpot):
         entry: float = 0.0,
         merge: bool = False,
     ) -> None:
-        """Begin a path from the present position and a speed; a merge ends what else its axes do."""
+        """Begin a path at the present position and a speed; a merge ends other motion of its axes."""
         here = self.positions(now_ns)
         self.set_end("from", here)
         self.set_end("to", goal)
@@ -110,14 +110,14 @@ class IdealSystem(MotionSpot):
                 axis.begin(now_ns, "whole", Kind.PATH, dynamics, 0, goal=place, merge=merge)
 
     def again(self, now_ns: int, kind: Kind, dynamics: Dynamics, claim: int) -> None:
-        """Continue from the present place and speed in another way."""
+        """Begin another course at the present position and speed."""
         present = self.course.instant(now_ns)
         left = self.course.goal - present.travel if kind is Kind.MOVE else 0.0
         self.set_end("from", self.path(now_ns))
         self.course.begin(now_ns, kind, dynamics, claim, goal=left, entry=present.speed)
 
     def rest(self, now_ns: int, *, all_of_it: bool = True) -> None:
-        """End the path where it is, on the axes that follow it too, and the pending one."""
+        """End the path at the present position, also on the axes that follow it, and the pending path."""
         self.set_end("from", self.positions(now_ns))
         self.course.end()
         for _, axis in self._led():
@@ -131,13 +131,13 @@ class IdealSystem(MotionSpot):
         self.hide(waiting=0, next_claim=0)
 
     def wait(self, goal: list[float], dynamics: Dynamics, claim: int) -> None:
-        """Note the pending path."""
+        """Store the pending path."""
         self.set_end("next", goal)
         self.hide(waiting=1, next_claim=claim)
         self.hide(**{f"next_{name}": getattr(dynamics, name) for name in _DYNAMICS})
 
     def update(self, now_ns: int) -> None:
-        """Move the axes, end what is over, and write the tag."""
+        """Move the axes, end the paths that are over, and write the tag."""
         if self.kind is not Kind.NOTHING:
             if any(axis is not None and axis.courses["whole"].kind is not Kind.PATH for axis in self.axes):
                 self.rest(now_ns)
@@ -147,7 +147,7 @@ class IdealSystem(MotionSpot):
         self._show(now_ns)
 
     def _led(self) -> Iterator[tuple[int, IdealAxis]]:
-        """Yield the axes that follow its path."""
+        """Yield the axes that follow the path."""
         for place, axis in enumerate(self.axes):
             if axis is not None and axis.courses["whole"].kind is Kind.PATH:
                 yield place, axis
@@ -198,7 +198,7 @@ def update_systems(memory: Memory, ideal: Ideal, now_ns: int) -> None:
 
 
 def catch_up(memory: Memory, ideal: Ideal, now_ns: int) -> None:
-    """Move what follows a path or a master of a gear, before an instruction takes its position."""
+    """Move axes that follow a path or a gear's master, before an instruction uses their positions."""
     for number in range(1, len(ideal.systems) + 1):
         IdealSystem(memory, ideal, number).carry(now_ns)
     for place in range(1, len(ideal.axes) + 1):
@@ -209,7 +209,7 @@ def catch_up(memory: Memory, ideal: Ideal, now_ns: int) -> None:
 
 
 def _numbers(call: MotionCall, place: int) -> list[float]:
-    """Return the elements of an array operand, as many as a system has at most."""
+    """Return the elements of an array operand, at most as many as a system has coordinates."""
     operand = call.operands[place] if place < len(call.operands) else 0.0
     if not isinstance(operand, (Group, Place)):
         return []
@@ -218,7 +218,7 @@ def _numbers(call: MotionCall, place: int) -> list[float]:
 
 
 def _member(call: MotionCall, place: int, name: str, default: float = 0.0) -> float:
-    """Return a number in a structure operand, the default if it has no such member."""
+    """Return a number in a structure operand; the default if it has no such member."""
     operand = call.operands[place]
     if isinstance(operand, Group) and isinstance(operand.type, Structure):
         member = operand.type.member(name)
@@ -228,7 +228,7 @@ def _member(call: MotionCall, place: int, name: str, default: float = 0.0) -> fl
 
 
 def _goal(here: list[float], given: list[float], *, relative: bool) -> list[float] | None:
-    """Return the position to go to; None if one is out of range. What is not given stays."""
+    """Return the position to go to; None if it is out of range. Coordinates that are not given stay."""
     goal = [
         there + number if relative else number
         for there, number in zip(here, [*given, *([0.0] * SIZE)], strict=False)
@@ -239,7 +239,7 @@ def _goal(here: list[float], given: list[float], *, relative: bool) -> list[floa
 
 
 MERGES = ("Disabled", "Coordinated Motion", "All Motion")
-"""What a path ends when it begins: nothing, other paths of its system, also what its axes do [p. 449]."""
+"""What a new path ends: nothing, other paths of its system, or also other motion of its axes [p. 449]."""
 
 
 def _go(
@@ -251,7 +251,7 @@ def _go(
     relative: bool,
     merge: str = "DISABLED",
 ) -> None:
-    """Begin a path, or let it wait for the present one."""
+    """Begin a path, or let it wait for the present path."""
     now_ns, claim = call.now_ns, call.motion.claim
     begins = system.kind is Kind.NOTHING or merge != "DISABLED"
     here = system.positions(now_ns) if begins else system.end("next" if system["~waiting"] else "to")
@@ -274,7 +274,7 @@ def _go(
 
 
 def _line(system: IdealSystem, call: MotionCall, place: int = 2) -> None:
-    """Begin MCLM, or MCCM: its dynamics begin at a later operand."""
+    """Begin MCLM, or MCCM, whose dynamics begin at a later operand."""
     speed = system.course.instant(call.now_ns).speed
     merge, current = merge_at(call, place + 11, MERGES, speed)
     dynamics = dynamics_at(call, place, RATES.__getitem__, current)
@@ -283,7 +283,7 @@ def _line(system: IdealSystem, call: MotionCall, place: int = 2) -> None:
 
 
 def _path(system: IdealSystem, call: MotionCall) -> None:
-    """MCPM: PATH_DATA has the position and the move type, DYNAMICS_DATA speed and rates."""
+    """Begin MCPM: PATH_DATA has the position and the move type, DYNAMICS_DATA speed and rates."""
     path = call.operands[0]
     given: list[float] = []
     if isinstance(path, Group) and isinstance(path.type, Structure):
@@ -385,11 +385,11 @@ ANSWERS: Mapping[str, tuple[Callable[[IdealSystem, MotionCall], None], bool]] = 
     "MCTP": (_calculate, False),
     "MCTPO": (_calculate, False),
 }
-"""Function that begins each instruction, and whether it needs axes that accept motion."""
+"""The function that begins each instruction, and whether it needs axes that accept motion."""
 
 
 def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
-    """Begin an instruction of an ideal coordinate system."""
+    """Begin an instruction on an ideal coordinate system."""
     if call.name not in ANSWERS:
         call.motion.refuse(ILLEGAL)
         return

@@ -7,8 +7,8 @@
     PC    _________________|‾‾‾        ________________
     ER    _____________________        ___|‾‾‾‾‾‾‾‾‾‾‾‾     refused: ERR says why
 
-A rising rung begins one; in structured text every call does. An axis without a slot in the rack is an ideal
-one (`ideal_axis`); `checks` says so.
+A rising rung begins an instruction; in structured text, every call does. An axis without a slot in the rack
+is an ideal axis (`ideal_axis`); `checks` reports it.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def _run(machine: Interpreter, power: bool, name: str, *operands: Resolved) -> N
 def _begin_ideal(
     machine: Interpreter, motion: MotionControl, name: str, operands: tuple[Resolved, ...], number: int
 ) -> None:
-    """Begin an instruction of an ideal axis or coordinate system, or of a group."""
+    """Begin an instruction on an ideal axis, a coordinate system or a group."""
     motion.begin(motion.ticket % MOST_TICKETS + 1)
     others = [
         each for each in operands[1:] if not (isinstance(each, Group) and each.type == MOTION_INSTRUCTION)
@@ -96,11 +96,11 @@ def _begin_ideal(
 
 
 MOST_TICKETS = (1 << 31) - 1
-"""Largest number of a request."""
+"""Largest request number."""
 
 
 def _number_of(machine: Interpreter, operand: Resolved) -> int:
-    """Return the number of an axis: above 0 on a 3601, below 0 an ideal one; 0 for another operand."""
+    """Return the number of an axis: above 0 on a 3601, below 0 if ideal; 0 for another operand."""
     if not isinstance(operand, Group) or not is_axis(operand.type):
         return 0
     return machine.whole(machine.get(operand.member("~axis")))
@@ -121,7 +121,7 @@ def _is_control(operand: Group) -> bool:
 
 
 def _row(name: str, operands: str, *, optional: int = 0) -> Spec:
-    """Return a row from operand names with their kinds, see `USES`; `optional` last ones may be missing."""
+    """Return a row from operand names with their kinds, see `USES`; the last `optional` may be missing."""
     uses = tuple(map(_use, operands.split(", ")))
 
     def run(machine: Interpreter, power: bool, *given: Resolved) -> None:

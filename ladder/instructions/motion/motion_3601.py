@@ -2,20 +2,20 @@
 
 | instruction | 3601 |
 |---|---|
-| MSO | configures the module, if the rack says how; then the axis takes commands |
+| MSO | configures the module if the rack has a configuration; then the axis takes commands |
 | MSF, MASD | brings the axis to rest; it takes no commands |
 | MASR, MAFR | Reset Errors |
-| MAM | absolute or relative move; MAJ: manual move; MAS: hold, or letting go |
+| MAM | absolute or relative move; MAJ: manual move; MAS: hold, or release |
 | MAH | Find Home |
 | MRP | Preset Position |
-| MCD | another speed of a manual move |
+| MCD | changes the speed of a manual move |
 
-A request is a ticket of the axis, see `axis3601.rung`. The instruction follows it: IP while it is under way,
-PC or DN when it has ended, ER when the axis failed. A newer request ends IP without PC. What a 3601 can't do
-is refused when the program is built.
+A request is a ticket of the axis, see `axis3601.rung`. The instruction's bits follow it: IP while it is under
+way, PC or DN when it has ended, ER if the axis failed. A newer request ends IP without PC. Functions that a
+3601 lacks are refused when the program is built.
 
-A 3601 carries out one command: it superimposes nothing. MAM and MAJ replace their own kind; beside another
-one they are refused without Merge (ERR 22), and with it the axis comes to rest in between.
+A 3601 executes one command and superimposes nothing. MAM and MAJ replace a motion of their own kind. During
+another motion, they are refused without Merge (ERR 22); with Merge, the axis comes to rest in between.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ from .motion_control import (
 
 
 def _pair(value: int) -> tuple[int, int]:
-    """Split a number into thousands and the rest, both signed."""
+    """Split a number into thousands and remainder, both signed."""
     size = (abs(value) // 1000, abs(value) % 1000)
     return size if value >= 0 else (-size[0], -size[1])
 
@@ -123,13 +123,13 @@ def _jog(axis: Axis, motion: MotionControl, direction: Given, *others: Given) ->
 
 
 STOPPED_BY = {"MOVE": (ABSOLUTE, RELATIVE), "JOG": (VELOCITY,), "HOME": (HOME,)}
-"""Kinds of requests by the stop type of MAS that ends them; a 3601 has no others."""
+"""Kinds of requests by the stop type of MAS that ends them; other stop types don't apply to a 3601."""
 
 
 def _go(
     axis: Axis, motion: MotionControl, kind: int, command: int, target: int, operands: tuple[Given, ...]
 ) -> None:
-    """Request a move or a jog, with the operands from the speed on."""
+    """Request a move or a jog; `operands` begin with the speed."""
     present = axis.under_way
     merge = len(operands) > 10 and word_of(axis.machine, operands[10], DISABLED_ENABLED) == "ENABLED"
     if not merge and any(present in kinds and kind not in kinds for kinds in STOPPED_BY.values()):
@@ -148,7 +148,7 @@ def _go(
 
 
 def _dynamics(axis: Axis, *operands: Given) -> tuple[int, tuple[int, int]] | None:
-    """Return speed and both rates in the module's units, None if one is out of range."""
+    """Return speed and both rates in the module's units; None if one is out of range."""
     values, units = operands[::2], operands[1::2]
     lists = (SPEED_UNITS, RATE_UNITS, RATE_UNITS)
     words = [word_of(axis.machine, unit, names) for unit, names in zip(units, lists, strict=True)]
@@ -176,7 +176,7 @@ def _home(axis: Axis, motion: MotionControl) -> None:
     elif speed is None or rate is None:
         motion.refuse(OUT_OF_RANGE)
     else:
-        command = COMMANDS[HOME] if settings.home_direction > 0 else 2 * COMMANDS[HOME]  # the next bit: CCW
+        command = COMMANDS[HOME] if settings.home_direction > 0 else 2 * COMMANDS[HOME]  # the next bit is CCW
         axis.request(motion, HOME, *_profile(command, 0, speed, (rate, rate)))
         motion.set(DN=True, IP=True, AC=True)
 
@@ -248,12 +248,12 @@ ANSWERS: Mapping[str, tuple[Answer, bool]] = {
     "MRP": (_redefine, True),
     "MCD": (_change, True),
 }
-"""Function that begins each instruction, and whether it needs an axis that accepts motion."""
+"""The function that begins each instruction, and whether it needs an axis that accepts motion."""
 
 
 def begin(axis: Axis, motion: MotionControl, name: str, operands: tuple[Given, ...]) -> None:
     """Begin an instruction with the operands after the axis and the control."""
-    if name not in ANSWERS:  # in an add-on instruction, built before its arguments are known
+    if name not in ANSWERS:  # in an add-on instruction that is built before its arguments are known
         motion.refuse(ILLEGAL)
         return
     answer, moves = ANSWERS[name]

@@ -26,14 +26,14 @@ ERRORS = {
     ILLEGAL: "this axis can't do it",
     QUEUE_FULL: "a path waits already",
 }
-"""What the codes of ERR mean here."""
+"""Meanings of the ERR codes."""
 
 Given = Resolved | str
 """An operand: a number, a tag, or a keyword."""
 
 
 class MotionControl:
-    """A MOTION_INSTRUCTION in a scan; its bits lie in FLAGS."""
+    """A MOTION_INSTRUCTION in a scan; its bits are in FLAGS."""
 
     def __init__(self, machine: Interpreter, group: Group) -> None:
         self._machine, self._group = machine, group
@@ -51,7 +51,7 @@ class MotionControl:
 
     @property
     def ticket(self) -> int:
-        """Number of its request to the axis, 0 without one."""
+        """Number of its request to the axis; 0 if it has none."""
         return self._machine.whole(self._machine.get(self._group.member("~ticket")))
 
     @ticket.setter
@@ -60,11 +60,11 @@ class MotionControl:
 
     @property
     def claim(self) -> int:
-        """Its own number and that of its request: what an ideal axis notes of it."""
+        """Its own number and its request's number, combined as an ideal axis stores them."""
         return self._machine.whole(self._machine.get(self._group.member("~number"))) << 32 | self.ticket
 
     def begin(self, ticket: int = 0) -> None:
-        """Set the bits of a begun instruction."""
+        """Set the bits of an instruction that has begun."""
         self.set(EN=True, DN=False, ER=False, IP=False, PC=False, AC=False, ACCEL=False, DECEL=False)
         self._fail(0)
         self.ticket = ticket
@@ -87,5 +87,5 @@ def word_of(machine: Interpreter, operand: Given, words: tuple[str, ...]) -> str
 
 
 def number_of(machine: Interpreter, operand: Given) -> float:
-    """Return a numeric operand; 0 for a keyword, which has none here."""
+    """Return a numeric operand; 0 for a keyword, which has no number."""
     return 0.0 if isinstance(operand, str) else float(machine.number(operand, -1))

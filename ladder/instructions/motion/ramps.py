@@ -4,11 +4,11 @@ r"""Courses of an ideal axis: speeds over time, as closed forms.
             |     /      \           and goes      T * (begin + end) / 2
             |____/________\____ time
 
-`share` is the part of a ramp's time in which the rate rises, and as much in which it falls again: 0 is a
-trapezoidal profile, 0.5 the S-curve of 100 % of time. A jerk in % of time is rate² / speed * (200 / % - 1),
-which reaches the rate after %/200 of the ramp [MOTION-RM002, "Profile Operand"].
+`share` is the part of a ramp's time in which the rate rises; it falls again in an equal part. 0 is a
+trapezoidal profile, and 0.5 is an S-curve of 100 % of time. A jerk in % of time is rate² / speed * (200 / % -
+1); it reaches the rate after %/200 of the ramp [MOTION-RM002, "Profile Operand"].
 
-Everything is a function of the time since the begin, so nothing depends on how often it is computed.
+Everything is a function of the time since the beginning, so nothing depends on how often it is computed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from scanrack.io_images.dataclass import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Dynamics:
-    """Speed and rates of a course, in units of the axis; each above 0 and finite."""
+    """Speed and rates of a course, in units of the axis; all are finite and above 0."""
 
     speed: float  # units/s
     up: float  # acceleration, units/s²
@@ -49,16 +49,16 @@ Phases = tuple[Phase, ...]
 
 
 class Instant(NamedTuple):
-    """An axis at a time of its course."""
+    """The motion of an axis at a time in its course."""
 
-    travel: float  # units since the begin
+    travel: float  # units since the beginning
     speed: float  # units/s
-    rate: float  # mean change of speed of the present ramp, units/s²
-    over: bool  # whether the phases are over; the last speed stays
+    rate: float  # mean acceleration of the present ramp, units/s²
+    over: bool  # whether all phases are over; the last speed stays
 
     @property
     def change(self) -> int:
-        """1 accelerating, -1 decelerating, 0 neither."""
+        """1 if accelerating, -1 if decelerating, else 0."""
         way = self.speed or self.rate
         return (way * self.rate > 0) - (way * self.rate < 0)
 
@@ -67,13 +67,13 @@ REST = Instant(0.0, 0.0, 0.0, True)
 
 
 def total(instants: Iterable[Instant]) -> Instant:
-    """Superimpose courses: their travels, speeds and rates add up."""
+    """Superimpose courses by adding travels, speeds and rates."""
     travels, speeds, rates, overs = zip(*instants, strict=True)
     return Instant(sum(travels), sum(speeds), sum(rates), all(overs))
 
 
 def shares(rate: float, jerk: float, speed: float) -> tuple[float, float]:
-    """Return the rate that a jerk in units/s³ allows on a ramp to a speed, and the share.
+    """Return the rate that a jerk in units/s³ allows on a ramp to a speed, and the ramp share.
 
     >>> shares(100.0, 1000.0, 20.0)  # 0.1 s of 0.3 s
     (100.0, 0.3333333333333333)
@@ -87,7 +87,7 @@ def shares(rate: float, jerk: float, speed: float) -> tuple[float, float]:
 
 
 def ramp(begin: float, end: float, dynamics: Dynamics) -> Phases:
-    """Return a change of speed; through zero it takes two ramps."""
+    """Return the ramps of a change of speed: two ramps if it passes through zero."""
     if begin * end < 0:
         return (*ramp(begin, 0.0, dynamics), *ramp(0.0, end, dynamics))
     if abs(end) > abs(begin):
@@ -98,7 +98,7 @@ def ramp(begin: float, end: float, dynamics: Dynamics) -> Phases:
 
 
 def move(distance: float, speed: float, dynamics: Dynamics) -> Phases:
-    """Return a move over a distance from a present speed; one that goes too far comes back.
+    """Return the phases of a move over a distance from a present speed; it returns if it overshoots.
 
     >>> [round(each.seconds, 3) for each in move(10.0, 0.0, Dynamics(5.0, 10.0, 5.0))]
     [0.5, 1.25, 1.0]
@@ -122,12 +122,12 @@ def move(distance: float, speed: float, dynamics: Dynamics) -> Phases:
 
 
 def length(phases: Phases) -> float:
-    """Return the travel of phases."""
+    """Return the total travel of phases."""
     return sum(each.seconds * (each.begin + each.end) / 2 for each in phases)
 
 
 def at(phases: Phases, seconds: float, last: float = 0.0) -> Instant:
-    """Return the axis some seconds after the begin.
+    """Return the motion some seconds after the beginning.
 
     Args:
         last: the speed after the phases.
@@ -154,7 +154,7 @@ def _inside(phase: Phase, travel: float, seconds: float) -> Instant:
 
 
 def _unit(part: float, share: float) -> tuple[float, float]:
-    """Return speed and travel of a ramp from 0 to 1 at a part of its time."""
+    """Return the speed and travel of a unit ramp (speed 0 to 1) at a part of its time."""
     if share <= 0:
         return part, part * part / 2
     if part > 0.5:

@@ -1,7 +1,7 @@
-"""Structures of motion in memory: axes, coordinate systems, and the instructions that move them.
+"""Motion structures in memory: axes, coordinate systems, and the instructions that move them.
 
-An axis notes for which instruction it does something: a claim is the number of the MOTION_INSTRUCTION and
-that of its request. A claim that is older than the instruction's last request no longer sets bits.
+An axis stores which instruction a motion belongs to: a claim is the number of the MOTION_INSTRUCTION and the
+number of its request. A claim that is older than the instruction's last request no longer sets bits.
 """
 
 from __future__ import annotations
@@ -20,27 +20,27 @@ from .axes import AxisSettings
 
 @dataclass(frozen=True, slots=True)
 class MotionPart:
-    """A structure of a program, by the path of its tag and its place among the elements of an array."""
+    """A structure of a program, given by the path of its tag and the index of the array element."""
 
     path: str
     index: int
-    name: str  # as messages name it
+    name: str  # its name in messages
     kind: str = ""  # name of its type
     leaves: dict[str, Leaf] = field(
         default_factory=dict, compare=False, repr=False
-    )  # by member, once looked up
+    )  # leaves by member, filled on first use
 
 
 @dataclass(frozen=True, slots=True)
 class Ideal:
     """The ideal axes and coordinate systems of a program, and its motion instructions."""
 
-    axes: tuple[tuple[MotionPart, AxisSettings], ...]  # number -1 is the first
-    systems: tuple[tuple[MotionPart, tuple[int, ...]], ...]  # number 1 is the first; numbers of its axes
+    axes: tuple[tuple[MotionPart, AxisSettings], ...]  # the first has number -1
+    systems: tuple[tuple[MotionPart, tuple[int, ...]], ...]  # number 1 is the first; with axis numbers
     controls: tuple[MotionPart, ...]  # number 1 is the first
 
     def carry(self, before: Ideal, memory: Memory) -> None:
-        """Give what is under way the numbers of this program after an online edit of another one."""
+        """Renumber motions under way for this program after an online edit."""
         controls = _renumbered(before.controls, self.controls)
         axes = _renumbered([part for part, _ in before.axes], [part for part, _ in self.axes])
         for parts, claims in ((self.axes, OF_AXES), (self.systems, OF_SYSTEMS)):
@@ -58,11 +58,11 @@ class Ideal:
 
 OF_AXES = (*(f"{planner}_claim" for planner in PLANNERS), "watch_claim")
 OF_SYSTEMS = ("claim", "next_claim", "transform")
-"""Hidden members that name an instruction."""
+"""Hidden members of coordinate systems that refer to an instruction."""
 
 
 def _renumbered(before: Sequence[MotionPart], after: Sequence[MotionPart]) -> dict[int, int]:
-    """Return new numbers by old ones, from 1."""
+    """Return new numbers by old numbers, from 1; 0 if a structure is gone."""
     now = {(part.path.upper(), part.index): number for number, part in enumerate(after, 1)}
     return {number: now.get((part.path.upper(), part.index), 0) for number, part in enumerate(before, 1)}
 
@@ -84,7 +84,7 @@ class MotionSpot:
         return self.memory.read(self._leaf(name), self.part.index)
 
     def put(self, **members: Value) -> None:
-        """Set members that lie in no array."""
+        """Set members that are not in an array."""
         for name, value in members.items():
             leaf = self._leaf(name)
             self.memory.write(leaf, self.part.index, converted(leaf.type, value))
@@ -100,7 +100,7 @@ class MotionSpot:
             self.memory.write(leaf, place, converted(leaf.type, value))
 
     def bits(self, places: dict[str, str], **bits: bool) -> None:
-        """Set bits by name, whose word and number `places` has."""
+        """Set bits by name; `places` has the word and bit number of each."""
         words: dict[str, int] = {}
         for name, on in bits.items():
             word, _, bit = places[name].partition(".")
@@ -113,7 +113,7 @@ FLAGS = {name: f"FLAGS.{bit}" for name, bit in MOTION_BITS.items()}
 
 
 def settle(memory: Memory, ideal: Ideal, claim: int, error: int = 0, **bits: bool) -> None:
-    """Set bits of the instruction of a claim, if it has not begun another time since."""
+    """Set bits of the instruction of a claim, unless it has begun again since."""
     number, ticket = claim >> 32, claim & 0xFFFF_FFFF
     if not number:
         return

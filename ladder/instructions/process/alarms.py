@@ -1,4 +1,4 @@
-"""ALMD and ALMA: alarms with acknowledgment, by a condition and by limits.
+"""ALMD and ALMA: alarms with acknowledgment, for a condition and for limits.
 
     InAlarm  Acked   becomes
     0        1       1 0 when the condition has lasted MinDurationPRE ms (1 1 without AckRequired)
@@ -6,8 +6,8 @@
     1        1       0 1 when the condition ends, Latched: when it is reset then
     0        0       0 1 when acknowledged, 1 0 when the condition comes again
 
-[1756-RM003N p. 49, 50, 64, 65]. A rising ProgAck or ProgReset is one request, as is a set OperAck or
-OperReset, which the instruction clears. Alarms have no subscribers here, so there are no messages.
+[1756-RM003N p. 49, 50, 64, 65]. A rising ProgAck or ProgReset is one request; so is a set OperAck or
+OperReset, which the instruction clears. Alarms have no subscribers here, so they send no messages.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ _NS_PER_MS, _NS_PER_US = 1_000_000, 1_000
 
 
 def _copy(machine: Interpreter, alarm: Members, names: Iterable[str], operands: Iterable[Resolved]) -> None:
-    """Copy operands to the parameters of these names."""
+    """Copy operands to the parameters with these names."""
     for name, operand in zip(names, operands, strict=True):
         alarm.set(**{name: machine.condition(operand)})
 
 
 def _requested(alarm: Members, name: str) -> bool:
-    """Whether the program (by a rising bit) or the operator requests this."""
+    """Return whether the program (by a rising bit) or the operator requests this; clear the request."""
     program, before = alarm[f"Prog{name}"], alarm[f"~{name}"]
     requested = bool(program and not before) or bool(alarm[f"Oper{name}"])
     alarm.set(**{f"~{name}": program, f"Oper{name}": False})
@@ -39,7 +39,7 @@ def _requested(alarm: Members, name: str) -> bool:
 
 
 def _switch(alarm: Members, on: str, off: str, state: str) -> bool:
-    """Set a state by its requests; the request to end it takes precedence."""
+    """Set a state according to its requests; a request to end it takes precedence."""
     if alarm[f"Prog{off}"] or alarm[f"Oper{off}"]:
         alarm.set(**{state: False})
     elif alarm[f"Prog{on}"] or alarm[f"Oper{on}"]:
@@ -49,7 +49,7 @@ def _switch(alarm: Members, on: str, off: str, state: str) -> bool:
 
 
 def _lasts(machine: Interpreter, alarm: Members, active: bool) -> bool:
-    """Time a condition; return whether it has lasted long enough."""
+    """Measure how long a condition lasts; return whether it has lasted long enough."""
     if not active:
         alarm.set(MinDurationACC=0, **{"~active": False})
         return False
@@ -119,7 +119,7 @@ def _alma(machine: Interpreter, power: bool, group: Group, source: Resolved, *op
 
 
 def _levels(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
-    """Compare the value with its limits; once there is an alarm, another one needs no duration."""
+    """Compare the value with its limits; once there is an alarm, further alarms need no duration."""
     beyond = {
         name: not disabled and bool(alarm[f"{name}Enabled"]) and _beyond(alarm, name) for name in ALARM_LEVELS
     }
@@ -151,7 +151,7 @@ def _level(alarm: Members, name: str, *, on: bool, acknowledged: bool) -> None:
 
 
 def _rates(machine: Interpreter, alarm: Members, *, disabled: bool, acknowledged: bool) -> None:
-    """Sample once per ROCPeriod (s) and compare the rate of change with its limits."""
+    """Sample once per ROCPeriod (s), and compare the rate of change with its limits."""
     period, elapsed = alarm["ROCPeriod"], machine.now_ns - int(alarm["~sampled_ns"])
     if not alarm["~sampled"]:
         alarm.set(**{"~sampled": True, "~sampled_ns": machine.now_ns, "~sample": alarm["In"]})

@@ -3,10 +3,10 @@
     mode                      commanded state
     Hand (ProgHandReq)        HandFB, or the one HandFB that is set
     Override                  OverrideState; by ProgOverrideReq, OverrideOnInit, an alarm with OverrideOnFault
-    Program, Operator         the one command or request that is set, if the state's permissive is
+    Program, Operator         the one command or request that is set, if the state's permissive is set
 
-More than one command holds the state and is a fault. A commanded change starts the fault timer, the feedback
-of the state stops it. Where the manual is silent: the first scan starts the timer, too, and an override by an
+More than one command is a fault, and the state stays. A commanded change starts the fault timer; the feedback
+of the state stops it. Where the manual is silent: the first scan also starts the timer, and an override by an
 alarm gives the operator control.
 """
 
@@ -21,14 +21,14 @@ _NS_PER_S = 1_000_000_000
 
 
 def _one(block: FunctionBlock, names: list[str], fault: str) -> int | None:
-    """Return which one of several bits is set, None for none; several are a fault."""
+    """Return which of several bits is set; None if none is, or if several are, which is a fault."""
     found = [number for number, name in enumerate(names) if block[name]]
     block.wrong(**{fault: len(found) > 1})
     return found[0] if len(found) == 1 else None
 
 
 def _mode_alarm(block: FunctionBlock, state: int, commands: Sequence[str]) -> None:
-    """Remind the operator: the program commands another state than he does.
+    """Set ModeAlarm if the program commands another state than the operator.
 
     Args:
         commands: inputs of the program, one for each state, or one for two states.
@@ -42,28 +42,28 @@ def _mode_alarm(block: FunctionBlock, state: int, commands: Sequence[str]) -> No
 
 
 def _has_timed_out(block: FunctionBlock) -> bool:
-    """Return whether a missing feedback is a fault: after FaultTime, or once it has been there."""
+    """Return whether a missing feedback is a fault: after FaultTime, or if the feedback was there before."""
     limit = block.limited("FaultTime", 0.0, math.inf)
     late = (block.machine.now_ns - int(block["~since_ns"])) / _NS_PER_S >= limit
     return limit > 0 and (late or not block["~timing"])
 
 
 def _device(states: int) -> Callable[[FunctionBlock], None]:
-    """Return the step of a device of so many states."""
+    """Return the function that runs a device with this number of states."""
     three = states == 3
     numbers = range(states)
     commands = [f"Prog{n}Command" for n in numbers] if three else ["ProgCommand"]
     feedbacks = ("FB0", "FB1", "FB2", "FB3") if three else ("FB0", "FB1")
 
     def commanded(block: FunctionBlock, *, program: bool) -> int | None:
-        """Return the state that who has control commands, None for no change."""
+        """Return the state that the program or the operator commands; None for no change."""
         requested = _one(block, [f"Oper{n}Req" for n in numbers], "OperReqInv")
         by_program = _one(block, commands, "ProgCommandInv") if three else int(block["ProgCommand"])
         state = by_program if program else requested
         return state if state is not None and block[f"State{state}Perm"] else None
 
     def overriding(block: FunctionBlock, *, first: bool) -> bool:
-        """Return whether the device is to be in its override state; an alarm gives the operator control."""
+        """Return whether the device must be in its override state; an alarm gives the operator control."""
         by_alarm = block.on("FaultAlarm") and block.on("OverrideOnFault")
         begins = first and block.on("OverrideOnInit")
         requested = block.on("ProgOverrideReq") or by_alarm or begins
@@ -73,7 +73,7 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
         return requested and not invalid and not block["ProgHandReq"]
 
     def state_of(block: FunctionBlock, before: int, *, first: bool) -> int:
-        """Set the mode; return the state that is commanded now."""
+        """Set the mode; return the commanded state."""
         program = block.control()
         hand, override = block.on("ProgHandReq"), overriding(block, first=first)
         block.set(Hand=hand, Override=override)

@@ -1,4 +1,4 @@
-r"""Blocks of drives [1756-RM006K p. 270-304, where pages of PI, PMUL and SOC were at hand].
+r"""Drive function blocks [1756-RM006K p. 270-304; the pages of PI, PMUL and SOC were available].
 
 | block | function |
 |---|---|
@@ -11,11 +11,12 @@ r"""Blocks of drives [1756-RM006K p. 270-304, where pages of PI, PMUL and SOC we
     SCRV  Out      _/             Rate rises by JerkRate DeltaT a call up to AccelRate, and falls
           ________/               in time to arrive with Rate 0
 
-The integral of PI and SOC stays as it was while a HoldHigh or HoldLow, or Out at its limit, would wind it up.
-Non-linear gains of PI: Kp becomes Kp ((Shape - 1) r + 1), with r = |In|/KpInRange up to 1 and its square with
-ParabolicLinear; Wld likewise. SOC is the sum of an integral and a lag, by the bilinear transform: with
-b = 1/WLead^2 and a = 2 ZetaLead/WLead - 1/WLag its transfer function is Gain (1/s + (a + b s)/(1 + s/WLag)).
-The steps of SCRV are an interpretation, as are first scans of PMUL and SCRV. Without a jerk rate Out stays.
+The integral of PI and SOC is held while HoldHigh, HoldLow, or a limit of Out would wind it up. With the
+nonlinear gains of PI, Kp becomes Kp ((Shape - 1) r + 1), where r = |In|/KpInRange up to 1, squared with
+ParabolicLinear; the same goes for Wld. SOC is the sum of an integral and a lag, by the bilinear transform:
+with b = 1/WLead^2 and a = 2 ZetaLead/WLead - 1/WLag, its transfer function is Gain (1/s + (a + b s)/(1 +
+s/WLag)). The steps of SCRV are an interpretation, and so are the first scans of PMUL and SCRV. Without a jerk
+rate, Out does not change.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ def _initial(block: FunctionBlock) -> float:
 
 
 def _with_limits(block: FunctionBlock, integral: float, before: float, other: float) -> tuple[float, float]:
-    """Limit an integral, and Out, which is its sum with another term [p. 302-303].
+    """Limit an integral, and Out, which is the integral plus another term [p. 302-303].
 
     Returns:
         (integral, out)
@@ -61,7 +62,7 @@ def _with_limits(block: FunctionBlock, integral: float, before: float, other: fl
 
 
 def _keep(block: FunctionBlock, out: float, **internal: float) -> float:
-    """Set Out; remember internal values unless Out, or one of them, is invalid."""
+    """Set Out; keep internal values unless Out or one of them is invalid."""
     block.set(Out=out)
     if all(map(math.isfinite, (block.rounded(out), *internal.values()))):
         block.set(**{f"~{name}": value for name, value in internal.items()})
@@ -72,7 +73,7 @@ def _keep(block: FunctionBlock, out: float, **internal: float) -> float:
 
 
 def _shaped(block: FunctionBlock, name: str, gain: float, value: float) -> float:
-    """Return a gain of the non-linear mode for a value of In."""
+    """Return a gain in nonlinear mode for a value of In."""
     shapes = {
         sign: block.limited(f"Shape{name}{sign}", 0.1, _MOST_SHAPE, f"Shape{name}{sign}Inv")
         for sign in ("Plus", "Minus")
@@ -159,9 +160,9 @@ def _pulses(block: FunctionBlock) -> float:
 
 
 def _quickest(rate: float, left: float, most: float, jerk: float, seconds: float) -> float:
-    """Return the highest rate from which Out can still arrive with rate 0, within the limits of its change.
+    """Return the highest rate, within its limits, from which Out can still arrive with rate 0.
 
-    The next step is (rate + found)/2 seconds, the way to rest after it found^2/(2 jerk).
+    The next step moves (rate + found)/2 * seconds; the distance to rest after it is found^2/(2 jerk).
     """
     change = jerk * seconds
     root = seconds * seconds / 4 + 2 * (left - rate * seconds / 2) / jerk
@@ -191,7 +192,7 @@ def _s_curve(block: FunctionBlock) -> float:
 def _follow(
     block: FunctionBlock, target: float, limits: tuple[float, float], jerk: float, seconds: float
 ) -> float:
-    """Move Out toward In, or to rest with HoldEnable; return it."""
+    """Move Out toward In, or to rest with HoldEnable; return Out."""
     out, rate = block.real("~exact"), block.real("~rate")
     held = block.on("HoldEnable")
     sign = math.copysign(1, rate if held else target - out)
@@ -209,7 +210,7 @@ def _follow(
 
 
 def _braking_step(rate: float, most: float, jerk: float, seconds: float) -> tuple[float, float]:
-    """Return how far Out moves while its rate falls, and the new rate."""
+    """Return how far Out moves as its rate falls, and the new rate."""
     if jerk * seconds >= most:
         return 0.0, 0.0
     new = max(rate - jerk * seconds, 0.0)

@@ -4,8 +4,8 @@
     CV = CV before + P dE% + I/60 E% DeltaT + 60 D d(dE%)/DeltaT         independent gains
     CV = CV before + P (dE% + E% DeltaT/(60 I) + 60 D d(dE%)/DeltaT)     dependent gains (DependIndepend)
 
-dE% is that of PV alone with PVEProportional, and d(dE%) with PVEDerivative. Then the feed forward is added,
-and CV is limited: windup, 0 to 100 %, CVHLimit and CVLLimit, rate of change.
+With PVEProportional, dE% uses only the change of PV; with PVEDerivative, so does d(dE%). Then the feedforward
+is added, and CV is limited: windup, 0 to 100 %, CVHLimit and CVLLimit, rate of change.
 
     mode               CV                       by
     Hand               HandFB                   ProgHandReq
@@ -13,8 +13,8 @@ and CV is limited: windup, 0 to 100 %, CVHLimit and CVLLimit, rate of change.
     Manual             CVProg or CVOper         ProgManualReq or OperManualReq
     Auto, CasRat       the algorithm            the same with Auto and CasRat
 
-Where the manual is silent: the end of Hand or Override leads to Manual; a setpoint or ratio is checked when
-it is in use; DSmoothing has no effect. Tuning is not simulated: AtuneReady stays false.
+Where the manual is silent: after Hand or Override, the mode is Manual; a setpoint or ratio is checked when it
+is used; DSmoothing has no effect. Tuning is not simulated, so AtuneReady stays false.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _ALARMS = (
 
 @dataclass(slots=True)
 class _PidLoop:
-    """A call of a PIDE."""
+    """One call of a PIDE."""
 
     block: FunctionBlock
     program: bool
@@ -55,12 +55,12 @@ class _PidLoop:
         return self.mode in _REGULATING
 
     def of_control(self, name: str) -> str:
-        """Return the name of an input of who has control."""
+        """Return the name of an input of the side that has control, the program or the operator."""
         return f"{name}{'Prog' if self.program else 'Oper'}"
 
 
 def _check(loop: _PidLoop) -> None:
-    """Note faults of the measured and the controlled value; initialize CV."""
+    """Note faults of the process variable and of CV; initialize CV."""
     block = loop.block
     was_faulted = block.on("CVFaulted")
     low, high = block.real("PVEUMin"), block.real("PVEUMax")
@@ -77,7 +77,7 @@ def _check(loop: _PidLoop) -> None:
 
 
 def _requested(loop: _PidLoop) -> str:
-    """Return the mode that the controlling side requests, Manual, Auto or CasRat; else the last one."""
+    """Return the mode that the controlling side requests, Manual, Auto or CasRat; else the last mode."""
     block, who = loop.block, "Prog" if loop.program else "Oper"
     if block[f"{who}ManualReq"]:
         return "Manual"
@@ -155,7 +155,7 @@ def _gains(block: FunctionBlock) -> list[float]:
 
 
 def _past_errors(loop: _PidLoop, now: dict[str, float]) -> dict[str, tuple[float, float]]:
-    """Return the last two values of the error and of PV, the newer one first; keep those of now."""
+    """Return the last two values of the error and of PV, newest first; store the present values."""
     block = loop.block
     if loop.first:
         block.set(**{f"~{each}{n}": value for each, value in now.items() for n in (1, 2)})
@@ -167,7 +167,7 @@ def _past_errors(loop: _PidLoop, now: dict[str, float]) -> dict[str, tuple[float
 
 
 def _change(loop: _PidLoop) -> float:
-    """Return the change of CV in percent by the gains; keep errors and PV for the next calls."""
+    """Return the change of CV in percent by the gains; store errors and PV for the next calls."""
     block, seconds = loop.block, loop.seconds
     gains = _gains(block)
     percent = block.real("PVPercent") * (1 if block["ControlAction"] else -1)
@@ -186,7 +186,7 @@ def _change(loop: _PidLoop) -> float:
 
 
 def _in_deadband(loop: _PidLoop, before: float) -> bool:
-    """Return whether the error is so small that CV stays; without ZCOff only after it has crossed zero."""
+    """Return whether the error is too small to change CV; without ZCOff, only after it has crossed zero."""
     block = loop.block
     band = block.limited("ZCDeadband", 0.0, math.inf)
     inside = band > 0 and abs(block.real("E")) <= band
@@ -197,7 +197,7 @@ def _in_deadband(loop: _PidLoop, before: float) -> bool:
 
 
 def _feed_forward(loop: _PidLoop) -> float:
-    """Return the change of the feed forward; a call without time leaves it to the next one."""
+    """Return the change of the feedforward; if no time has passed, leave it to the next call."""
     block = loop.block
     value = block.limited("FF", -100.0, 100.0)
     if loop.seconds <= 0 and not loop.first:
@@ -210,7 +210,7 @@ def _feed_forward(loop: _PidLoop) -> float:
 
 
 def _select_cv(loop: _PidLoop) -> tuple[float, float]:
-    """Return CV by the mode, and that of before."""
+    """Return CV for the mode, and the previous CV."""
     block = loop.block
     change = _change(loop) + _feed_forward(loop)
     before = block.real("CV")
@@ -232,7 +232,7 @@ def _select_cv(loop: _PidLoop) -> tuple[float, float]:
 
 
 def _limit_change(loop: _PidLoop, cv: float, before: float) -> tuple[float, bool]:
-    """Return CV limited by the rate of its change, and whether it changed faster."""
+    """Return CV limited by its rate of change, and whether it was limited."""
     rate = loop.block.limited("CVROCLimit", 0.0, math.inf)
     limiting = loop.regulates or (loop.mode == "Manual" and loop.block.on("CVManLimiting"))
     if not limiting or loop.initializing:
@@ -244,7 +244,7 @@ def _limit_change(loop: _PidLoop, cv: float, before: float) -> tuple[float, bool
 
 
 def _show_cv(loop: _PidLoop, cv: float) -> None:
-    """Set CVEU, and CVOper for a change to Operator Manual without a bump."""
+    """Set CVEU, and CVOper for a bumpless change to Operator Manual."""
     block = loop.block
     if loop.initializing:
         block.set(CVEU=block["CVInitValue"])

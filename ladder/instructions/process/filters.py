@@ -1,4 +1,4 @@
-"""Filters: a transfer function of s, executed by the bilinear transform of DeltaT.
+"""Filters: transfer functions of s, executed by the bilinear transform with DeltaT.
 
     s = 2/DeltaT (1 - 1/z) / (1 + 1/z)
 
@@ -7,15 +7,15 @@
 | LDLG | (1 + Lead s) / (1 + Lag s), of In x Gain + Bias |
 | LPF | w^n / B(s), w = WLag, B the Butterworth polynomial of order n = 1 to 3 |
 | HPF | s^n / B(s), w = WLead |
-| NTCH | (s^2 + w^2) / (s^2 + s w/Q + w^2), w = WNotch; order 4 the same twice |
+| NTCH | (s^2 + w^2) / (s^2 + s w/Q + w^2), w = WNotch; order 4 is its square |
 | LDL2 | C(WLead, ZetaLead) / C(WLag, ZetaLag), C(w, z) = 1 + 2 z s/w + (s/w)^2; order 1 without z: 1 + s/w |
 
 DERV, INTG and DEDT are the derivative, the integral and a delay [1756-RM006K, the page of each]. The first
-scan, and Initialize, start a filter in its steady state. A value that is NaN or infinite is not kept: the
-next call of LDLG, DERV, INTG and DEDT takes the values before it [Function Block Responses to Overflow
-Conditions], the other filters start again [p. 333, 345]. The manual has no difference equations, and these
-are interpretations; so is the range of a frequency, 1E-7/DeltaT to 0.7 pi/DeltaT. LDL2 limits WLag to
-40 WLead in order 1, to 10 WLead in order 2 [p. 345].
+scan and Initialize start a filter in its steady state. A value that is NaN or infinite is not stored: the
+next call of LDLG, DERV, INTG and DEDT uses the values before it [Function Block Responses to Overflow
+Conditions], and the other filters start again [p. 333, 345]. The manual has no difference equations, so the
+equations here are interpretations. So is the range of a frequency, 1E-7/DeltaT to 0.7 pi/DeltaT. LDL2 limits
+WLag to 40 WLead in order 1, and to 10 WLead in order 2 [p. 345].
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def _times(a: Polynomial, b: Polynomial) -> list[float]:
 
 
 def _in_delays(polynomial: Polynomial, order: int, seconds: float) -> list[float]:
-    """Return the polynomial of 1/z for one of s, times (1 + 1/z)^order."""
+    """Convert a polynomial of s to a polynomial of 1/z, multiplied by (1 + 1/z)^order."""
     made = [0.0] * (order + 1)
     for power, factor in enumerate(polynomial):
         part = [factor * (2 / seconds) ** power]
@@ -61,7 +61,7 @@ def _past(block: FunctionBlock, name: str, order: int) -> list[float]:
 def _remember(
     block: FunctionBlock, inputs: list[float], outputs: list[float], *, finite: bool, again: bool
 ) -> None:
-    """Keep values for the next calls, the newest first; an overflow keeps none, or starts it again."""
+    """Store values for the next calls, newest first; an overflow stores none, or restarts the filter."""
     if finite:
         block.set(**{f"~x{n}": x for n, x in enumerate(inputs, start=1)})
         block.set(**{f"~y{n}": y for n, y in enumerate(outputs, start=1)})
@@ -82,7 +82,7 @@ def _filtered(
     """Execute a transfer function; return Out.
 
     Args:
-        again: whether it starts again after a value that is not finite.
+        again: whether the filter starts again after a value that is not finite.
     """
     order = len(lower) - 1
     if begin or not math.isfinite(value + block.real("~y1")):
@@ -114,7 +114,7 @@ def _lead_lag(block: FunctionBlock) -> float:
 
 
 def frequency(block: FunctionBlock, name: str, seconds: float) -> float:
-    """Return a frequency within what DeltaT allows."""
+    """Return a frequency, limited to the range that DeltaT allows."""
     if seconds <= 0:
         return 1.0
     return block.limited(name, 1e-7 / seconds, 0.7 * math.pi / seconds)
@@ -126,7 +126,7 @@ def _order(block: FunctionBlock, orders: Sequence[int]) -> int:
 
 
 def _of_order(name: str, *orders: int) -> Callable[[FunctionBlock], float]:
-    """Return the step of a filter of a frequency; an invalid order is the first one [help, LPF: Order]."""
+    """Return the function of a filter by order; an invalid order means the first [help, LPF: Order]."""
 
     def step(block: FunctionBlock) -> float:
         first = block.begins()
@@ -168,7 +168,7 @@ def _second_lead_lag(block: FunctionBlock) -> float:
 
 
 def _derive(block: FunctionBlock) -> float:
-    """Out = Gain (In - In before) / DeltaT; In itself with ByPass."""
+    """Compute Out = Gain (In - previous In) / DeltaT; with ByPass, Out = In."""
     first = block.begins()
     seconds = block.seconds(first=first)
     value, before = block.real("In"), block.real("~x1")
@@ -186,7 +186,7 @@ def _derive(block: FunctionBlock) -> float:
 
 
 def _within_limits(block: FunctionBlock, out: float) -> float:
-    """Set the alarms; return Out within its limits, LowLimit if they are crossed."""
+    """Set the alarms; return Out within its limits, or LowLimit unless it is below HighLimit."""
     low, high = block.real("LowLimit"), block.real("HighLimit")
     crossed = block.wrong(HighLowLimsInv=not low < high)
     block.set(HighAlarm=crossed or out >= high, LowAlarm=crossed or out <= low)
@@ -194,7 +194,7 @@ def _within_limits(block: FunctionBlock, out: float) -> float:
 
 
 def _integrate(block: FunctionBlock) -> float:
-    """Out = Out before + IGain (In + In before)/2 DeltaT, limited; LowLimit if the limits are crossed."""
+    """Compute Out = previous Out + IGain (In + previous In)/2 DeltaT, within its limits."""
     first = block.begins()
     seconds = block.seconds(first=first)
     value, gain = block.real("In"), block.limited("IGain", 0.0, math.inf)
@@ -214,10 +214,11 @@ def _integrate(block: FunctionBlock) -> float:
 
 
 def _delay(block: FunctionBlock) -> float:
-    """In x Gain + Bias of Deadtime before; the buffer is the array, the newest value first.
+    """Compute Out = In x Gain + Bias, with In delayed by Deadtime; the array is the buffer, newest first.
 
-    Deadtime is rounded to whole DeltaT. A buffer that grows repeats its oldest value. In the first scan,
-    after an InFault and with an invalid Deadtime, Out is In x Gain + Bias, and the buffer is filled with it.
+    Deadtime is rounded to a multiple of DeltaT. A buffer that grows repeats its oldest value. In the first
+    scan, after an InFault, and with an invalid Deadtime, Out is In x Gain + Bias without delay, and the
+    buffer is filled with it.
     """
     first = block.begins()
     seconds = block.seconds(first=first)
@@ -244,7 +245,7 @@ def _delay(block: FunctionBlock) -> float:
 
 
 def _delayed(block: FunctionBlock, buffer: Elements, value: float, count: int) -> float:
-    """Return Out of `count` calls before; shift the buffer."""
+    """Return the value of `count` calls before; shift the buffer."""
     stored, out = block.rounded(value), block.real("Out")
     held = min(int(block["~held"]), count)
     oldest = buffer[held - 1] if held else out if math.isfinite(out) else stored

@@ -1,12 +1,12 @@
-"""What the function blocks of process control have in common [1756-RM006K, Function Block Attributes].
+"""Common parts of the process control function blocks [1756-RM006K, Function Block Attributes].
 
 | | |
 |---|---|
-| status | `wrong` notes each fault; after the call its bit, InstructFault and Status show it |
+| status | `wrong` notes each fault; its bit, InstructFault and Status show it after the call |
 | EnableOut | false if Out, or another result, is infinite or NaN |
-| DeltaT | the period of the task, else whole ms since the last call; OversampleDT; that of time stamps |
+| DeltaT | the task's period or else whole ms since the last call; OversampleDT; or from time stamps |
 | control | Program or Operator control by four requests; ProgOperReq and ProgProgReq have precedence |
-| first run, first scan | `ran` is false once, `begun` after each prescan |
+| first run, first scan | `ran` is false only before the first call, `begun` after each prescan |
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ MOST_OVERSAMPLE_S = 4194.303
 
 
 class FunctionBlock(Members):
-    """A block in a call: `block["In"]`, `block.set(Out=1.0)`."""
+    """A block during a call: `block["In"]`, `block.set(Out=1.0)`."""
 
     def __init__(self, machine: Interpreter, group: Group, arrays: tuple[Resolved, ...] = ()) -> None:
         super().__init__(machine, group)
@@ -50,7 +50,7 @@ class FunctionBlock(Members):
         return float(self[name])
 
     def rounded(self, value: float) -> float:
-        """Return a number as a REAL holds it, infinite if it is too large."""
+        """Return a number rounded to REAL; infinite if it is too large."""
         return float(self.machine.converted(REAL, value))
 
     def on(self, name: str) -> bool:
@@ -58,20 +58,20 @@ class FunctionBlock(Members):
         return bool(self[name])
 
     def wrong(self, **faults: bool) -> bool:
-        """Note faults by the names of their bits; return whether there is one among them."""
+        """Note faults by the names of their bits; return whether any is true."""
         found = {name: bool(each) for name, each in faults.items()}
         self._faults.update(found)
         return any(found.values())
 
     def limited(self, name: str, low: float, high: float, fault: str = "") -> float:
-        """Return an input within limits; outside of them its `Inv` bit, or another one, is a fault."""
+        """Return an input limited to a range; outside it, note the fault of its `Inv` bit, or of `fault`."""
         value = self.real(name)
         inside = low <= value <= high
         self.wrong(**{fault or f"{name}Inv": not inside})
         return value if inside else high if value > high else low
 
     def holds(self, change: float, high: str = "HoldHigh", low: str = "HoldLow") -> bool:
-        """Return whether a bit forbids a change: `high` one that is positive, `low` one that is negative."""
+        """Return whether a bit forbids a change: `high` forbids an increase, `low` a decrease."""
         return (change > 0 and self.on(high)) or (change < 0 and self.on(low))
 
     def report(self, bits: dict[str, tuple[str, int]]) -> None:
@@ -86,19 +86,19 @@ class FunctionBlock(Members):
     # --- time
 
     def begins(self) -> bool:
-        """Return whether this is the first call after a prescan."""
+        """Return whether this is the first call after a prescan, and note the call."""
         begins = not self.on("~begun")
         self.set(**{"~begun": True})
         return begins
 
     def first_run(self) -> bool:
-        """Return whether this is the first call at all."""
+        """Return whether this is the first call ever, and note the call."""
         first = not self.on("~ran")
         self.set(**{"~ran": True})
         return first
 
     def elapsed_ms(self, *, first: bool) -> int:
-        """Return whole ms since the last call, 0 in the first scan; a rest stays for the next one."""
+        """Return whole ms since the last call, 0 in the first scan; keep the remainder for the next call."""
         since = self._group.member("~last_ns")
         if first:
             self.machine.start_clock(since)
@@ -106,7 +106,7 @@ class FunctionBlock(Members):
         return self.machine.elapsed(since, NS_PER_MS)
 
     def seconds(self, *, first: bool) -> float:
-        """Set DeltaT by the timing mode; return it, 0 if the algorithm does not run."""
+        """Set DeltaT by the timing mode; return it, or 0 if the algorithm does not run."""
         mode = self["TimingMode"]
         elapsed = self.elapsed_ms(first=first) / MS_PER_S
         scheduler = self.machine.scheduler
@@ -124,7 +124,7 @@ class FunctionBlock(Members):
         return elapsed
 
     def _sampled(self, *, first: bool) -> float:
-        """Return the time between the stamps of two samples."""
+        """Return the time between the time stamps of two samples."""
         stamp, period = int(self["RTSTimeStamp"]), int(self["RTSTime"])
         unusable = self.wrong(RTSTimeInv=not 1 <= period < STAMPS)
         if self.wrong(RTSTimeStampInv=not 0 <= stamp < STAMPS):
@@ -137,7 +137,7 @@ class FunctionBlock(Members):
     # --- control
 
     def control(self) -> bool:
-        """Set ProgOper by the requests; return whether the program has control."""
+        """Set ProgOper from the requests; return whether the program has control."""
         program = self.on("ProgOper")
         if self.on("ProgOperReq"):
             program = False
@@ -151,9 +151,9 @@ class FunctionBlock(Members):
         return program
 
     def starts(self) -> bool:
-        """Begin a call with its mode of control; return whether it is the first scan.
+        """Begin a call and set its mode of control; return whether it is the first scan.
 
-        The first run starts in Operator control; the first scan ignores all requests of before.
+        The first run starts in Operator control. The first scan ignores all earlier requests.
         """
         if self.first_run():
             self.set(ProgOper=False)
@@ -163,7 +163,7 @@ class FunctionBlock(Members):
         return first
 
     def clear_requests(self) -> None:
-        """Clear the operator's requests, and with ProgValueReset the program's."""
+        """Clear the operator's requests, and with ProgValueReset also the program's."""
         whose = ("Oper", "Prog") if self.on("ProgValueReset") else ("Oper",)
         self.set(**dict.fromkeys(_requests(self._group.type.name, whose), False))
 
@@ -178,7 +178,7 @@ Converters = dict[str, Callable[[Any], Any]]
 
 
 class CompiledBlock(FunctionBlock):
-    """A block whose values are those that a compiled program has passed."""
+    """A block whose values are passed by a compiled program."""
 
     def __init__(
         self,
@@ -202,7 +202,7 @@ class CompiledBlock(FunctionBlock):
             values[name] = converters[name](value)
 
     def elapsed_ms(self, *, first: bool) -> int:
-        """Return the same as for members of a program."""
+        """Return the same time as `FunctionBlock.elapsed_ms`."""
         now, last = self.machine.now_ns, self.values["~last_ns"]
         elapsed = 0 if first else (now - last) // NS_PER_MS
         self.values["~last_ns"] = now if first else last + elapsed * NS_PER_MS
@@ -210,7 +210,7 @@ class CompiledBlock(FunctionBlock):
 
 
 def _converter(kind: Any) -> Callable[[Any], Any]:
-    """Return what converts a number to a type as `converted` does."""
+    """Return a function that converts a number to a type as `converted` does."""
     direct: dict[str, Callable[[Any], Any]] = {"BOOL": bool, "REAL": real, "LREAL": float}
     return direct.get(kind.name) or partial(converted, kind)
 
@@ -226,9 +226,9 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
     """Return the row of a block.
 
     Args:
-        name: in `BLOCKS`.
-        step: what a call does; it returns a result that may overflow, None without one.
-        optional: number of last arrays that may be missing.
+        name: the name in `BLOCKS`.
+        step: runs one call; it returns a result that may overflow, or None.
+        optional: number of arrays at the end that may be missing.
     """
     kind = BLOCKS[name]
     arrays = ARRAYS.get(name, ())
@@ -252,7 +252,7 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
         return tuple(block.values.values())
 
     def prescan(machine: Interpreter, group: Group, *_given: Resolved) -> None:
-        begins = {"begun": False, "before": True}  # a clock that is on in the first scan is not an edge
+        begins = {"begun": False, "before": True}  # a clock that is on in the first scan is not a rising edge
         named = (each.name for each in kind.hidden)
         Members(machine, group).set(**{f"~{name}": begins[name] for name in named if name in begins})
 

@@ -1,11 +1,11 @@
-"""Blocks that watch, choose, average and total measured values [1756-RM006K, the page of each].
+"""Blocks that monitor, select, average and totalize measured values [1756-RM006K, the page of each].
 
 | block | function |
 |---|---|
-| ALM | alarms of level, with a deadband, and of rate, of samples ROCPeriod apart |
-| ESEL | one of six values: by number, the highest, lowest, median or mean of those without a fault |
-| MAVE, MSTD | average, weighted or not, and standard deviation of the last samples |
-| TOT | total of a flow by the trapezoidal rule, in double precision, with targets and a low cutoff |
+| ALM | level alarms with a deadband, and rate alarms of samples ROCPeriod apart |
+| ESEL | one of six values by number, or the highest, lowest, median or mean of values without a fault |
+| MAVE, MSTD | the average, weighted or not, and the standard deviation of the last samples |
+| TOT | the total of a flow by the trapezoidal rule in double precision, with targets and a low cutoff |
 """
 
 from __future__ import annotations
@@ -20,14 +20,14 @@ from .function_block import NS_PER_S, FunctionBlock, block_row
 def level_alarms(
     block: FunctionBlock, value: float, prefix: str, limits: dict[str, float], band: float
 ) -> None:
-    """Set the alarms of a value: at its limit, until it is back by more than a deadband.
+    """Set the level alarms of a value: from its limit until it has returned by more than a deadband.
 
     Args:
         block: the block.
         value: the value.
-        prefix: of the alarms' names.
-        limits: by the rest of their names, HH to LL.
-        band: the deadband, not negative.
+        prefix: prefix of the alarms' names.
+        limits: limits by the rest of the names, HH to LL.
+        band: the deadband, at least 0.
     """
     for name, limit in limits.items():
         alarm = f"{prefix}{name}Alarm"
@@ -37,7 +37,7 @@ def level_alarms(
 
 
 def rate_alarms(block: FunctionBlock, value: float, prefix: str, *, first: bool) -> float | None:
-    """Set the alarms of a rate in units/s by samples ROCPeriod apart; return a new rate."""
+    """Set the alarms of a rate, in units/s, from samples ROCPeriod apart; return a new rate."""
     period, up, down = (block.real(f"{prefix}ROC{each}") for each in ("Period", "PosLimit", "NegLimit"))
     now = block.machine.now_ns
     if first or not 0 < period <= 32767.0:
@@ -98,7 +98,7 @@ def _choose(block: FunctionBlock) -> float:
 
 
 def _by_mode(block: FunctionBlock, mode: int, faulted: list[bool]) -> None:
-    """Set Out and SelectedIn by the inputs without a fault, if there is one; SelectedIn is 0 of a mean."""
+    """Set Out and SelectedIn from the inputs without a fault, if any; for a mean, SelectedIn is 0."""
     values = [(block.real(f"In{number}"), number) for number, bad in enumerate(faulted, start=1) if not bad]
     if not values:
         return
@@ -119,7 +119,7 @@ def _by_mode(block: FunctionBlock, mode: int, faulted: list[bool]) -> None:
 
 
 def _samples(block: FunctionBlock, most: int) -> list[float] | None:
-    """Take a sample; return the samples, the newest first; None if Out stays or is In."""
+    """Take a sample; return the samples, newest first, or None if Out stays or is In."""
     first = block.begins()
     value, count = block.real("In"), int(block["NumberOfSamples"])
     faulted, few = block.on("InFault"), not 1 <= count <= most
@@ -143,7 +143,7 @@ def _samples(block: FunctionBlock, most: int) -> list[float] | None:
 
 
 def _reals(array: Elements, count: int) -> list[float]:
-    """Return the first elements of an array of REAL, one at least."""
+    """Return the first elements of an array of REAL, at least one."""
     return list(struct.unpack(f"<{count}f", array.take(0, count)))
 
 
@@ -201,7 +201,7 @@ def _total(block: FunctionBlock) -> float:
 
 
 def _add(block: FunctionBlock, value: float, units: float) -> None:
-    """Add the flow of a time in units of TimeBase to the total."""
+    """Add the flow during a time, given in units of TimeBase, to the total."""
     total = block.real("~exact") + block.real("Gain") * units * (value + block.real("~x1")) / 2
     if math.isfinite(total):
         block.set(**{"~exact": total})
@@ -209,7 +209,7 @@ def _add(block: FunctionBlock, value: float, units: float) -> None:
 
 
 def _reset(block: FunctionBlock, *, program: bool) -> None:
-    """Reset the total on a rising request of who has control; the operator's is cleared after each call."""
+    """Reset the total on a request of the side in control; a request of the program has to rise."""
     requested = block.on("ProgResetReq")
     by_program = program and requested and not block["~asked"]
     block.set(**{"~asked": requested}, ProgResetDone=by_program or (requested and block.on("ProgResetDone")))

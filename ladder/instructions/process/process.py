@@ -5,10 +5,10 @@
     OUT% = KP (E + sum(E UPD)/(60 KI) + 60 KD dE/UPD) + BIAS       dependent gains (PE), in minutes
     CV = MINCV + OUT% (MAXCV - MINCV)
 
-OUT stays between MINO and MAXO [1756-RM003N p. 511-526]. PV and the tieback are scaled first, from MINI to
-MAXI and MINTIE to MAXTIE. The derivative is of -PV, or with DOE of the error. The sum stops while OUT is at a
-limit; in manual (MO: the tieback; SWM: SO) it follows OUT for a bumpless change to automatic. Each scan with
-a true rung is one update of UPD seconds: run it in a periodic task, or by a timer.
+OUT stays between MINO and MAXO [1756-RM003N p. 511-526]. PV and the tieback are scaled first, from the ranges
+MINI to MAXI and MINTIE to MAXTIE. The derivative is of -PV, or of the error with DOE. The sum stops while OUT
+is at a limit. In manual (MO: the tieback; SWM: SO), it follows OUT, for a bumpless change to automatic. Each
+scan with a true rung is one update of UPD seconds, so run it in a periodic task or with a timer.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from ...model.types import DINT, PID_BITS
 
 
 class _Loop(Members):
-    """A PID in a scan; its bits lie in CTL."""
+    """A PID in a scan; its bits are in CTL."""
 
     def bit(self, name: str) -> bool:
         return self._machine.truth(self._machine.get(self._bit(name)))
@@ -76,7 +76,7 @@ def _pid(
 
 
 def _measure(machine: Interpreter, loop: _Loop, raw: float) -> None:
-    """Scale PV, set its alarms, compute the error."""
+    """Scale PV, set its alarms, and compute the error."""
     value = scaled(raw, loop.real("MINI"), loop.real("MAXI"), loop.real("MINS"), loop.real("MAXS"))
     loop.set(PV=value)
     if loop.bit("PVT") and (loop.bit("MO") or loop.bit("SWM")):
@@ -106,7 +106,7 @@ def _tell(loop: _Loop) -> None:
 
 
 def _output(loop: _Loop) -> float:
-    """Return OUT in percent: computed, tieback or SO."""
+    """Return OUT in percent: the computed value, the tieback or SO."""
     if loop.bit("MO") or loop.bit("SWM"):
         output = loop.real("TIE") if loop.bit("MO") else loop.real("SO")
         _track(loop, output)
@@ -149,7 +149,7 @@ def _change(loop: _Loop) -> float:
 
 
 def _track(loop: _Loop, output: float) -> None:
-    """Set the integral so that the output is `output`: a bumpless transfer."""
+    """Set the integral so that the computed output equals `output`, for a bumpless transfer."""
     _change(loop)
     proportional = _gains(loop)[0] * _percent(loop, loop.real("ERR"))
     loop.set(**{"~sum": output - proportional - loop.real("BIAS")}, SO=output)

@@ -1,15 +1,15 @@
-"""POSP and SRTP: an analog value as pulses of contacts, one in each cycle [1756-RM006K p. 104-108, 131-133].
+"""POSP and SRTP: an analog value as contact pulses, one per cycle [1756-RM006K p. 104-108, 131-133].
 
     POSP  timer     0 _/|_/|_/|      CycleTime
           OpenOut   |‾|_|‾‾‾|__      for OpenTime = (SP% - Position%)/OpenRate, computed at the cycle's begin
     SRTP  HeatOut   |‾‾|_|‾|___      for HeatTime = (In - MinHeatIn)/(MaxHeatIn - MinHeatIn) CycleTime
 
-POSP: Deadtime is added to a pulse if the one before was shorter than the cycle. A time above its maximum is
-limited, one below its minimum is none.
+POSP: Deadtime is added to a pulse if the previous pulse was shorter than the cycle. A time above its maximum
+    is limited; a time below its minimum gives no pulse.
 
-The manual's equations are pictures, and these are interpretations. The timers count whole ms, and keep what
-is over at the end of a cycle; they start in the first scan, and POSP pulses from its second cycle on. With a
-span of 0 the percentages of POSP stay, and there is no pulse. A maximum of 0 is CycleTime.
+The manual's equations are pictures, so the equations here are interpretations. The timers count whole ms, and
+carry over the excess at the end of a cycle. They start in the first scan, and POSP pulses from its second
+cycle. With a span of 0, the percentages of POSP stay, and there is no pulse. A maximum of 0 means CycleTime.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def _ms(seconds: float) -> int:
 
 
 def _time(block: FunctionBlock, name: str, most: float) -> float:
-    """Return a time in s of 0 to a maximum; another one is invalid, and a maximum is the cycle then."""
+    """Return a time in s; an invalid time is 0, and a maximum that is 0 or invalid is `most`."""
     value = block.real(name)
     wrong = block.wrong(**{f"{name}Inv": not 0 <= value <= most})
     if name.startswith("Max"):
@@ -35,7 +35,7 @@ def _time(block: FunctionBlock, name: str, most: float) -> float:
 
 
 def _cycle(block: FunctionBlock, *, first: bool) -> tuple[float, int, bool]:
-    """Advance the timer of the cycles.
+    """Advance the cycle timer.
 
     Returns:
         (CycleTime in s, the timer in ms, whether it has begun a cycle)
@@ -52,7 +52,7 @@ def _cycle(block: FunctionBlock, *, first: bool) -> tuple[float, int, bool]:
 
 
 def _percents(block: FunctionBlock) -> bool:
-    """Set the percentages of the span; return whether that of SP is valid."""
+    """Set the percentages of the span; return whether the percentage of SP is valid."""
     low, high = block.real("PositionEUMin"), block.real("PositionEUMax")
     if block.wrong(PositionSpanInv=low == high):
         return False
@@ -86,7 +86,7 @@ def _position(block: FunctionBlock) -> float:
 
 
 def _pulse(needed: float, dead: float, least: float, most: float) -> float:
-    """Return the time of a pulse in s: 0 if it is not needed or too short."""
+    """Return the time of a pulse in s; 0 if it is not needed or too short."""
     pulse = min(needed + dead, most) if needed > 0 else 0.0
     return pulse if pulse >= least else 0.0
 

@@ -1,14 +1,15 @@
-r"""RMPS: a profile of ramps and soaks, such as of a batch's temperature [1756-RM006K p. 110-126].
+r"""RMPS: a profile of ramps and soaks, such as for the temperature of a batch [1756-RM006K p. 110-126].
 
     Out   ____      ramp to SoakValue[n] in RampValue[n] min (TimeRate), or at RampValue[n] units/min,
          /    \     then soak for SoakTime[n] min, then segment n + 1
         /      \___
 
-Guaranteed ramp and soak: Out, or the time, waits while PV is farther from Out than a deadband. Single: after
-the last segment the mode is Operator Manual or Program Hold; cyclic: segment 0 follows.
+With guaranteed ramp and soak, Out or the time waits while PV is farther from Out than a deadband. In a single
+profile, the mode after the last segment is Operator Manual or Program Hold. In a cyclic profile, segment 0
+follows.
 
-Where the manual is silent: a soak begins in the call after the one in which Out reaches its value; a fault of
-PV, of an array or of NumberOfSegs in Auto changes the mode as the end of a single profile does.
+Where the manual is silent: a soak begins in the call after Out reaches its value. In Auto, a fault of PV, an
+array or NumberOfSegs changes the mode as the end of a single profile does.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ _MS_PER_MIN = 60_000
 
 
 _OF_CONTROL = {True: ("Prog", "Hold"), False: ("Oper", "Manual")}
-"""By whether the program has control: the prefix of its inputs and the mode after an end or a fault."""
+"""The prefix of inputs and the mode after an end or a fault, by whether the program has control."""
 
 
 def _is_usable(value: float) -> bool:
@@ -29,11 +30,11 @@ def _is_usable(value: float) -> bool:
 
 
 def _mode(block: FunctionBlock, *, program: bool, new: bool) -> str:
-    """Return the mode by the requests of who has control; a new block is in Manual."""
+    """Return the mode from the requests of the side in control; a new block is in Manual."""
     if new:
         return "Manual"
     mode = next((each for each in ("Auto", "Hold") if block[each]), "Manual")
-    if program:  # the first one has precedence
+    if program:  # the first has precedence
         return next((each for each in ("Hold", "Manual", "Auto") if block[f"Prog{each}Req"]), mode)
     if block["OperManualReq"]:
         return "Manual"
@@ -46,7 +47,7 @@ def _begin_segment(block: FunctionBlock, segment: int, out: float) -> None:
 
 
 def _ramp(block: FunctionBlock, out: float, target: float, minutes: float, rate: float) -> float:
-    """Return Out after a time of ramping."""
+    """Return Out after it has ramped for some time."""
     if block["TimeRate"]:
         rate = math.inf if rate == 0 else abs(target - block.real("~origin")) / rate
     step = rate * minutes if minutes > 0 else 0.0
@@ -83,7 +84,7 @@ def _automatic(block: FunctionBlock, count: int, minutes: float) -> bool:
 
 
 def _manual(block: FunctionBlock, who: str, count: int) -> None:
-    """Take segment, Out and soak time from the inputs of who has control."""
+    """Set segment, Out and soak time from the inputs of the side in control."""
     segment, left = int(block[f"CurrentSeg{who}"]), block.real(f"SoakTime{who}")
     wrong = block.wrong(**{f"CurrSeg{who}Inv": not 0 <= segment < count})
     invalid = block.wrong(**{f"SoakTime{who}Inv": not 0 <= left < math.inf})
@@ -98,7 +99,7 @@ def _manual(block: FunctionBlock, who: str, count: int) -> None:
 
 
 def _initialize(block: FunctionBlock) -> bool:
-    """Reset segment and soak time of the inputs with Initialize; return whether Manual ends with it."""
+    """With Initialize, reset the inputs for segment and soak time; return whether this ends Manual."""
     if not block["Initialize"]:
         return False
     for who in ("Prog", "Oper"):
@@ -110,7 +111,7 @@ def _check(block: FunctionBlock) -> tuple[int, bool, bool]:
     """Note the faults of the profile and of PV.
 
     Returns:
-        the number of usable segments, whether NumberOfSegs is valid, and whether Auto is possible
+        The number of usable segments, whether NumberOfSegs is valid, and whether Auto is possible.
     """
     ramps, _, times = block.arrays
     segments, most = int(block["NumberOfSegs"]), min(map(len, block.arrays))
@@ -127,7 +128,7 @@ def _check(block: FunctionBlock) -> tuple[int, bool, bool]:
 def _show(block: FunctionBlock, mode: str, *, program: bool) -> None:
     block.set(**{each: each == mode for each in ("Auto", "Manual", "Hold")})
     block.set(Out=block["~exact"], SoakTimeLeft=block["~left"])
-    if mode != "Manual" or program:  # for a change to Operator Manual without a bump
+    if mode != "Manual" or program:  # for a bumpless change to Operator Manual
         block.set(
             OutOper=block["Out"], CurrentSegOper=block["CurrentSeg"], SoakTimeOper=block["SoakTimeLeft"]
         )

@@ -2,17 +2,17 @@
 
 | block | function |
 |---|---|
-| SCL | scales raw units to engineering units; `Limiting` keeps the result within them |
-| HLL | keeps a value between limits; SelectLimit 0 both, 1 the high one, 2 the low one |
+| SCL | scales raw units to engineering units; `Limiting` keeps the result in range |
+| HLL | keeps a value within limits; SelectLimit: 0 both, 1 the high limit, 2 the low limit |
 | SEL, SNEG | one of two values; a value with or without its sign changed |
 | SSUM | the sum of selected values, each with a gain |
-| MAXC, MINC | the highest, the lowest value since Reset |
+| MAXC, MINC | the highest or lowest value since Reset |
 | SETD, RESD | a latch that Set, or Reset, dominates |
-| DFF, JKFF | on a rising Clock the value of D; the other value |
+| DFF, JKFF | on a rising Clock: takes the value of D; toggles |
 | UPDN | adds InPlus and subtracts InMinus at each call, unless Hold |
 | BTDT | Target with a field of bits of Source; bits beyond the width are lost |
-| FGEN | a value by a piece-wise linear curve of points (X, Y), of one or the other table |
-| RLIM | follows a value by IncRate and DecRate units/s at most, in the time from call to call |
+| FGEN | a value on a piecewise linear curve of points (X, Y) in one of two tables |
+| RLIM | follows a value by at most IncRate and DecRate units/s, in the time between calls |
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ def _follow(block: FunctionBlock) -> float:
         up, down = (max(block.real(name), 0.0) * seconds for name in ("IncRate", "DecRate"))
         value = min(max(value, before - down), before + up)
     block.set(Out=value)
-    if math.isfinite(value):  # of an overflow nothing is kept
+    if math.isfinite(value):  # an overflow is not stored
         block.set(**{"~exact": value})
     return value
 
@@ -135,7 +135,7 @@ def _distribute(block: FunctionBlock) -> None:
 
 
 def _generate(block: FunctionBlock) -> float:
-    """Interpolate between the points of the selected table; leave Out if it is not usable [p. 60]."""
+    """Interpolate in the selected table; leave Out unchanged if the table is not usable [p. 60]."""
     table = 2 if block["Select"] else 1
     points = block.arrays[2 * table - 2 : 2 * table]
     size = int(block[f"XY{table}Size"])
@@ -151,7 +151,7 @@ def _generate(block: FunctionBlock) -> float:
 
 
 def _interpolated(xs: list[float], ys: list[float], value: float) -> float:
-    """Return y of a value; that of the first or last point outside of them, NaN of NaN."""
+    """Return y for a value; beyond the ends, y of the first or last point; for NaN, NaN."""
     after = next((n for n, each in enumerate(xs) if value <= each), None)
     if after is None:
         return ys[-1] if value > xs[-1] else value

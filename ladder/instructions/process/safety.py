@@ -1,7 +1,7 @@
 """Safety instructions: dual channel input stop, configurable redundant output.
 
-Their manual, 1756-RM095, was not at hand: operands and members are those of exports; codes, and what resets
-a fault, are from memory.
+The manual, 1756-RM095, was not available. Operands and members come from exports; codes, and the conditions
+that reset a fault, are from memory.
 
 
     DCS     channels  ____|‾‾‾‾‾‾‾‾‾‾‾‾‾|_____     active as the input type says
@@ -11,14 +11,15 @@ a fault, are from memory.
             O1, O2    ____|‾‾‾‾‾‾‾‾‾|_________
             feedback  _______|‾‾‾‾‾‾‾‾‾|______     within the reaction time; NEGATIVE the other way round
 
-A fault sets FP and FaultCode and turns the outputs off until Reset rises with its cause gone: channels that
-differed have both to be safe in between. On a false rung all outputs are off and the fault is forgotten.
+A fault sets FP and FaultCode and turns the outputs off until Reset rises after the cause is gone. Channels
+that differed must both have been safe in between. On a false rung, all outputs are off and the fault is
+cleared.
 
 | FaultCode of DCS | channels |
 |---|---|
 | 16#20 | InputStatus turned off |
 | 16#4000, 16#4001 | differed for the discrepancy time, channel A active, channel B active |
-| 16#4002, 16#4003 | channel A, B, went to safe and back while the other one stayed active |
+| 16#4002, 16#4003 | channel A, B, went to safe and back while the other channel stayed active |
 
 | FaultCode of CROUT | feedback 1 and 2, 1, 2 |
 |---|---|
@@ -28,8 +29,8 @@ differed have both to be safe in between. On a false rung all outputs are off an
 | 16#5006 to 16#5008 | not on within the reaction time |
 | 16#5009 to 16#500B | not off within the reaction time |
 
-DiagnosticCode is the awaited condition without a fault: 5 Reset off, 16#20 and 16#21 the statuses, 16#5000
-Actuate off.
+Without a fault, DiagnosticCode is the missing condition: 5 Reset is off, 16#20 and 16#21 a status is off,
+16#5000 Actuate is off.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ TURNED_OFF, TURNED_ON, NOT_ON, NOT_OFF = 0x5000, 0x5003, 0x5006, 0x5009
 
 
 def _number(machine: Interpreter, operand: Resolved | str, words: tuple[str, ...]) -> int:
-    """Return the index of a word in its list, or the number given instead."""
+    """Return the index of a word in its list; a number that is given instead is returned as it is."""
     if isinstance(operand, str):
         return next((number for number, word in enumerate(words) if plain(word) == operand), 0)
     return machine.integer(operand)
@@ -62,7 +63,7 @@ def _truths(machine: Interpreter, operands: tuple[Resolved, ...]) -> list[bool]:
 
 
 def _rises(block: Members, name: str, value: bool) -> bool:
-    """Remember a bit; return whether it has risen since the last scan."""
+    """Store a bit; return whether it has risen since the last scan."""
     before = block[f"~{name}"]
     block.set(**{f"~{name}": value})
     return value and not before
@@ -104,7 +105,7 @@ def _dcs(machine: Interpreter, power: bool, group: Group, *operands: Resolved) -
 
 
 def _is_clearable(block: Members) -> bool:
-    """Return whether a fault's cause is gone as far as the channels go."""
+    """Return whether the channels allow a fault to be cleared."""
     return bool(block["FP"] and (block["FaultCode"] == INPUT_OFF or block["~tested"]))
 
 
@@ -117,7 +118,7 @@ def _switch_dcs(block: Members, *, active: bool, status: bool, restarts: bool, r
 
 
 def _status(block: Members, status: bool, at_once: bool) -> None:
-    """Note that the inputs become valid, or fault."""
+    """Note that the inputs became valid; fault when they turn invalid."""
     if status and not block["~valid"] and not block["FP"]:
         block.set(**{"~valid": True, "~tested": at_once, "~free": at_once})
         block.set(**{"~both": False, "~apart": False, "~left": 0})
@@ -128,7 +129,7 @@ def _status(block: Members, status: bool, at_once: bool) -> None:
 
 
 def _channels(machine: Interpreter, block: Members, channels: tuple[bool, bool], wait: int) -> None:
-    """Fault on channels that differ too long, or if one cycles while the other stays active."""
+    """Fault if the channels differ too long, or if one cycles while the other stays active."""
     first, second = channels
     if first == second:
         if first and block["~left"] and not block["FP"]:
@@ -179,7 +180,7 @@ def _crout(machine: Interpreter, power: bool, group: Group, *operands: Resolved)
 
 
 def _status_off(inputs: bool, outputs: bool) -> int:
-    """Return the code of the status that is off, 0 if both are on."""
+    """Return the code of the status that is off; 0 if both are on."""
     if not inputs:
         return INPUT_OFF
     return 0 if outputs else OUTPUT_OFF
@@ -193,7 +194,7 @@ def _switch(machine: Interpreter, block: Members, on: bool) -> None:
 def _monitor(
     machine: Interpreter, block: Members, feedback: tuple[bool, bool], expected: bool, off: int, limit: int
 ) -> None:
-    """Fault on a status that turns off, and on a feedback that follows the outputs too late or not at all."""
+    """Fault if a status turns off, or if a feedback does not follow the outputs in time."""
     if block["~valid"] and off:
         _fault(block, off)
         return
@@ -211,7 +212,7 @@ def _monitor(
 
 
 _WRONG_FEEDBACK = {(False, False): 0, (False, True): 1, (True, False): 2}
-"""What codes add, by whether feedback 1 and 2 match the outputs."""
+"""Offset of the fault code, by whether feedback 1 and 2 match the outputs."""
 
 
 # --- the rows

@@ -8,7 +8,7 @@
 | `files` | copies, shifts, queues, sequencers |
 | `messages` | MSG, with its result from a stub |
 | `processor` | the status file before and after a scan |
-| `rows` | all rows, shared with Logix where equal |
+| `rows` | all rows; equal rows are shared with Logix |
 """
 
 from .rows import SLC_SPECS

@@ -1,7 +1,7 @@
 """Shifts, queues and sequencers on words [1747-RM001, chapters "Application specific", "Sequencer", "FIFO"].
 
-An operand is the first word of a file. Shifts move LEN bits; the bit that leaves goes to UL. Step 0 of
-a sequencer is where it starts, and after step LEN comes step 1.
+An operand is the first word of a file. Shifts move LEN bits; the bit that is shifted out goes to UL. A
+sequencer starts at step 0, and step 1 follows step LEN.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def sequence_output(
     group: Group,
     *_shown: Resolved,
 ) -> None:
-    """SQO: the bits of a step under the mask."""
+    """Run SQO: write the masked bits of a step."""
     control = Control(machine, group)
     if not power:
         control.set(EN=False)
@@ -87,7 +87,7 @@ def sequence_compare(
     group: Group,
     *_shown: Resolved,
 ) -> None:
-    """SQC: FD is whether the source equals the step under the mask."""
+    """Run SQC: set FD if the source equals the step in the bits of the mask."""
     control = Control(machine, group)
     if not power:
         control.set(EN=False, FD=False)
@@ -99,7 +99,7 @@ def sequence_compare(
 def sequence_load(
     machine: Interpreter, power: bool, file: Resolved, source: Resolved, group: Group, *_shown: Resolved
 ) -> None:
-    """SQL: the source into the next step."""
+    """Run SQL: store the source in the next step."""
     control = Control(machine, group)
     rises = power and not control["EN"]
     if not power:
@@ -109,7 +109,7 @@ def sequence_load(
 
 
 def prescan_control(name: str, place: int) -> Callable[..., None]:
-    """Return a prescan that sets the edge bit `name` of operand `place`: a true first rung is ignored."""
+    """Return a prescan that sets the edge bit `name` of operand `place`, to ignore a true first rung."""
 
     def run(machine: Interpreter, *operands: Resolved) -> None:
         group = operands[place]

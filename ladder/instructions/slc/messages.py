@@ -1,7 +1,7 @@
 """MSG of SLC 500 and MicroLogix, with its result from a stub [1747-RM001, "Communication Instructions"].
 
-Its control block is an element of a file MG, or words of a file N; bits of word 0 are EN 15,
-ST 14, DN 13, ER 12, EW 10, TO 8; its low byte is the error code. Other operands are not used.
+Its control block is an element of a file MG, or words of a file N. Bits of word 0 are EN 15, ST 14, DN 13, ER
+12, EW 10 and TO 8; the low byte is the error code. Other operands are not used.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def _words(machine: Interpreter, power: bool, word: Place, started: Place) -> No
         return
     over = block["DN"] or block["ER"]
     stub = stub_of(machine.lowered.stubs, word.text)
-    assert isinstance(stub, Ending)  # resolved only with one
+    assert isinstance(stub, Ending)  # a MSG is resolved only with a stub
     waited = machine.now_ns - machine.whole(machine.get(started)) >= stub.after_ns
     if not over and (block["TO"] or waited):
         error = TIMEOUT if block["TO"] else stub.error

@@ -1,8 +1,8 @@
-"""Arithmetic of integers of 16 and 32 bits, and of floating point [1747-RM001, chapter "Math instructions"].
+"""Arithmetic on integers of 16 and 32 bits and on floats [1747-RM001, chapter "Math instructions"].
 
-A result that does not fit becomes the nearest limit, 32,767 or -32,768, unless S:2/14 is set, which keeps
-its low bits; both set S:0/1 and the trap S:5/0. Quotients and results that are floating point round to the
-nearest integer, halves away from zero. Logic sets zero and sign, and clears carry and overflow.
+A result that does not fit becomes the nearest limit, 32,767 or -32,768. If S:2/14 is set, its low bits are
+kept instead. Both cases set S:0/1 and the trap S:5/0. Quotients and floating point results are rounded to the
+nearest integer, halves away from zero. Logic instructions set zero and sign, and clear carry and overflow.
 """
 
 from __future__ import annotations
@@ -61,14 +61,14 @@ def store(machine: Interpreter, target: Place, value: float, *, carry: bool = Fa
 
 
 def store_bits(machine: Interpreter, target: Place, value: int) -> None:
-    """Store the result of a move or of logic, which always fits."""
+    """Store the result of a move or a logic instruction, which always fits."""
     stored = wrap(value, target.type.bits)
     machine.put(target, stored)
     Status(machine).set_flags(stored)
 
 
 def number(machine: Interpreter, operand: Resolved) -> float:
-    """Return an operand, an exact integer or a floating point number."""
+    """Return the value of an operand: an exact integer or a floating point number."""
     return machine.number(operand, _WIDE if is_integer(operand) else DOUBLE)
 
 
@@ -85,21 +85,21 @@ def _is_whole(*operands: Resolved) -> bool:
 
 
 def add(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
-    """ADD; the carry is that of 16 bits."""
+    """Run ADD; the carry is from bit 15."""
     x, y = number(machine, a), number(machine, b)
     whole = _is_whole(a, b, target)
     store(machine, target, x + y, carry=whole and _low(machine, x) + _low(machine, y) > 0xFFFF)
 
 
 def subtract(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
-    """SUB; the carry is the borrow."""
+    """Run SUB; the carry is the borrow."""
     x, y = number(machine, a), number(machine, b)
     whole = _is_whole(a, b, target)
     store(machine, target, x - y, carry=whole and _low(machine, x) < _low(machine, y))
 
 
 def multiply(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
-    """MUL; the whole product goes to the math register."""
+    """Run MUL; the full product goes to the math register."""
     value = number(machine, a) * number(machine, b)
     if _is_whole(a, b):
         Status(machine).register = machine.whole(value)
@@ -107,7 +107,7 @@ def multiply(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> N
 
 
 def divide(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
-    """DIV: the rounded quotient; S:14 gets the quotient cut off, S:13 the remainder."""
+    """Run DIV; the destination gets the rounded quotient, S:14 the truncated one, S:13 the remainder."""
     x, y = number(machine, a), number(machine, b)
     if y == 0:
         store(machine, target, machine.infinity(x))
@@ -119,7 +119,7 @@ def divide(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> Non
 
 
 def divide_double(machine: Interpreter, a: Resolved, target: Place) -> None:
-    """DDV: the math register by a number."""
+    """Run DDV: divide the math register by a number."""
     divisor = machine.whole(number(machine, a))
     dividend = Status(machine).register
     if divisor == 0:
@@ -136,7 +136,7 @@ def _whole_quotient(machine: Interpreter, x: int, y: int, target: Place) -> None
 
 
 def power(machine: Interpreter, a: Resolved, b: Resolved, target: Place) -> None:
-    """XPY; without a real result the destination stays, and it is an overflow."""
+    """Run XPY; without a real result, the destination stays, and this is an overflow."""
     try:
         value = float(number(machine, a)) ** float(number(machine, b))
     except (OverflowError, ZeroDivisionError):
@@ -161,7 +161,7 @@ def of_one(function: Callable[[float], float]) -> Callable[[Interpreter, Resolve
 
 
 def negate(machine: Interpreter, source: Resolved, target: Place) -> None:
-    """NEG; the carry is set unless the result is zero or does not fit."""
+    """Run NEG; the carry is set unless the result is zero or does not fit."""
     value = -number(machine, source)
     kind = target.type
     fits = not kind.is_integer or kind.lowest <= value <= kind.highest
@@ -169,22 +169,22 @@ def negate(machine: Interpreter, source: Resolved, target: Place) -> None:
 
 
 def move(machine: Interpreter, source: Resolved, target: Place) -> None:
-    """MOV."""
+    """Run MOV."""
     store(machine, target, number(machine, source))
 
 
 def clear(machine: Interpreter, target: Place) -> None:
-    """CLR."""
+    """Run CLR."""
     store(machine, target, 0)
 
 
 def compute(machine: Interpreter, target: Place, expression: Resolved) -> None:
-    """CPT: integers in 64 bits, anything else in double precision, rounded at the end."""
+    """Run CPT: compute integers in 64 bits, other values in double precision, and round at the end."""
     store(machine, target, number(machine, expression))
 
 
 def masked_move(machine: Interpreter, source: Resolved, mask: Resolved, target: Place) -> None:
-    """MVM."""
+    """Run MVM."""
     bits = machine.whole(number(machine, mask))
     before = machine.whole(machine.get(target))
     store_bits(machine, target, before & ~bits | machine.whole(number(machine, source)) & bits)
@@ -201,12 +201,12 @@ def logic(function: Callable[[int, int], int]) -> Callable[[Interpreter, Resolve
 
 
 def invert(machine: Interpreter, source: Resolved, target: Place) -> None:
-    """NOT."""
+    """Run NOT."""
     store_bits(machine, target, ~machine.whole(number(machine, source)))
 
 
 def swap(machine: Interpreter, first: Resolved, length: Resolved) -> None:
-    """SWP: exchange the bytes of words."""
+    """Run SWP: exchange the bytes of words."""
     words = Elements(machine, first)
     for place in range(min(machine.integer(length), len(words))):
         value = machine.whole(words[place]) & 0xFFFF
@@ -217,7 +217,7 @@ def swap(machine: Interpreter, first: Resolved, length: Resolved) -> None:
 
 
 def scale(machine: Interpreter, source: Resolved, rate: Resolved, offset: Resolved, target: Place) -> None:
-    """SCL: source times rate / 10,000, rounded, plus offset; an overflow before the offset counts, too."""
+    """Run SCL: source times rate / 10,000, rounded, plus offset."""
     product = number(machine, source) * number(machine, rate)
     if _is_whole(source, rate):
         scaled = quotient(machine.whole(product), 10_000)
@@ -227,7 +227,7 @@ def scale(machine: Interpreter, source: Resolved, rate: Resolved, offset: Resolv
 
 
 def scale_with_parameters(machine: Interpreter, *operands: Resolved) -> None:
-    """SCP: the value at the source on the line through two points, rounded in an integer destination."""
+    """Run SCP: scale on the line through two points; an integer destination is rounded."""
     *given, target = operands
     value, low, high, first, last = (number(machine, each) for each in given)
     assert isinstance(target, Place)
@@ -245,7 +245,7 @@ def scale_with_parameters(machine: Interpreter, *operands: Resolved) -> None:
 
 
 def to_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
-    """TOD: four digits; more, or a negative number, is an overflow."""
+    """Run TOD for four digits; a larger or a negative number is an overflow."""
     value = machine.whole(number(machine, source))
     fits = 0 <= value <= 9_999
     shown = _digits(machine.least(abs(value), 32_768))
@@ -256,12 +256,12 @@ def to_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
 
 
 def _digits(value: int) -> int:
-    """Return up to five decimal digits, four bits each."""
+    """Return up to five decimal digits as BCD, four bits each."""
     return sum(value // weight % 10 << 4 * place for place, weight in enumerate((1, 10, 100, 1000, 10_000)))
 
 
 def from_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
-    """FRD: four digits; one above 9 is an overflow."""
+    """Run FRD for four digits; a digit above 9 is an overflow."""
     pattern = machine.whole(number(machine, source)) & 0xFFFF
     digits = [pattern >> shift & 0xF for shift in (12, 8, 4, 0)]
     value = sum(digit * weight for digit, weight in zip(digits, (1000, 100, 10, 1), strict=True))
@@ -269,17 +269,17 @@ def from_decimal(machine: Interpreter, source: Resolved, target: Place) -> None:
     Status(machine).set_flags(value, overflow=any(digit > 9 for digit in digits))
 
 
-# --- codes of bits
+# --- decoding and encoding bits
 
 
 def decode(machine: Interpreter, source: Resolved, target: Place) -> None:
-    """DCD: the bit that the low four bits of the source name."""
+    """Run DCD: set the bit whose number is in the low four bits of the source."""
     number = machine.integer(source) & 0xF
     machine.put(target, wrap(sum((number == place) << place for place in range(16)), target.type.bits))
 
 
 def encode(machine: Interpreter, source: Resolved, target: Place) -> None:
-    """ENC: the number of the lowest set bit; several are an overflow."""
+    """Run ENC: store the number of the lowest set bit; several set bits are an overflow."""
     bits = machine.integer(source) & 0xFFFF
     lowest = bits & -bits
     value = sum(place * (lowest >> place & 1) for place in range(16))

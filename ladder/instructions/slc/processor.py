@@ -8,7 +8,7 @@
 | S:4 | free running clock, 10 ms |
 | S:5/0 | overflow trap: set at the end of a scan, major error 0020 |
 | S:6 | major error code |
-| S:37 to S:42 | year, month, day, hour, minute, second of the virtual time from 1970 on |
+| S:37 to S:42 | year, month, day, hour, minute, second of the virtual time, which starts in 1970 |
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from ...model.errors import LadderFault
 from .status import MINOR, STATUS, Status
 
 MODE, CLOCK, ERROR, CALENDAR = 1, 4, 6, 37
-"""Words."""
+"""Numbers of words in the status file."""
 
 REMOTE_RUN = 6
 FIRST_PASS, HALTED = 15, 13
 """Bits of S:1."""
 
 MINOR_AT_END = 0x0020
-"""Major error: a minor error bit was set at the end of the scan."""
+"""Code of the major error for a minor error bit that is set at the end of the scan."""
 
 _POWER_UP = datetime.datetime(1970, 1, 1)
 
@@ -55,7 +55,7 @@ def before_scan(engine: Any, first: bool) -> None:
 
 
 def after_scan(engine: Any) -> None:
-    """Reset first pass; LadderFault 0020 for a minor error bit that the program has not cleared."""
+    """Reset first pass; raise LadderFault 0020 if the program has left a minor error bit set."""
     if not has_status(engine):
         return
     status = Status(engine.interpreter)

@@ -1,7 +1,7 @@
-"""The rows of the dialect: operands as RSLogix 500 prints them [1747-RM001, 1766-RM001].
+"""The rows of the SLC dialect, with operands as RSLogix 500 prints them [1747-RM001, 1766-RM001].
 
-PRE, ACC, LEN and POS that a rung shows after its timer or control are values of the data file; they count
-where the export has no data for it, see `rockwell.slc`.
+PRE, ACC, LEN and POS after a timer or control in a rung show values of the data file. They are used only if
+the export has no data for it, see `rockwell.slc`.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ def _end_scan(_machine: Interpreter) -> None:
 
 
 def _suspend(machine: Interpreter, _number: Resolved) -> None:
-    """SUS stops the processor; here it ends the scan."""
+    """Run SUS: it stops a real processor; here it ends the scan."""
     _end_scan(machine)
 
 
 def _nothing(_machine: Interpreter, *_operands: Resolved) -> None:
-    """No operation: images are exchanged at the ends of a scan, and interrupts do not run."""
+    """Do nothing: images are exchanged at the ends of a scan, and interrupts do not run."""
 
 
 def _one_shot(machine: Interpreter, power: bool, storage: Place, *output: Place) -> bool:
-    """OSR: one bit on an SLC 500, where the rung passes for one scan; MicroLogix has an output bit too."""
+    """Run OSR: on an SLC 500, pass power for one scan; a MicroLogix also has an output bit."""
     rises = power and not machine.get(storage)
     machine.put(storage, power)
     if not output:
@@ -52,7 +52,7 @@ def _prescan_one_shot(machine: Interpreter, storage: Place, *output: Place) -> N
 
 
 _SHOWN = (Use.SHOWN, Use.SHOWN)
-"""PRE and ACC, or LEN and POS."""
+"""Uses of the operands PRE and ACC, or LEN and POS."""
 
 
 # --- timers
@@ -83,7 +83,7 @@ def _counter(name: str, run: Callable[..., None], prescan: Callable[..., None]) 
 
 
 def _first(count: int, spec: Spec) -> Callable[..., Any]:
-    """Return the executor of a row that uses its first operands only."""
+    """Return the executor of a row that uses only its first operands."""
     start = 1 if spec.kind is InstructionKind.BOTH else 0
     return lambda machine, *operands: spec.run(machine, *operands[: start + count])
 

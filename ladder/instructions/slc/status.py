@@ -1,9 +1,9 @@
-"""The status file S as instructions use it [1747-RM001, appendix "System status file"].
+"""The parts of status file S that instructions use [1747-RM001, appendix "System status file"].
 
 | word | holds |
 |---|---|
 | S:0/0 to 3 | carry, overflow, zero, sign of the last result |
-| S:2/14 | a result that does not fit: 0 the nearest limit, 1 its low bits |
+| S:2/14 | a result that does not fit becomes: 0 the nearest limit, 1 its low bits |
 | S:5/0 | overflow trap: a major fault at the end of the scan, unless the program clears it |
 | S:13, S:14 | math register: low and high word |
 | S:24 | offset of indexed addresses |
@@ -21,7 +21,7 @@ CARRY, OVERFLOW, ZERO, SIGN = 0, 1, 2, 3
 """Bits of S:0."""
 
 FLAGS, SELECTION, MINOR, LOW, HIGH, INDEX = 0, 2, 5, 13, 14, 24
-"""Words."""
+"""Numbers of words in the status file."""
 
 WORDS = 84
 """Minimum length of S."""
@@ -60,7 +60,7 @@ class Status:
 
     @property
     def register(self) -> int:
-        """The math register, a signed 32-bit number."""
+        """The math register as a signed 32-bit number."""
         return wrap((self[HIGH] & 0xFFFF) << 16 | self[LOW] & 0xFFFF, 32)
 
     @register.setter

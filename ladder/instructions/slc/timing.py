@@ -1,6 +1,6 @@
-"""Timers with a time base, and counters of 16 bits [1747-RM001, chapter "Basic instructions"].
+"""Timers with a time base, and 16-bit counters [1747-RM001, chapter "Basic instructions"].
 
-rung  ___|‾‾‾‾‾‾‾‾‾‾|______     ACC counts time bases up to PRE; a part of one stays for the next scan
+rung  ___|‾‾‾‾‾‾‾‾‾‾|______     ACC counts time bases up to PRE; a fraction stays for the next scan
 EN    ___|‾‾‾‾‾‾‾‾‾‾|______
 TT    ___|‾‾‾‾‾|___________     TON; a TOF times while the rung is false
 DN    _________|‾‾‾‾|______
@@ -15,7 +15,7 @@ from ...model.operands import Constant, Group, Resolved
 from ...model.types import INT
 
 BASES_NS = {1.0: 1_000_000_000, 0.01: 10_000_000, 0.001: 1_000_000}
-"""Time bases by operand, ns; 0.001 s is for MicroLogix."""
+"""Time bases in ns, by operand; 0.001 s is for MicroLogix."""
 
 
 def _count(machine: Interpreter, group: Group, timer: Members, base: Resolved) -> None:
@@ -33,7 +33,7 @@ def _begin(machine: Interpreter, group: Group) -> None:
 
 
 def on_delay(machine: Interpreter, power: bool, group: Group, base: Resolved, *_shown: Resolved) -> None:
-    """TON."""
+    """Run TON."""
     timer = Members(machine, group)
     if not power:
         timer.set(EN=False, TT=False, DN=False, ACC=0)
@@ -42,7 +42,7 @@ def on_delay(machine: Interpreter, power: bool, group: Group, base: Resolved, *_
 
 
 def retentive(machine: Interpreter, power: bool, group: Group, base: Resolved, *_shown: Resolved) -> None:
-    """RTO: a false rung keeps ACC and DN."""
+    """Run RTO; a false rung keeps ACC and DN."""
     timer = Members(machine, group)
     if not power:
         timer.set(EN=False, TT=False)
@@ -59,7 +59,7 @@ def _run(machine: Interpreter, group: Group, timer: Members, base: Resolved) -> 
 
 
 def off_delay(machine: Interpreter, power: bool, group: Group, base: Resolved, *_shown: Resolved) -> None:
-    """TOF."""
+    """Run TOF."""
     timer = Members(machine, group)
     if power:
         timer.set(EN=True, TT=False, DN=True, ACC=0)
@@ -104,22 +104,22 @@ def _counted(group: Group, machine: Interpreter, power: bool, bit: str, step: in
 
 
 def count_up(machine: Interpreter, power: bool, group: Group, *_shown: Resolved) -> None:
-    """CTU: 32,768 becomes -32,768, with OV."""
+    """Run CTU; after 32,767 comes -32,768, with OV."""
     _counted(group, machine, power, "CU", 1, "OV")
 
 
 def count_down(machine: Interpreter, power: bool, group: Group, *_shown: Resolved) -> None:
-    """CTD: -32,769 becomes 32,767, with UN."""
+    """Run CTD; after -32,768 comes 32,767, with UN."""
     _counted(group, machine, power, "CD", -1, "UN")
 
 
 def prescan_up(machine: Interpreter, group: Group, *_others: Resolved) -> None:
-    """Set CU: a rung that is true in the first scan is not an edge."""
+    """Set CU, so that a rung that is true in the first scan is not an edge."""
     Members(machine, group).set(CU=True)
 
 
 def prescan_down(machine: Interpreter, group: Group, *_others: Resolved) -> None:
-    """See `prescan_up`."""
+    """Set CD, see `prescan_up`."""
     Members(machine, group).set(CD=True)
 
 
@@ -135,5 +135,5 @@ RESET = {
 
 
 def reset(machine: Interpreter, group: Group) -> None:
-    """RES."""
+    """Run RES."""
     Members(machine, group).set(**dict.fromkeys(RESET[group.type.name], 0))

@@ -1,8 +1,8 @@
 """IOT, UID, UIE and HMIBC [1756-RM003N].
 
-Images cross the backplane at the times of the rack's controller (`micrologix`: the scan's ends,
+Images are exchanged at the times of the rack's controller (`micrologix`: the ends of the scan,
 `compactlogix`: every RPI), which an IOT does not change. A task interrupts others as `Task.preempt` says,
-between UID and UIE, too.
+even between UID and UIE.
 """
 
 from __future__ import annotations

@@ -4,11 +4,11 @@
     EN, ST  ____|‾‾‾‾‾‾‾‾‾‾|_______     EN stays until the end and a false rung, ST until the end
     DN, ER  _______________|‾‾‾‾‾‾‾     until the next message
 
-In structured text a call begins a message, unless it is under way. It ends after a scan, whether it is called
-again or not, and EN ends with it.
+In structured text, a call begins a message unless it is already under way. The message ends after a scan,
+whether or not it is called again, and EN ends with it.
 
-Nothing is sent. The data of a read are the reply of its stub, if that has one: they are in the tag that the
-export names, or that of the stub, when DN is set.
+Nothing is sent. The data of a read come from the stub's reply, if it has one. When DN is set, they are in the
+tag that the export or the stub names.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from ...state.lowered import LoweredProgram
 from ...state.memory import Memory
 
 TIMEOUT = 1
-"""ERR of a message stopped by its TO bit: connection failure."""
+"""ERR of a message that its TO bit stopped: connection failure."""
 
 
 class _Message:
-    """A MESSAGE in a scan; its bits lie in FLAGS."""
+    """A MESSAGE in a scan; its bits are in FLAGS."""
 
     def __init__(self, machine: Interpreter, group: Group) -> None:
         self._machine, self._group = machine, group
@@ -102,7 +102,7 @@ def _go_on(machine: Interpreter, message: _Message, path: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class _MessagePlaces:
-    """The messages of one tag that structured text may have begun, as leaves of its members."""
+    """Leaves of one tag's messages that structured text may have begun."""
 
     path: str
     waiting: Leaf
@@ -112,7 +112,7 @@ class _MessagePlaces:
 
 
 def ends_of_messages(lowered: LoweredProgram) -> tuple[Callable[[Any], None], ...]:
-    """Return functions that end messages of structured text after a scan."""
+    """Return functions that end structured text messages after a scan."""
     texts = [each for each in lowered.routines.values() if each.body is not None]
     if not any(step.name == "MSG" for each in texts for line in each.lines for step in line.all_steps):
         return ()

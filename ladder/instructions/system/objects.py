@@ -1,7 +1,7 @@
-"""Attributes of GSV and SSV that the runtime only stores.
+"""Attributes for GSV and SSV that the runtime only stores.
 
-Each is a number in the program's memory with the initial value of its row; SSV and tests may set it, GSV
-reads it. A module is running without fault; a scan takes no time [1756-RM003N, GSV/SSV objects].
+Each attribute is a number in the program's memory, with the initial value in its row. SSV and tests may set
+it; GSV reads it. Modules run without faults, and a scan takes no time [1756-RM003N, GSV/SSV objects].
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from scanrack.io_images.dataclass import dataclass
 
 SINT, INT, DINT, LINT = 1, 2, 4, 8
-"""Bytes of an attribute."""
+"""Sizes of attributes, in bytes."""
 
 STRING = 4 + 82
-"""Bytes of a text, initially empty."""
+"""Size of a text, in bytes; it is initially empty."""
 
 RUNNING = 0x4000
 """EntryStatus of a module with open connections: 4 in the upper four bits."""
@@ -24,8 +24,8 @@ RUNNING = 0x4000
 class StoredValue:
     """A stored attribute."""
 
-    size: int  # its bytes
-    initial: int = 0  # initial value of its first eight bytes; the others are 0
+    size: int  # size in bytes
+    initial: int = 0  # initial value of the first eight bytes; the others are 0
     set: bool = False  # whether SSV may set it
 
 
@@ -87,7 +87,7 @@ OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
         "MINOREVENTS": StoredValue(INT, set=True),
         "MINORFAULTBITS": StoredValue(DINT, set=True),
     },
-    "HARDWARESTATUS": {  # no fans, no sensors, no UPS: the first SINT of each array is their number
+    "HARDWARESTATUS": {  # no fans, sensors or UPS: the first SINT of each array is their number, 0
         "FANSPEEDS": StoredValue(SINT),
         "FANSTATUS": StoredValue(SINT),
         "TEMPERATUREFAULTLEVELS": StoredValue(SINT),
@@ -201,9 +201,9 @@ OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
 """Attributes by class, both in capitals."""
 
 ANY_NAME: Mapping[str, StoredValue] = {"DATALOG": StoredValue(DINT, set=True)}
-"""Classes whose list of attributes was not at hand: each name is one of this value."""
+"""Classes whose attribute list was not available: any attribute name has this value."""
 
 
 def stored_value(kind: str, name: str) -> StoredValue | None:
-    """Return a stored attribute by class and name in capitals, None if it is not one."""
+    """Return a stored attribute by class and name in capitals; None if there is none."""
     return OBJECTS.get(kind, {}).get(name) or ANY_NAME.get(kind)

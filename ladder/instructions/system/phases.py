@@ -1,7 +1,7 @@
 """Equipment phases and sequences [LOGIX-UM001, 1756-RM003N].
 
-No phase manager runs here: a phase is answered as not scheduled, result 24594, and its states do not
-change. PSC, PPD, PRNP and the other instructions without a result do nothing then.
+There is no phase manager, so instructions report that a phase is not scheduled, result 24594, and its state
+does not change. PSC, PPD, PRNP and other instructions without a result do nothing.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from ...model.spec import Spec, Use, action
 from ...state.regions import converted
 
 NOT_SCHEDULED = 24594
-"""Result: the phase is not scheduled, inhibited, or in a task that is inhibited."""
+"""Result: the phase is not scheduled or inhibited, or its task is inhibited."""
 
 
 def _run(machine: Interpreter, *operands: Resolved | str) -> None:

@@ -14,7 +14,7 @@ from ...state.lowered import OperandResolver
 from ..charts import EXECUTING, NEW, PAUSED
 
 EOT_STATE = "~eot"
-"""Leaf of the state bit that EOT returns to a transition."""
+"""Name of the leaf with the state bit that EOT returns to a transition."""
 
 
 def _chart_of(resolver: OperandResolver, name: Operand) -> str:

@@ -1,9 +1,9 @@
 """EVENT, and GSV and SSV for the objects of a controller [1756-RM003N, system values].
 
-An attribute is a row of `ATTRIBUTES`: how it is read as bytes, and, if it can be set, how it is set from
-bytes. The tag of GSV and SSV may be a structure, an array, or the first member of a structure, as exports
-name it. WallClockTime is the virtual time, from 1970-01-01 00:00 at power-up on, until SSV sets it.
-Attributes that the runtime does not compute are memory, see `objects`.
+An attribute is a row of `ATTRIBUTES`, with a function that returns it as bytes and, if it can be set, a
+function that sets it from bytes. The tag of GSV and SSV may be a structure, an array, or the first member of
+a structure, as in exports. WallClockTime is the virtual time, which is 1970-01-01 00:00 at power-up, until
+SSV sets it. Attributes that the runtime does not compute are stored in memory, see `objects`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from ...state.regions import End
 from .objects import OBJECTS, StoredValue, stored_value
 
 THIS = "THIS"
-"""Instance name of the instruction's program."""
+"""Instance name that stands for the program of the instruction."""
 
 POWER_UP = datetime.datetime(1970, 1, 1)
 """WallClockTime at virtual time 0."""
@@ -43,8 +43,8 @@ POWER_UP = datetime.datetime(1970, 1, 1)
 class Attribute:
     """An attribute of an object."""
 
-    read: Callable[[Interpreter, str], bytes]  # returns it as bytes, by machine and instance in capitals
-    write: Callable[[Interpreter, str, bytes], None] | None = None  # sets it from bytes; None: read-only
+    read: Callable[[Interpreter, str], bytes]  # returns bytes, given machine and instance in capitals
+    write: Callable[[Interpreter, str, bytes], None] | None = None  # sets it from bytes; None if read-only
 
 
 # --- PROGRAM
@@ -85,7 +85,7 @@ def _write_major_fault(machine: Interpreter, name: str, data: bytes) -> None:
 
 
 def _task(machine: Interpreter, name: str) -> ScheduledTask | None:
-    """Return the task of a name; THIS is the task of the running program."""
+    """Return the task with a name; THIS is the task of the running program."""
     schedule = machine.lowered.schedule
     if schedule is None:
         return None
@@ -97,7 +97,7 @@ Reader = Callable[[Interpreter, str], bytes]
 
 
 def _of_task(code: str, value: Callable[[Interpreter, ScheduledTask], int]) -> Reader:
-    """Return a reader of a task's number."""
+    """Return a function that reads a number of a task."""
 
     def read(machine: Interpreter, name: str) -> bytes:
         task = _task(machine, name)
@@ -116,11 +116,11 @@ def _write_overlaps(machine: Interpreter, name: str, data: bytes) -> None:
 
 
 CLOCK = "WALLCLOCKTIME"
-_LATEST_US = 8_000 * 365 * 86_400 * 1_000_000  # maximum setting of the clock, µs from power-up
+_LATEST_US = 8_000 * 365 * 86_400 * 1_000_000  # maximum setting of the clock, µs since power-up
 
 
 def _path(kind: str, instance: str, name: str) -> str:
-    """Return the path of an attribute with memory."""
+    """Return the path of an attribute that is stored in memory."""
     return f"{HIDDEN}gsv.{kind}.{instance}.{name}"
 
 
@@ -134,7 +134,7 @@ def _wall_us(machine: Interpreter) -> int:
 
 
 def _set_wall(machine: Interpreter, now_us: int) -> None:
-    """Set the clock; a time out of range is ignored."""
+    """Set the clock; ignore a time out of range."""
     leaf = machine.lowered.layout.find(_OFFSET)
     if leaf is not None and 0 <= now_us < _LATEST_US:
         machine.memory.write(leaf, 0, now_us - machine.now_ns // 1_000)
@@ -163,7 +163,7 @@ def _date(machine: Interpreter, _name: str) -> bytes:
 
 @lru_cache(maxsize=4)
 def _date_at(wall_us: int) -> bytes:
-    """Return the date of an instant, which several instructions of a scan ask for."""
+    """Return the date of an instant; cached, because several instructions of a scan use it."""
     now = POWER_UP + datetime.timedelta(microseconds=wall_us)
     day = now.year, now.month, now.day
     return struct.pack("<7i", *day, now.hour, now.minute, now.second, now.microsecond)
@@ -174,7 +174,7 @@ def _write_date(machine: Interpreter, _name: str, data: bytes) -> None:
         return
     try:
         moment = datetime.datetime(*struct.unpack_from("<7i", data))
-    except (ValueError, OverflowError):  # no date: the clock continues
+    except (ValueError, OverflowError):  # not a date: the clock is not set
         return
     _set_wall(machine, (moment - POWER_UP) // datetime.timedelta(microseconds=1))
 
@@ -216,7 +216,7 @@ ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
 
 
 def _kept(kind: str, name: str, kept: StoredValue) -> Attribute:
-    """Return an attribute with memory."""
+    """Return an attribute that is stored in memory."""
 
     def read(machine: Interpreter, instance: str) -> bytes:
         leaf = machine.lowered.layout.leaf(_path(kind, instance, name))
@@ -237,7 +237,7 @@ def _attribute(kind: str, name: str) -> Attribute | None:
 
 
 def _known(kind: str, *, written: bool) -> str:
-    """List the classes, or the attributes of one: those that SSV sets if no tag is `written`."""
+    """List the classes, or a class's attributes; only settable ones unless a tag is `written` (GSV)."""
     rows = [each for each, row in ATTRIBUTES.items() if written or row.write]
     for each, stored in OBJECTS.items():
         rows += [(each, name) for name, row in stored.items() if written or row.set]
@@ -248,7 +248,7 @@ def _known(kind: str, *, written: bool) -> str:
 def _resolve(
     resolver: OperandResolver, given: tuple[Operand, ...], *, written: bool
 ) -> tuple[str, str | Place, str, Place | Group]:
-    """Return class, instance and attribute in capitals, and the tag; an axis' instance is its member."""
+    """Return class, instance and attribute in capitals, and the tag; an axis's instance is a member."""
     kind, instance, name = (str(each).upper() for each in given[:3])
     tag = given[3]
     if kind in BY_CLASS and isinstance(given[1], Address) and isinstance(tag, Address):
@@ -269,7 +269,7 @@ def _resolve(
 
 
 def _keep(resolver: OperandResolver, kind: str, instance: str, name: str) -> None:
-    """Give a stored attribute, and the offset of the clock, a place in the memory."""
+    """Reserve a place in memory for a stored attribute, and for the offset of the clock."""
     stored = None if (kind, name) in ATTRIBUTES else stored_value(kind, name)
     if stored is not None:
         resolver.kept(_path(kind, instance, name), stored.initial)
@@ -297,7 +297,7 @@ def _read(machine: Interpreter, kind: str, instance: str | Place, name: str) -> 
 
 
 def _count(end: End, size: int) -> int:
-    """Return the number of elements in that many bytes, limited to the array."""
+    """Return the number of elements in `size` bytes, limited to the array."""
     store, region, first = end
     return min(region.left(first, store), -(-size // region.size))
 

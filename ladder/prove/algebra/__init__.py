@@ -1,1 +1,1 @@
-"""Terms: truths, whole numbers and floats, what they mean, and many values of them at once."""
+"""Terms: Booleans, whole numbers and floats, their meaning, and their evaluation for many values at once."""

@@ -1,6 +1,7 @@
-"""Terms on many numbers at once: each value is an array with an element per run.
+"""Evaluates terms for many runs at once: each value is an array with one element per run.
 
-Truths and whole numbers of up to 62 bits are arrays of numpy; wider numbers are arrays of Python objects.
+Booleans and whole numbers of up to 62 bits are numpy arrays of their own types. Wider numbers are arrays of
+Python objects.
 """
 
 from __future__ import annotations
@@ -19,14 +20,14 @@ from .terms import T
 Array = np.ndarray[Any, np.dtype[Any]]
 
 LANES = 256
-"""Number of runs at once."""
+"""Default number of runs at once."""
 
 
 class BatchEvaluator(Evaluator):
     """Computes terms for many values of their variables at once.
 
     Args:
-        roots: the terms.
+        roots: the terms to compute.
         lanes: number of runs.
     """
 
@@ -43,12 +44,12 @@ class BatchEvaluator(Evaluator):
         return _function(t)
 
     def __len__(self) -> int:
-        """Number of terms that are computed."""
+        """Return the number of terms that are computed."""
         return len(self._steps)
 
     @override
     def __call__(self, values: Mapping[str, Array]) -> list[Array]:
-        """Compute the roots; `values` has an array for each variable."""
+        """Return the values of the roots; `values` has an array for each variable."""
         with np.errstate(all="ignore"):
             return super().__call__(values)
 
@@ -59,12 +60,12 @@ def filled(t: T, value: Any, lanes: int = LANES) -> Array:
 
 
 def is_wide(t: T) -> bool:
-    """Whether a whole number needs more bits than an element of an array has."""
+    """Whether a whole number needs more bits than an array element has."""
     return t.kind == INT and not -FAR < t.lo <= t.hi < FAR
 
 
 def dtype_of(t: T) -> Any:
-    """Return the type of a term's array."""
+    """Return the element type of a term's array."""
     if t.kind == INT:
         return object if is_wide(t) else np.int64
     return np.bool_ if t.kind == BOOL else np.float32 if t.kind == F32 else np.float64
@@ -92,7 +93,7 @@ def _function(t: T) -> Callable[..., Array]:
 
 
 def _wide(t: T) -> Callable[..., Array]:
-    """Compute with Python's numbers."""
+    """Return a function that computes with Python numbers."""
     function: Callable[..., Array]
     if t.op == "wrap":
         function = partial(_wrapped, bits=t.val)
@@ -110,7 +111,7 @@ def _wide(t: T) -> Callable[..., Array]:
 
 
 def _wrapped(a: Array, bits: int) -> Array:
-    """Keep low bits, of at most 62, as `arithmetic.wrap` does."""
+    """Keep at most 62 low bits, as `arithmetic.wrap` does."""
     if bits < 0:
         return a & (1 << -bits) - 1
     half = 1 << bits - 1
@@ -118,7 +119,7 @@ def _wrapped(a: Array, bits: int) -> Array:
 
 
 def _each(t: T) -> Callable[..., Array]:
-    """Compute run by run, as `meaning` says."""
+    """Return a function that computes run by run, as `meaning` defines."""
     function, kind = meaning(t.op, t.kind, t.val), dtype_of(t)
 
     def computed(*operands: Array) -> Array:
@@ -155,4 +156,4 @@ _PLAIN: dict[str, Callable[..., Array]] = {
 }
 
 _WIDE = frozenset({"ite", "add", "sub", "mul", "band", "bor", "bxor", "eq", "lt"})
-"""Operations of `_PLAIN` that numpy does on Python's numbers too."""
+"""Operations of `_PLAIN` that numpy can also compute on Python numbers."""

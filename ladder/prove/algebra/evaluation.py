@@ -10,10 +10,10 @@ from .terms import T, reach
 
 
 class Evaluator:
-    """Computes the same terms again and again.
+    """Computes the same terms for different values of their variables.
 
     Args:
-        roots: the terms.
+        roots: the terms to compute.
     """
 
     def __init__(self, roots: Sequence[T]) -> None:
@@ -38,7 +38,7 @@ class Evaluator:
         return meaning(t.op, t.kind, t.val)
 
     def __call__(self, values: Mapping[str, Any]) -> list[Any]:
-        """Compute the roots; `values` has the values of variables by name, missing ones are 0."""
+        """Return the values of the roots; `values` has the variables by name, a missing variable is 0."""
         found = self._found
         for slot, name, default in self._variables:
             found[slot] = values.get(name, default)
@@ -48,5 +48,5 @@ class Evaluator:
 
 
 def evaluate(roots: Sequence[T], values: Mapping[str, Any]) -> list[Any]:
-    """Compute terms once; `values` has the values of variables by name, missing ones are 0."""
+    """Return the values of terms; `values` has the variables by name, a missing variable is 0."""
     return Evaluator(roots)(values)

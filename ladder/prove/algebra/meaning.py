@@ -1,20 +1,20 @@
 """The operations of terms on Python numbers, for constant folding and evaluation.
 
-Truths are `bool`, whole numbers `int` without bounds, floats `float`. A single float is a `float` that is
-rounded after each operation.
+Booleans are `bool`, whole numbers are unbounded `int`, floats are `float`. A single-precision float is a
+`float` that is rounded after each operation.
 
-| operation | is |
+| operation | meaning |
 |---|---|
-| not, and, iff, ite | of truths; the last two operands of `ite` may be of any kind |
+| not, and, iff, ite | on Booleans; the last two operands of `ite` may be of any kind |
 | add, sub, mul, div, rem | exact; `div` cuts off toward zero; both are 0 for a divisor of 0 |
-| band, bor, bxor | of endless two's complement patterns |
-| shr, wrap, bit, setbit, b2i | shift right, keep low bits, read a bit, write a bit, a truth as 0 or 1 |
-| eq, lt | of whole numbers |
-| fadd, fsub, fmul, fdiv, fneg, fabs | of floats, to the nearest, half to even |
-| fsqrt, frem | root of a float >= 0; distance to the nearest multiple, as IEEE 754 has it |
-| feq, flt, fle, fnan, ffin | of floats, as IEEE 754 has them; `ffin`: neither infinite nor NaN |
-| fsame | of floats: the same number, so that -0.0 is not 0.0 and NaN is NaN |
-| i2f, f2f, f2i | conversions; `f2i` is 0 at and beyond 2**62, of infinity and NaN |
+| band, bor, bxor | on two's complement patterns of unlimited width |
+| shr, wrap, bit, setbit, b2i | shift right, keep low bits, read a bit, write a bit, Boolean to 0 or 1 |
+| eq, lt | on whole numbers |
+| fadd, fsub, fmul, fdiv, fneg, fabs | on floats, rounded half to even |
+| fsqrt, frem | root of a float >= 0; distance to the nearest multiple, as IEEE 754 defines it |
+| feq, flt, fle, fnan, ffin | on floats, as IEEE 754 defines them; `ffin`: neither infinite nor NaN |
+| fsame | on floats: the same value; -0.0 differs from 0.0, and NaN is the same as NaN |
+| i2f, f2f, f2i | conversions; `f2i` is 0 for infinity, NaN, and floats of size 2**62 and above |
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from typing import Any
 from ...model.arithmetic import finite, quotient, real, real_quotient, remainder, wrap
 
 BOOL, INT, F32, F64 = "b", "i", "f32", "f64"
-"""Kinds of terms: truth, whole number, single and double float."""
+"""Kinds of terms: Boolean, whole number, single and double float."""
 
 FAR = 1 << 62
 """Floats of this size and above convert to 0."""
@@ -44,14 +44,14 @@ def rem(a: int, b: int) -> int:
 
 
 def to_whole(value: float, how: str) -> int:
-    """Round half to even (`rne`) or cut off (`rtz`)."""
+    """Round a float to a whole number: half to even (`rne`) or toward zero (`rtz`)."""
     if not finite(value) or abs(value) >= FAR:
         return 0
     return round(value) if how == "rne" else math.trunc(value)
 
 
 def to_nearest(a: float, b: float) -> float:
-    """Return the distance of a from the nearest multiple of b; NaN where there is none.
+    """Return the distance of a from the nearest multiple of b; NaN if it is undefined.
 
     >>> to_nearest(5.0, 3.0), to_nearest(7.0, 3.0)
     (-1.0, 1.0)
@@ -62,7 +62,7 @@ def to_nearest(a: float, b: float) -> float:
 
 
 def to_float(value: float, kind: str) -> float:
-    """Round a number to the nearest float of a kind; a whole number beyond all floats becomes infinite."""
+    """Round a number to the nearest float of a kind; a whole number beyond the largest becomes infinite."""
     try:
         double = float(value)
     except OverflowError:
@@ -71,12 +71,12 @@ def to_float(value: float, kind: str) -> float:
 
 
 def write_bit(word: int, truth: bool, number: int, width: int) -> int:
-    """Set bit `number` of a word of |width| bits."""
+    """Return a word of |width| bits with bit `number` set to a Boolean."""
     return wrap(word & ~(1 << number) | truth << number, width)
 
 
 def same_float(a: float, b: float) -> bool:
-    """Whether two floats are the same number.
+    """Whether two floats are the same value, NaN and the sign of zero included.
 
     >>> same_float(0.0, -0.0), same_float(math.nan, math.nan)
     (False, True)
@@ -109,7 +109,7 @@ PLAIN: dict[str, Callable[..., Any]] = {
     "fnan": math.isnan,
     "ffin": math.isfinite,
 }
-"""Operations of their operands alone."""
+"""Operations that depend only on their operands."""
 
 FLOATS: dict[str, Callable[..., float]] = {
     "fadd": operator.add,
@@ -129,11 +129,11 @@ SETTLED: dict[str, Callable[[Any, Any], Any]] = {
     "bit": lambda word, number: bool(word >> number & 1),
     "f2i": to_whole,
 }
-"""Operations with a setting: bits to shift by, width, number of a bit, rounding."""
+"""Operations with a setting: a shift count, a width, a bit number, or a rounding mode."""
 
 
 def meaning(op: str, kind: str, setting: Any) -> Callable[..., Any]:
-    """Return the function of an operation's operands.
+    """Return the function that computes an operation from its operands.
 
     >>> meaning("wrap", INT, 8)(200), meaning("fdiv", F32, None)(1.0, 3.0)
     (-56, 0.3333333432674408)

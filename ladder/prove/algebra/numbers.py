@@ -12,14 +12,14 @@ from .terms import FALSE, TRUE, T, bits_of, const, iff, interval_of, ite, memo, 
 
 
 def _folded(op: str, *operands: T, val: Any = None) -> T | None:
-    """Return the constant of constant operands."""
+    """Return the constant result of an operation on constant operands."""
     if any(a.op != "const" for a in operands):
         return None
     return const(meaning(op, INT, val)(*[a.val for a in operands]))
 
 
 def add(a: T, b: T) -> T:
-    """Sum."""
+    """Return the sum."""
     if a.op == "const":
         a, b = b, a
     if b.op == "const":
@@ -31,7 +31,7 @@ def add(a: T, b: T) -> T:
 
 
 def sub(a: T, b: T) -> T:
-    """Difference."""
+    """Return the difference."""
     if b.op == "const":
         return add(a, const(-b.val))
     if a is b:
@@ -40,7 +40,7 @@ def sub(a: T, b: T) -> T:
 
 
 def mul(a: T, b: T) -> T:
-    """Product."""
+    """Return the product."""
     if a.op == "const":
         a, b = b, a
     if b.op == "const" and b.val == 1:
@@ -50,7 +50,7 @@ def mul(a: T, b: T) -> T:
 
 
 def div(a: T, b: T) -> T:
-    """Quotient toward zero; 0 for a divisor of 0."""
+    """Return the quotient, rounded toward zero; 0 for a divisor of 0."""
     folded = _folded("div", a, b)
     if folded is not None:
         return folded
@@ -63,7 +63,7 @@ def div(a: T, b: T) -> T:
 
 
 def rem(a: T, b: T) -> T:
-    """Remainder with the sign of a; 0 for a divisor of 0."""
+    """Return the remainder with the sign of a; 0 for a divisor of 0."""
     folded = _folded("rem", a, b)
     if folded is not None:
         return folded
@@ -72,7 +72,7 @@ def rem(a: T, b: T) -> T:
 
 
 def bitop(op: str, a: T, b: T) -> T:
-    """`band`, `bor` or `bxor` of two patterns."""
+    """Return `band`, `bor` or `bxor` of two patterns."""
     folded = _folded(op, a, b)
     if folded is not None:
         return folded
@@ -83,17 +83,17 @@ def bitop(op: str, a: T, b: T) -> T:
 
 
 def inv(a: T) -> T:
-    """Every bit inverted."""
+    """Return a number with every bit inverted."""
     return sub(const(-1), a)
 
 
 def shr(a: T, n: int) -> T:
-    """Shift right by n >= 0 bits; the sign stays."""
+    """Shift right by n >= 0 bits and keep the sign."""
     return _folded("shr", a, val=n) or mk("shr", (a,), INT, n, a.lo >> n, a.hi >> n)
 
 
 def wrap(a: T, n: int) -> T:
-    """Low |n| bits, signed for positive n."""
+    """Return the low |n| bits, signed for positive n."""
     lo, hi = interval_of(n)
     if lo <= a.lo and a.hi <= hi:
         return a
@@ -101,29 +101,29 @@ def wrap(a: T, n: int) -> T:
 
 
 def least(a: T, most: int) -> T:
-    """The smaller of a number and a constant."""
+    """Return the smaller of a number and a constant."""
     return mk("ite", (lt(const(most), a), const(most), a), INT, None, a.lo, most) if most < a.hi else a
 
 
 def greatest(a: T, least: int) -> T:
-    """The larger of a number and a constant."""
+    """Return the larger of a number and a constant."""
     return mk("ite", (lt(a, const(least)), const(least), a), INT, None, least, a.hi) if least > a.lo else a
 
 
 def clip(a: T, lo: int, hi: int) -> T:
-    """The nearest number in an interval; for numbers that lie in it wherever their value counts."""
+    """Clamp a number to an interval; wherever its value matters, it must lie in the interval already."""
     if a.hi < lo or a.lo > hi:
         return const(lo if a.hi < lo else hi)
     return greatest(least(a, hi), lo)
 
 
 def b2i(a: T) -> T:
-    """0 or 1."""
+    """Return a Boolean as 0 or 1."""
     return const(int(a.val)) if a.op == "const" else mk("b2i", (a,), INT, None, 0, 1)
 
 
 def bit(a: T, k: int) -> T:
-    """Bit k of a whole number; bits beyond its pattern are its sign."""
+    """Return bit k of a whole number; bits beyond its pattern equal its sign."""
     k = min(k, bits_of(a.lo, a.hi) - 1)
     if a.op == "const":
         return const(bool(a.val >> k & 1))
@@ -140,7 +140,7 @@ def bit(a: T, k: int) -> T:
 
 
 def setbit(a: T, k: int, b: T, n: int) -> T:
-    """A word of |n| bits, signed for positive n, with bit k set to b; `a` lies in the word's interval."""
+    """Return `a`, a word of |n| bits that is signed for positive n, with bit k set to b."""
     if a.op == "setbit" and a.val[0] == k:
         a = a.args[0]
     lo, hi = interval_of(n)
@@ -148,7 +148,7 @@ def setbit(a: T, k: int, b: T, n: int) -> T:
 
 
 def eq(a: T, b: T) -> T:
-    """Two truths, whole numbers or floats are equal."""
+    """Return whether two Booleans, whole numbers or floats are equal."""
     if a.kind == BOOL:
         return iff(a, b)
     if a.kind != INT:
@@ -167,7 +167,7 @@ def eq(a: T, b: T) -> T:
 
 
 def same(a: T, b: T) -> T:
-    """Two values of one kind are the same: of floats, the sign of zero counts, and NaN is NaN."""
+    """Return whether two values of one kind are the same; 0.0 and -0.0 differ, NaN is the same as NaN."""
     if a is b:
         return TRUE
     if a.kind in (BOOL, INT):
@@ -178,7 +178,7 @@ def same(a: T, b: T) -> T:
 
 
 def lt(a: T, b: T) -> T:
-    """A is less than b."""
+    """Return whether a is less than b."""
     if a.kind != INT:
         return mk("flt", (a, b), BOOL)
     if a.hi < b.lo:
@@ -189,7 +189,7 @@ def lt(a: T, b: T) -> T:
 
 
 def le(a: T, b: T) -> T:
-    """A is less than or equal to b."""
+    """Return whether a is less than or equal to b."""
     return mk("fle", (a, b), BOOL) if a.kind != INT else not_(lt(b, a))
 
 
@@ -197,7 +197,7 @@ def le(a: T, b: T) -> T:
 
 
 def to_float(a: T, kind: str) -> T:
-    """Round to a kind of floats."""
+    """Round a number to a kind of float."""
     if a.kind == BOOL:
         a = b2i(a)
     if a.kind == kind:
@@ -207,7 +207,7 @@ def to_float(a: T, kind: str) -> T:
 
 
 def fop(op: str, *args: T) -> T:
-    """`fadd`, `fsub`, `fmul`, `fdiv`, `frem`, `fneg`, `fabs` or `fsqrt` of floats of one kind."""
+    """Return `fadd`, `fsub`, `fmul`, `fdiv`, `frem`, `fneg`, `fabs` or `fsqrt` of floats of one kind."""
     kind = args[0].kind
     if all(a.op == "const" for a in args):
         return const(meaning(op, kind, None)(*[a.val for a in args]), kind)
@@ -215,7 +215,7 @@ def fop(op: str, *args: T) -> T:
 
 
 def to_int(a: T, how: str) -> T:
-    """Round a float half to even (`rne`) or cut it off (`rtz`); see `meaning` for the largest."""
+    """Round a float half to even (`rne`) or cut it off (`rtz`); for large floats, see `meaning`."""
     if a.op == "const":
         return const(meaning("f2i", INT, how)(a.val))
     return mk("f2i", (a,), INT, how, -FAR, FAR)

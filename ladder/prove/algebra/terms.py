@@ -1,11 +1,11 @@
-"""Terms: truths, exact whole numbers with a known interval, and floats; simplified and shared, see `numbers`.
+"""Terms: Booleans, exact whole numbers with a known interval, and floats; simplified and shared.
 
-Whole numbers are mathematical integers. The interval says how many bits they need, so only `wrap` and
+Whole numbers are mathematical integers. The interval determines how many bits they need, so only `wrap` and
 `setbit` cut bits off.
 
-Equal terms are one object, compared with `is`. `forget` empties the table of shared terms: call it where a
-proof begins. Terms made before stay valid, but equal new terms are other objects. Ids only grow, and the ids
-of operands are smaller than that of their term.
+Equal terms are the same object and are compared with `is`. `forget` empties the table of shared terms: call
+it at the beginning of a proof. Earlier terms stay valid, but equal new terms are different objects. Ids
+always increase, so an operand has a smaller id than its term.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from .meaning import BOOL, F32, F64, INT, meaning
 
 
 class T:
-    """A term: operation, operands, kind, setting or value, interval of a whole number."""
+    """A term: operation, operands, kind, setting or value, and the interval of a whole number."""
 
     __slots__ = ("args", "hi", "id", "kind", "lo", "op", "val")
 
@@ -37,11 +37,11 @@ class T:
 _ids = count()
 _table: dict[tuple[Any, ...], T] = {}
 memo: dict[tuple[Any, ...], T] = {}
-"""Terms that were simplified before, by what they were made of."""
+"""Terms that were simplified before, by operation and operands."""
 
 
 def mk(op: str, args: tuple[T, ...], kind: str, val: Any = None, lo: int = 0, hi: int = 0) -> T:
-    """Return the term, the same object for the same parts; one whole number in the interval is a constant."""
+    """Return the one term with these parts; an interval of a single whole number gives a constant."""
     if kind == INT and lo == hi and op != "const":
         return const(lo)
     key = (op, kind, struct.pack("<d", val) if isinstance(val, float) else val, lo, hi, *[a.id for a in args])
@@ -52,7 +52,7 @@ def mk(op: str, args: tuple[T, ...], kind: str, val: Any = None, lo: int = 0, hi
 
 
 def const(value: Any, kind: str | None = None) -> T:
-    """Return a constant: a float if a kind of floats is named, else a truth or a whole number."""
+    """Return a constant: a float if `kind` is a kind of float, else a Boolean or a whole number."""
     if kind in (F32, F64):
         return mk("const", (), kind, meaning("f2f", kind, None)(value))
     if value is True or value is False:
@@ -65,18 +65,18 @@ TRUE, FALSE = (T("const", (), BOOL, truth, 0, 0) for truth in (True, False))
 
 
 def forget() -> None:
-    """Forget the terms made so far: new terms share nothing with them, and unused ones free their memory."""
+    """Forget the terms made so far: new terms share nothing with them, and unused terms can be freed."""
     _table.clear()
     memo.clear()
 
 
 def known() -> int:
-    """Return how many terms are shared now."""
+    """Return the number of terms in the table."""
     return len(_table)
 
 
 def var(name: str, kind: str = BOOL, lo: int = 0, hi: int = 0) -> T:
-    """Return a variable; a whole number needs its interval."""
+    """Return a variable; for a whole number, give its interval."""
     return mk("var", (), kind, name, lo, hi)
 
 
@@ -90,22 +90,22 @@ def bits_of(lo: int, hi: int) -> int:
 
 
 def interval_of(width: int) -> tuple[int, int]:
-    """Return the numbers of |width| bits, signed for a positive width."""
+    """Return the lowest and highest number of |width| bits, signed for a positive width."""
     return (-(1 << width - 1), (1 << width - 1) - 1) if width > 0 else (0, (1 << -width) - 1)
 
 
-# --- truths
+# --- Booleans
 
 
 def not_(a: T) -> T:
-    """Negate a truth."""
+    """Return the negation."""
     if a.op == "const":
         return FALSE if a.val else TRUE
     return a.args[0] if a.op == "not" else mk("not", (a,), BOOL)
 
 
 def and_(a: T, b: T) -> T:
-    """Both truths."""
+    """Return the conjunction."""
     if a is b or b is TRUE:
         return a
     if a is TRUE:
@@ -120,12 +120,12 @@ def and_(a: T, b: T) -> T:
 
 
 def or_(a: T, b: T) -> T:
-    """At least one of two truths."""
+    """Return the disjunction."""
     return not_(and_(not_(a), not_(b)))
 
 
 def iff(a: T, b: T) -> T:
-    """Two truths agree."""
+    """Return whether two Booleans are equal."""
     if a is b:
         return TRUE
     for one, other in ((a, b), (b, a)):
@@ -137,7 +137,7 @@ def iff(a: T, b: T) -> T:
 
 
 def ite(c: T, a: T, b: T) -> T:
-    """A if c, else b; both of one kind."""
+    """Return a if c holds, else b; both have the same kind."""
     if c is TRUE or a is b:
         return a
     if c is FALSE:
@@ -173,7 +173,7 @@ def _truth_of(c: T, a: T, b: T) -> T | None:
 
 
 def replaced(t: T, of: Mapping[str, T], memo: dict[int, T]) -> T:
-    """Return a term with its variables replaced, by name; `memo` has the results by id."""
+    """Return a term with variables replaced by name; `memo` caches results by id."""
     todo = [t]
     while todo:
         each = todo[-1]
@@ -193,7 +193,7 @@ def replaced(t: T, of: Mapping[str, T], memo: dict[int, T]) -> T:
 
 
 def reach(roots: Iterable[T]) -> list[T]:
-    """Return all terms below the roots, operands first."""
+    """Return the roots and all terms in them, operands first."""
     seen: dict[int, T] = {}
     todo = list(roots)
     while todo:
@@ -205,12 +205,12 @@ def reach(roots: Iterable[T]) -> list[T]:
 
 
 def variables(roots: Iterable[T]) -> list[T]:
-    """Return the variables below the roots."""
+    """Return the variables in the roots."""
     return [t for t in reach(roots) if t.op == "var"]
 
 
 def variables_by_root(roots: Iterable[T]) -> dict[T, list[T]]:
-    """Return the variables below each root, from one walk over all of them."""
+    """Return the variables in each root, found in one walk over all roots."""
     roots, found, masks = list(roots), list[T](), dict[int, int]()
     for t in reach(roots):
         mask = 0
@@ -224,7 +224,7 @@ def variables_by_root(roots: Iterable[T]) -> dict[T, list[T]]:
 
 
 def numbers_in(mask: int) -> Iterator[int]:
-    """Yield the numbers of the bits of a mask.
+    """Yield the numbers of the bits that are set in a mask.
 
     >>> list(numbers_in(0b1010))
     [1, 3]

@@ -1,6 +1,6 @@
-"""Questions that need no property: what is dead, stuck, in conflict, never done, or faults.
+"""Questions that need no property: what is dead, stuck, in conflict, or never done, and what faults.
 
-| rule | is found if |
+| rule | reported if |
 |---|---|
 | `dead-rung` | proved: no output of a rung ever has power |
 | `dead-leg` | proved: a contact never passes power, or always does; a leg adds nothing to the others |
@@ -14,9 +14,10 @@
 | file | does |
 |---|---|
 | `of_program` | these questions of a program |
-| `points` | the same for a search: what of each contact and coil can't happen, and a run in which it does |
+| `points` | questions of a search: which states of contacts and coils can't be reached, and a run that
+reaches one |
 | `asking` | answers questions, in rounds |
-| `deciding` | decides truths |
+| `deciding` | decides conditions |
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ def ask(
     known_run: KnownRun | None = None,
     listener: Listener[Finding] | None = None,
 ) -> Answers:
-    """Answer the questions of some rules; the findings are in the order of the program.
+    """Answer the questions of some rules; return the findings in the order of the program.
 
     Args:
         problem: a program.

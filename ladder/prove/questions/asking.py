@@ -1,7 +1,7 @@
-"""Answers the built-in questions of a program, the cheap ones first.
+"""Answers the built-in questions of a program, cheap questions first.
 
-Findings are reported in three rounds: what random scans and a single scan from any state decide, what
-inductions decide, and what invariants decide. Invariants take most of the time, so they are found once for
+Findings are reported in three rounds: decided by random scans and a single scan from any state, by
+inductions, and by inductions with invariants. Invariants take most of the time, so they are found once for
 all open questions.
 """
 
@@ -20,7 +20,7 @@ from ..system import ProgramSystem
 from .deciding import FIRST_SCANS, KnownRun, QuestionLimits, TruthDecider
 
 PROVED_RULES = ("dead-rung", "dead-leg", "never-on", "stuck", "never-done")
-"""Rules that find something by a proof; the others find it by a run."""
+"""Rules whose findings are proofs; the findings of other rules are runs."""
 
 RULES = (*PROVED_RULES, "conflict", "fault", "endless")
 
@@ -28,23 +28,23 @@ LIMITS = QuestionLimits(Limits(scans=5, k=2, work=1_000_000, fuse=32_000), rule=
 
 
 QuestionKey = tuple[str, Site, str]
-"""Rule, site and text of a question."""
+"""The rule, site and text of a question."""
 
 Rung = tuple[str, int | None]
-"""Routine and number."""
+"""A routine, and the number of a rung in it."""
 
 
 @dataclass(frozen=True, slots=True)
 class Question:
-    """Whether a truth, of the values before a scan, can ever hold.
+    """A question: can a condition on the values before a scan ever hold?
 
     Attributes:
-        rule: the rule that reports it if the truth can't hold, or if it can.
+        rule: the rule that reports a finding if the condition can't hold, or if it can.
         site: the instruction or rung.
-        text: what is found, in words.
-        bad: the truth.
-        lives: a truth that must be able to hold; otherwise another finding covers this one.
-        fault: the site of the major fault that it is, or None.
+        text: the finding, in words.
+        bad: the condition.
+        lives: a condition that must be possible; otherwise another finding covers this one.
+        fault: the site of the major fault whose condition `bad` is, or None.
         coils: numbers of the instructions that disagree.
     """
 
@@ -63,13 +63,13 @@ class Question:
 
     @property
     def is_proof(self) -> bool:
-        """Whether a proof is a finding; else a run is."""
+        """Whether a proof is the finding; otherwise a run is."""
         return self.rule in PROVED_RULES
 
 
 @dataclass(frozen=True, slots=True)
 class Finding:
-    """An answer worth a line; see `Question`."""
+    """An answer to report; see `Question`."""
 
     rule: str
     site: Site
@@ -80,7 +80,7 @@ class Finding:
 
 @dataclass(slots=True)
 class Answers:
-    """The findings, and the numbers of questions and of open questions by rule."""
+    """The findings, and by rule the numbers of questions and of open questions."""
 
     findings: list[Finding] = field(default_factory=list)
     counts: Counter[str] = field(default_factory=Counter)
@@ -88,11 +88,11 @@ class Answers:
 
 
 Found = TypeVar("Found")
-"""What a listener receives for a finding."""
+"""Type of a finding that a listener receives."""
 
 
 class Listener(Generic[Found]):
-    """Receives answers as they come, the cheap ones first."""
+    """Receives answers as they are found, cheap answers first."""
 
     def begun(self, count: int) -> None:
         """Receive the number of questions."""
@@ -101,7 +101,7 @@ class Listener(Generic[Found]):
         """Receive a finding."""
 
     def left(self, count: int) -> None:
-        """Receive the number of open questions after the first round, and again after inductions."""
+        """Receive the number of open questions, after the first round and again after the inductions."""
 
     def next(self, question: Question, count: int) -> None:
         """Receive the next open question, and the number of questions after it."""
@@ -114,18 +114,18 @@ def answer_questions(
     known_run: KnownRun | None = None,
     listener: Listener[Finding] | None = None,
 ) -> Answers:
-    """Answer questions; the findings are in the order of the questions.
+    """Answer questions; return the findings in the order of the questions.
 
     Args:
-        limits: questions beyond them stay open.
-        known_run: returns what a run of the program does, such as a rack's own.
-        listener: receives the findings in the order in which they are made.
+        limits: questions that need more stay open.
+        known_run: returns the conditions that a known run makes true, such as the rack's scenario.
+        listener: receives the findings as they are made.
     """
     return _Questioning(problem, questions, limits, listener or Listener()).answers(known_run)
 
 
 def find_impossible(problem: ProgramSystem, truths: Sequence[T], limits: QuestionLimits = LIMITS) -> set[T]:
-    """Return the truths that are proved to hold in no scan."""
+    """Return the conditions that are proved to hold in no scan."""
     decider = TruthDecider(problem, limits, dict.fromkeys(truths, ""))
     decider.scan_at_random()
     decider.find_impossible()
@@ -146,11 +146,11 @@ class _Questioning:
         self._questions, self._limits, self._listener = questions, limits, listener
         rules = {each.bad: each.rule for each in reversed(questions)}
         self._decider = TruthDecider(problem, limits, rules)
-        self._left = dict(enumerate(questions))  # by place
-        self._findings: dict[int, Finding] = {}  # by the place of the question
+        self._left = dict(enumerate(questions))  # by index of the question
+        self._findings: dict[int, Finding] = {}  # by index of the question
         self._reported: set[QuestionKey] = set()  # questions with a finding
         self._dead_rungs: set[Rung] = set()
-        self._after = 0  # questions after the present one
+        self._after = 0  # number of questions after the current one
 
     def answers(self, known_run: KnownRun | None) -> Answers:
         """Answer all questions."""
@@ -172,7 +172,7 @@ class _Questioning:
         return found
 
     def _decide_by_induction(self, known_run: KnownRun | None) -> None:
-        """Decide with more scans, a run that is known and inductions."""
+        """Decide questions by more scans, a known run and inductions."""
         decider = self._decider
         decider.scan_at_random()
         proofs = set(self._truths(is_proof=True))
@@ -190,14 +190,14 @@ class _Questioning:
             self._ask(self._decided, is_last=True)
 
     def _truths(self, *, is_proof: bool) -> list[T]:
-        """Return the truths of the open questions of which a proof is a finding, or a run."""
+        """Return the conditions of the open questions whose finding is a proof, or is a run."""
         return [each.bad for each in self._left.values() if each.is_proof is is_proof]
 
     def _count_left(self) -> int:
         return len({each.key for each in self._left.values()} - self._reported)
 
     def _ask(self, verdict_on: Callable[[Question], Verdict], *, is_last: bool = False) -> None:
-        """Ask the questions that are left; legs of a rung that may be dead wait for the next round."""
+        """Ask the open questions; legs of a rung that may be dead wait for the next round."""
         waiting: set[Rung] = set()
         self._after = len(self._left)
         for place, question in [*self._left.items()]:
@@ -225,7 +225,7 @@ class _Questioning:
             self._listener.found(found)
 
     def _known(self, question: Question) -> Verdict:
-        """Return what is known about a question, without the solver."""
+        """Return the verdict on a question as far as it is known without the solver."""
         known = self._decider.known(question.bad)
         if not question.is_proof:
             return Verdict(known if known is VerdictKind.PROVED else VerdictKind.UNKNOWN)
@@ -238,7 +238,7 @@ class _Questioning:
         return self._decider.never(question.bad)
 
     def _decided(self, question: Question) -> Verdict:
-        """Decide a question alone."""
+        """Decide a single question."""
         known = self._known(question)
         if known.kind is not VerdictKind.UNKNOWN:
             return known

@@ -1,13 +1,13 @@
-"""Decides which truths of a program can hold in a scan, the cheapest way first.
+"""Decides which conditions of a program can hold in a scan, the cheapest method first.
 
-1. A few random scans make most truths true that can be.
-2. The solver finds those that no state and input makes true, whatever came before.
-3. Further random scans, and a run that the caller knows.
-4. Inductions of all that are left at once, see `joint`.
-5. One truth alone: a run of it that the compiled program confirms, or an induction with invariants.
+1. A few random scans make most of the possible conditions true.
+2. The solver finds the conditions that no state, reachable or not, and no input makes true.
+3. More random scans, and a run that the caller knows.
+4. Inductions of all remaining conditions at once, see `joint`.
+5. For each condition alone: a run that the compiled program confirms, or an induction with invariants.
 
-Proofs hold for any values of numbers that nothing writes, so none depends on a recipe. The contracts of
-modules hold, as they do for properties.
+Proofs hold for any values of the numbers that nothing writes, so no proof depends on a recipe. The contracts
+of modules are assumed, as they are for properties.
 """
 
 from __future__ import annotations
@@ -32,29 +32,30 @@ from ..solving.solver import SAT, Solver
 from ..system import ProgramSystem, System
 
 FIRST_SCANS, FEWEST_SCANS, SCANS, RESTART = 4, 30, 75, 15
-"""Random scans before the solver is used, of a large and of a small program at most, and those of a run."""
+"""Random scans: before the solver is used, at most of a large and a small program, and of one run."""
 
 QUIET = 20
-"""Random scans that made no further truth true, after which the solver decides about the others."""
+"""Random scans without a new result after which the solver decides the remaining conditions."""
 
 MANY_LANES = 4 * LANES
-"""Runs side by side of a program that is not large: a scan of them takes little longer."""
+"""Parallel runs of a program that is not large; they take little longer than fewer runs."""
 
 MOST_TERMS = 10_000
-"""Terms of a scan up to which there are many runs side by side."""
+"""Maximum terms of a scan for which there are `MANY_LANES` parallel runs."""
 
 MOST_COMPUTED = 1_000_000
-"""Terms that all random scans compute; of a large program those of `FEWEST_SCANS`."""
+"""Maximum terms that all random scans compute; a large program still gets `FEWEST_SCANS`."""
 
 
 @dataclass(frozen=True, slots=True)
 class QuestionLimits:
-    """Limits of questions.
+    """Limits for questions.
 
     Attributes:
-        each: for one question.
-        rule: the work for all questions of a rule, see `Solver`; what is left then is open.
-        states: maximum states of a question that gets invariants: twice as many take ten times as long.
+        each: limits for one question.
+        rule: the work for all questions of a rule, see `Solver`; later questions stay open.
+        states: maximum states of a question for which invariants are searched; twice as many take ten times
+            as long.
     """
 
     each: Limits
@@ -62,27 +63,27 @@ class QuestionLimits:
     states: int
 
     def times(self, factor: int) -> QuestionLimits:
-        """Return multiples of the limits."""
+        """Return the limits multiplied by a factor."""
         return QuestionLimits(self.each.times(factor), self.rule * factor, self.states * factor)
 
 
 KnownRun = Callable[[Sequence[T]], set[T]]
-"""Returns which of some truths a run that is known makes true."""
+"""Returns which of the given conditions a known run makes true."""
 
 
 class TruthDecider:
-    """Decides truths of the values before a scan.
+    """Decides conditions on the values before a scan.
 
     Args:
         problem: a program.
-        limits: what is beyond them stays open.
-        rules: the rule of each truth for which its work counts.
+        limits: conditions that need more stay open.
+        rules: the rule to which the work on each condition is counted.
 
     Attributes:
-        system: the problem with all numbers free that nothing writes.
-        possible: truths that some scan of the system makes true.
-        impossible: the verdict on each truth that none does; `never` adds its certificates.
-        impossible_held: truths that no scan makes true while unwritten numbers keep their values.
+        system: the problem, with all numbers free that nothing writes.
+        possible: conditions that some scan of the system makes true.
+        impossible: the verdict on each condition that no scan makes true; `never` adds the certificates.
+        impossible_held: conditions that no scan makes true while unwritten numbers keep their values.
         spent: the work so far, by rule.
     """
 
@@ -95,22 +96,22 @@ class TruthDecider:
         self.spent: Counter[str] = Counter()
         self._random = _RandomScans(self.system, [t for t in rules if t.op != "const"])
         self._with_invariants = False
-        self._undecided: set[tuple[bool, T]] = set()  # without invariants; whether of `system`
-        self._without_invariants: set[bool] = set()  # systems for which there are none
+        self._undecided: set[tuple[bool, T]] = set()  # tried without invariants; whether in `system`
+        self._without_invariants: set[bool] = set()  # systems that have no invariants
 
     @property
     def open(self) -> list[T]:
-        """Truths that are neither possible nor impossible so far."""
+        """The conditions that are undecided so far."""
         return [t for t in self.rules if t not in self.possible and t not in self.impossible]
 
-    # --- all truths at once
+    # --- all conditions at once
 
     def scan_at_random(self, most: int = SCANS) -> None:
-        """Do random scans from power-up, up to a number of them in all."""
+        """Run random scans from power-up, up to a total number."""
         self.possible |= self._random.scan(most)
 
     def find_impossible(self) -> None:
-        """Find the truths that no state and input makes true, whatever came before."""
+        """Find the conditions that no state, reachable or not, and no input makes true."""
         if FALSE in self.rules:
             self._note_impossible([FALSE], 0)
         if not self._follows(self.system):
@@ -120,13 +121,13 @@ class TruthDecider:
         with self.system.narrowing(left):
             scan = Frame(self.system, solver)
         if solver.check() != SAT:
-            return  # no scan may keep the contracts
+            return  # perhaps no scan keeps the contracts
         can, gave_up = satisfiable(solver, {t: scan.term(t) for t in left})
         self._note_impossible([t for t in left if t not in can and t not in gave_up], 0)
         self._charge(left, solver.work)
 
     def prove_jointly(self, truths: Iterable[T], *, held: bool = False) -> None:
-        """Try an induction of many truths at once.
+        """Try an induction of many conditions at once.
 
         Args:
             held: whether numbers that nothing writes keep their values.
@@ -155,24 +156,24 @@ class TruthDecider:
             self.spent[self.rules[t]] += 1 + work // len(truths)
 
     def _limits(self, *, held: bool) -> Limits:
-        """Return the limits of one truth; with free numbers no run is a finding, so the search is short."""
+        """Return the limits of one condition; with free numbers, runs don't count, so the search is short."""
         each = replace(self.limits.each, helped=False)
         return each if held else replace(each, scans=min(each.scans, each.k + 1), replays=False)
 
     def _follows(self, system: System) -> bool:
-        """Whether the model of a system matches the program, as every proof checks."""
+        """Whether the relation follows the program, which each proof requires."""
         return bool(prove(system, FALSE, replace(self.limits.each, replays=False)))
 
-    # --- one truth
+    # --- one condition
 
     def known(self, t: T) -> VerdictKind:
-        """Return what is known about a truth for any numbers."""
+        """Return the verdict on a condition for any numbers, as far as it is known."""
         if t in self.impossible:
             return VerdictKind.PROVED
         return VerdictKind.REFUTED if t in self.possible else VerdictKind.UNKNOWN
 
     def never(self, t: T) -> Verdict:
-        """Decide whether a truth never holds."""
+        """Decide whether a condition never holds."""
         if t in self.possible:
             return Verdict(VerdictKind.REFUTED)
         verdict = self.impossible.get(t)
@@ -187,14 +188,14 @@ class TruthDecider:
         return verdict
 
     def _certificates(self, t: T, k: int) -> tuple[Certificate, ...]:
-        """Return those of a truth that an induction without invariants has proved."""
+        """Return the certificates of a condition that an induction without invariants has proved."""
         with self.system.narrowing([t]):
             own = Certificate.of(self.system, "what is asked", t, k)
         follows = self.system.follows
         return own, *(follows.certificates if follows and t is not self.system.deep else ())
 
     def find_run(self, t: T, fault: Site | None = None) -> Verdict:
-        """Decide whether a run of the program makes a truth true; see `prove` for `fault`."""
+        """Decide whether a run of the program makes a condition true; see `prove` for `fault`."""
         if t in self.impossible or t in self.impossible_held:
             return Verdict(VerdictKind.PROVED)
         return self._decide(self.problem, t, self._limits(held=True), fault)
@@ -220,11 +221,11 @@ class TruthDecider:
 
     @contextmanager
     def with_invariants(self, free: Iterable[T], held: Iterable[T]) -> Iterator[None]:
-        """Find invariants for truths of both systems, and let proofs use them.
+        """Find invariants for conditions of both systems, and let proofs use them.
 
         Args:
-            free: truths to be proved for any numbers.
-            held: truths whose run is to be found.
+            free: conditions to be proved for any numbers.
+            held: conditions for which a run is searched.
         """
         own = [(each, each.contract, each.kept) for each in (self.system, self.problem)]
         self._with_invariants = True
@@ -239,7 +240,7 @@ class TruthDecider:
                 system.contract, system.kept = contract, kept
 
     def _find_invariants(self, system: System, truths: Sequence[T]) -> bool:
-        """Find invariants for truths; the contract becomes the part that counts for them."""
+        """Find invariants for conditions, under the part of the contract that matters to them."""
         system.contract, system.kept = system.narrowed(truths), []
         cone = system.cone(truths)
         known = invariants(system, cone, self.limits.each.fuse)
@@ -247,7 +248,7 @@ class TruthDecider:
         return bool(known.found)
 
     def _gets_invariants(self, system: System, t: T) -> bool:
-        """Whether some states decide a truth, contracts apart, but not too many."""
+        """Whether states decide a condition, not counting contracts, but not too many."""
         own, system.contract = system.contract, TRUE
         try:
             return 0 < sum(name in system.next for name in system.cone([t])) <= self.limits.states
@@ -256,7 +257,7 @@ class TruthDecider:
 
 
 def any_numbers(problem: ProgramSystem, roots: Sequence[T] = ()) -> System:
-    """Return the problem with all numbers, and bits of numbers, free that terms read and nothing writes."""
+    """Return the problem with all numbers, and bits of numbers, free that nothing writes."""
     return System(
         next=problem.next_of_any(roots),
         initial=problem.initial,
@@ -275,10 +276,10 @@ def any_numbers(problem: ProgramSystem, roots: Sequence[T] = ()) -> System:
 
 
 class _RandomScans:
-    """Random scans of a system from power-up, with the contracts of modules kept.
+    """Random scans of a system from power-up that keep the contracts of modules.
 
     Args:
-        watched: truths.
+        watched: the conditions to observe.
     """
 
     def __init__(self, system: System, watched: Sequence[T]) -> None:
@@ -291,7 +292,7 @@ class _RandomScans:
         self._most = max(FEWEST_SCANS, min(SCANS, MOST_COMPUTED // (self._runs.size + 1)))
 
     def scan(self, most: int) -> set[T]:
-        """Do scans, up to a number of them in all; return the truths that some scan has made true."""
+        """Run scans, up to a total number; return the conditions that some scan made true."""
         while self._done < min(most, self._most) and self._quiet < QUIET and not all(self._seen):
             if self._done and self._done % RESTART == 0:
                 self._runs.restart()

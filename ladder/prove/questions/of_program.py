@@ -1,4 +1,4 @@
-"""The built-in questions of a program, as truths of the values before a scan."""
+"""The built-in questions of a program, as conditions on the values before a scan."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..system import ProgramSystem
 from .asking import Question
 
 PASSIVE = frozenset(("AFI", "NOP", "ONS", "OSR", "OSF"))
-"""Contacts that are meant to pass never, always, or once."""
+"""Instructions that are meant to pass power never, always, or for one scan."""
 
 COILS = frozenset(("OTE", "OTL", "OTU"))
 
@@ -28,8 +28,8 @@ def questions_of(problem: ProgramSystem, routines: Collection[str] | None = None
     """Yield the built-in questions, in the order of the program.
 
     Args:
-        routines: names of the routines in question, as in `LoweredProgram.routines`; None for all. Faults
-            and loops without end are questions of all routines: they stop the controller.
+        routines: names of the routines to ask about, as in `LoweredProgram.routines`; None for all. Faults
+            and endless loops are questions about all routines, because they stop the controller.
     """
     lines = [
         line
@@ -92,7 +92,7 @@ def _of_contacts(problem: ProgramSystem, nodes: tuple[Node, ...]) -> Iterator[Qu
 
 
 def _of_legs(problem: ProgramSystem, branch: Parallel) -> Iterator[Question]:
-    """Yield questions for legs that decide nothing: another one has power whenever they have."""
+    """Yield questions about redundant legs: another leg has power whenever they have."""
     if any(step.kind is not InstructionKind.INPUT for step in steps_of((branch,))):
         return
     for number, leg in enumerate(branch.legs):
@@ -131,7 +131,7 @@ def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Q
 
 
 def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tuple[LoweredStep, LoweredStep]]:
-    """Yield pairs of coils; of those that have the same power, thousands perhaps, each with the next."""
+    """Yield pairs of coils; coils with the same power, perhaps thousands, are paired only with the next."""
     alike: dict[object, list[int]] = {}
     kinds: list[object] = []
     for number, coil in enumerate(coils):
@@ -148,7 +148,7 @@ def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tup
 
 
 def _as_first(problem: ProgramSystem, t: T) -> T:
-    """Return what a term is if its scan may also be the first one after program mode."""
+    """Return a term as it is if its scan may also be the first one after program mode."""
     names = {"S:FS[0]": TRUE}
     schedule = problem.lowered.schedule
     for each in () if schedule is None else schedule.programs:
@@ -179,7 +179,7 @@ def _faults(problem: ProgramSystem) -> Iterator[Question]:
 
 
 def any_of(truths: Iterable[T]) -> T:
-    """Return whether one of some truths holds."""
+    """Return the condition that at least one of some conditions holds."""
     found = FALSE
     for each in truths:
         found = or_(found, each)
@@ -190,7 +190,7 @@ def any_of(truths: Iterable[T]) -> T:
 
 
 def _is_fixed(place: Any) -> bool:
-    """Whether an operand is one bit at a fixed place of the program's own."""
+    """Whether an operand is a single bit at a fixed place in the program."""
     return (
         isinstance(place, Place)
         and not place.leaf.root

@@ -1,10 +1,10 @@
-"""What of each contact and coil can't happen, and a run in which it does: questions of a search.
+"""Questions of a search: which states of contacts and coils can't be reached, and a run that reaches one.
 
-| state | of a contact | of a coil and every other output |
+| state | of a contact | of a coil or another output |
 |---|---|---|
-| `reached` | power comes to it | its rung is scanned |
-| `on` | power comes to it, and passes | it has power |
-| `off` | power comes to it, and does not pass | it is scanned without power |
+| `reached` | power reaches it | its rung is scanned |
+| `on` | power reaches it and passes | it has power |
+| `off` | power reaches it and does not pass | it is scanned without power |
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from .of_program import any_of
 
 
 class PointState(StrEnum):
-    """What can happen to an instruction."""
+    """A state that an instruction can reach."""
 
     REACHED = "reached"
     ON = "on"
@@ -39,8 +39,8 @@ class RungPoint:
     """A state of an instruction.
 
     Attributes:
-        number: of the instruction, in `LoweredProgram.sites`.
-        state: of it.
+        number: number of the instruction in `LoweredProgram.sites`.
+        state: its state.
     """
 
     number: int
@@ -48,17 +48,17 @@ class RungPoint:
 
 
 LIMITS = Limits(scans=3, k=2, work=200_000, fuse=8_000, helped=False, replays=False)
-"""Limits for one point that is to be proved dead."""
+"""Limits for proving that one point is dead."""
 
 BUDGET = 30_000_000
-"""The work for all points of a program, see `Solver`."""
+"""Limit of the work for all points of a program, see `Solver`."""
 
 SEARCH = Limits(scans=60, k=0, work=4_000_000, fuse=64_000, helped=False, replays=False)
 """Limits of the search for a run."""
 
 
 def points_of(problem: ProgramSystem) -> dict[RungPoint, T]:
-    """Return each point of a program with the truth that makes it, in the order of the program."""
+    """Return each point of a program with its condition, in the order of the program."""
     found: dict[RungPoint, T] = {}
     for step in problem.lowered.all_steps:
         passages = problem.machine.passages.get(step.site, ())
@@ -80,10 +80,10 @@ def _states(passages: Iterable[Passage], *, is_contact: bool) -> Iterator[tuple[
 
 
 def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint, ...]:
-    """Return the points that are proved never to be, for any numbers that nothing writes.
+    """Return the points that are proved unreachable, for any values of numbers that nothing writes.
 
     Args:
-        budget: the work for all of them; what is undecided then is not among them.
+        budget: limit of the work for all points; points that are undecided by then are not returned.
     """
     points = points_of(problem)
     dead = find_impossible(problem, list(points.values()), QuestionLimits(LIMITS, budget, states=0))
@@ -93,11 +93,10 @@ def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint
 def run_to(
     problem: ProgramSystem, point: RungPoint, start: Engine | None = None, limits: Limits = SEARCH
 ) -> tuple[ScanOf, ...]:
-    """Return a run whose last scan makes a point; () if none is found.
+    """Return a run whose last scan reaches a point; () if none is found.
 
     Args:
-        start: an engine of the same program in the state to begin with; its next scan is the first of the
-            run. None to begin with power-up.
+        start: an engine of the same program in the state where the run begins; None to begin at power-up.
 
     Raises:
         LadderError: the program has no such point.
@@ -116,7 +115,7 @@ def run_to(
 
 
 def _state_of(problem: ProgramSystem, start: Engine, roots: Iterable[T]) -> dict[str, object]:
-    """Return the values of an engine for the variables of a problem, by name."""
+    """Return the values in an engine of a problem's variables, by name."""
     found = dict(problem.initial)
     layout = start.lowered.layout
     for v in variables([*problem.next.values(), *roots, problem.contract]):

@@ -1,1 +1,1 @@
-"""One scan of a program as terms: the interpreter's rows on numbers that are not known."""
+"""One scan of a program as terms: the interpreter's instructions run on symbolic values."""

@@ -1,4 +1,4 @@
-"""Routines of a scan on terms: jumps, calls, loops of calls, add-on instructions."""
+"""Jumps, calls, loops of calls and add-on instructions in a scan on terms."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from .steps import Answer, TermSteps
 from .symbols import UnmodeledError, term_of
 
 MOST_PASSES = 64
-"""Maximum passes of a loop whose end is not known."""
+"""Maximum passes of a loop whose number of passes is not known."""
 
 MOST_PASSES_OF_A_SCAN = 192
-"""The same of all loops in a scan."""
+"""The same maximum for all loops of a scan together."""
 
 MOST_KNOWN_PASSES = 2048
-"""Maximum passes of a loop in all."""
+"""Maximum passes of any loop."""
 
 MOST_CALLS = 12
 """Maximum nesting of calls."""
 
 _OF_ROUTINE = ("active", "site", "inputs", "_pending", "_labels", "_number", "_answers", "_depth")
-"""What a call keeps and restores."""
+"""Attributes that a call saves and restores."""
 
 
 class TermCalls(TermSteps):
     """Runs routines."""
 
     def call_routine(self, name: str, inputs: Sequence[Any]) -> list[Answer]:
-        """Run a routine; return its results, each with the condition of its return."""
+        """Run a routine; return its results, each with the condition under which it returns them."""
         routine = self.lowered.routines.get(name)
         if routine is None:
             raise UnmodeledError("a routine in Python")
@@ -67,7 +67,7 @@ class TermCalls(TermSteps):
             self._line(line, inputs)
 
     def jump_to(self, power: T, label: str) -> T:
-        """Continue at a label further down where power holds."""
+        """Jump forward to a label where power holds."""
         if self._labels[label] <= self._number:
             raise UnmodeledError("a jump backwards")
         before = self._pending.get(label, FALSE)
@@ -75,7 +75,7 @@ class TermCalls(TermSteps):
         return self._left(power)
 
     def return_from(self, power: T, values: tuple[Any, ...]) -> T:
-        """Leave the routine with results where power holds."""
+        """Return from the routine with results where power holds."""
         self.log.add(self._answers, (and_(self.active, power), values))
         return self._left(power)
 
@@ -94,18 +94,18 @@ class TermCalls(TermSteps):
         return FALSE
 
     def take_values(self, places: Sequence[Place | Group], values: Sequence[Any]) -> None:
-        """Set tags to arguments or results, as many as both have."""
+        """Set tags to arguments or results; surplus tags or values are ignored."""
         for place, value in zip(places, values, strict=False):
             self.on_paths(partial(self.take, [place], [value]))
 
     def enter_with(self, power: T, places: Sequence[Place | Group]) -> T:
-        """Take the arguments of the routine where power holds."""
+        """Set the routine's parameters to its arguments where power holds."""
         with self.when(power):
             self.take_values(places, self.inputs)
         return power
 
     def values_of(self, operands: Sequence[Resolved]) -> tuple[Any, ...]:
-        """Return values to pass to a routine or out of it."""
+        """Return the values that are passed into a routine or out of it."""
         return tuple(map(self.value, operands))
 
     def call_with(self, power: T, call: Call) -> T:
@@ -119,7 +119,7 @@ class TermCalls(TermSteps):
         return power
 
     def loop_call(self, power: T, call: Call, index: Place, *bounds: Resolved) -> T:
-        """Call a routine again and again while an index goes from one bound to another."""
+        """Call a routine repeatedly while an index runs from one bound to the other."""
         initial, terminal, step = bounds
         with self.when(power):
             self._set_index(index, lambda: self.integer(initial))
@@ -138,7 +138,7 @@ class TermCalls(TermSteps):
         return power
 
     def _is_long(self, passes: int) -> bool:
-        """Whether a loop, or all of the scan, has had too many passes without a known end."""
+        """Whether a loop, or the scan in all its loops, has made too many passes without a known end."""
         self._passes += passes > 0
         return passes > MOST_PASSES or self._passes > MOST_PASSES_OF_A_SCAN
 
@@ -150,7 +150,7 @@ class TermCalls(TermSteps):
         self.on_paths(lambda: self.put(index, self.converted(index.type, value())))
 
     def call_add_on(self, power: T, call: AddOnCall) -> T:
-        """Copy in, run the routine for the rung's state if there is one, copy out."""
+        """Copy the inputs, run the routine for the rung's state if there is one, and copy the outputs."""
         site, after = self.site, FALSE
         self._copies(call.inputs)
         self._put_power(call, power)
@@ -166,7 +166,7 @@ class TermCalls(TermSteps):
         return after
 
     def call_add_on_off(self, power: T, call: AddOnCall) -> T:
-        """Run a call as on a false rung where power holds."""
+        """Run a call as if the rung were false, where power holds."""
         with self.when(power):
             return and_(power, self.call_add_on(FALSE, call))
 

@@ -1,7 +1,7 @@
-"""Regions of a scan on terms: copies and fillings, see `state.regions`.
+"""Copies and fills of regions in a scan on terms, see `state.regions`.
 
-The first element and the number of elements may be terms: an element is then copied where its number is below
-the count.
+The first element and the number of elements may be terms. Each element then has a condition: it is copied if
+its number is below the count.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from .places import kind_of
 from .symbols import TermSymbol, UnmodeledError, term_of
 
 MOST_COPIED = 4096
-"""Maximum values of a copy."""
+"""Maximum number of values in a copy."""
 
 
 class Values(Unknowns, Protocol):
-    """What copies ask of the scan's `TermValues`."""
+    """The methods of `TermValues` that copies need."""
 
     def converted(self, kind: Elementary, value: Any) -> Any:
         """Return a number converted to a type."""
@@ -33,7 +33,7 @@ class Values(Unknowns, Protocol):
 
 
 class CopyRegions:
-    """Copies of a scan on terms."""
+    """Copies and fills in a scan on terms."""
 
     def __init__(self, values: Values) -> None:
         self._values = values
@@ -46,7 +46,7 @@ class CopyRegions:
             self._copy_bytes(source, target, length)
 
     def fill(self, target: End, length: Any, value: Any) -> None:
-        """Set elements, up to the end of the array, each member to the value."""
+        """Set each member of the elements to the value, up to the end of the array."""
         store, region, first = target
         count = self._least(length, region.left(first, store))
         for number in range(_most(count, region)):
@@ -75,7 +75,7 @@ class CopyRegions:
                 index = (first + number) * part.per_element + part.field.index
                 store.write(part.leaf, index, self._values.symbol(t))
 
-    # --- both ways to copy
+    # --- copy by members or by bytes
 
     def _copy_fields(self, source: End, target: End, length: Any) -> None:
         origin, region, first = source
@@ -108,7 +108,7 @@ class CopyRegions:
         self.put(goal, into, at, count, data)
 
     def _write(self, store: Store, leaf: Any, index: Any, value: Any, number: int, count: Any) -> None:
-        """Write a value of an element if its number is below the count."""
+        """Write a value of an element, under the condition that its number is below the count."""
         if isinstance(count, TermSymbol) and number >= count.t.lo:
             kept = store.read(leaf, index)
             kind = kind_of(leaf.type)[0]
@@ -128,7 +128,7 @@ class CopyRegions:
 
 
 def _alike(a: ArrayRegion, b: ArrayRegion) -> bool:
-    """Whether elements of both have the same values at the same bytes."""
+    """Whether elements of both regions have the same fields at the same offsets."""
     return a.size == b.size and _shape(a) == _shape(b)
 
 
@@ -138,7 +138,7 @@ def _shape(region: ArrayRegion) -> list[tuple[Any, ...]]:
 
 
 def _most(count: Any, region: ArrayRegion) -> int:
-    """Return the most elements that a count may be."""
+    """Return the maximum number of elements that a count may be."""
     most: int = count.t.hi if isinstance(count, TermSymbol) else count
     if most * len(region.parts) > MOST_COPIED:
         raise UnmodeledError(f"a copy of {most} elements of {len(region.parts)} values")

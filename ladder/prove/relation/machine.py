@@ -1,14 +1,14 @@
-"""One scan of a program on terms: the interpreter's own rows, forked inside an instruction, merged after it.
+"""One scan of a program on terms: the interpreter's rows, forked inside an instruction and merged after it.
 
 `ScanMachine` is an interpreter whose values are terms. Power, and whether a place in the program is reached
-(`active`), are terms too. A row that only reads and writes through the machine needs nothing else; one that
-jumps, calls or loops has `Spec.prove`. What neither covers havocs: each place that it may write gets a new
-variable, which may have any value.
+(`active`), are terms too. A row that only reads and writes through the machine needs nothing else. A row that
+jumps, calls or loops has `Spec.prove`. An instruction that neither covers is a havoc: each place that it may
+write gets a new variable, which may have any value.
 
-A scan ends with a major fault, if `ends`: its tags keep what stands then, and no other scan follows. Without
-that it continues, which is right where no fault can happen. What is havocked may be anything: the relation
-has more behaviors than the program, never fewer. Where it stops following the program, `deep` says under
-which condition.
+If `ends` is true, a major fault ends the scan: tags keep their values at that point, and no scan follows. If
+it is false, the scan continues, which is right if no fault can happen. Because of havocs, the relation has
+more behaviors than the program, never fewer. `deep` is the condition under which it does not follow the
+program.
 """
 
 from __future__ import annotations
@@ -44,21 +44,21 @@ class ScanMachine(TermCalls):
 
     Args:
         lowered: the program.
-        dt: least and most time since the scan before, in units of `tick_ns`.
-        known: values that no scan changes, by place: such as LEN of a CONTROL, which bounds loops.
+        dt: minimum and maximum time since the previous scan, in units of `tick_ns`.
+        known: values that no scan changes, by place, such as LEN of a CONTROL, which bounds loops.
 
     Attributes:
-        state: the term of each place after the scan, as far as it is used.
+        state: the term after the scan of each place in use.
         vars: the variable of each place before the scan.
-        kinds: the leaf of each place.
+        kinds: the leaf of each place, which has its type.
         written: the places that the scan may write.
-        rungs: each rung and statement with whether it is reached, and the power at its end.
-        havocs: variables of what is not modeled, with the instruction.
-        cut: each instruction that is not modeled, its name, and why.
-        faults: numbers of instructions with the condition of a major fault.
-        stops: where any of them stops the processor.
+        rungs: each rung and statement, with the condition that it is reached and the power at its end.
+        havocs: variables of values that are not modeled, with the instruction that writes them.
+        cut: each instruction that is not modeled, with its name and the reason.
+        faults: numbers of instructions, each with the condition of a major fault.
+        stops: the condition that any of these faults stops the processor.
         origins: the functions of the variables in `havocs`.
-        deep: where the relation does not follow the program.
+        deep: the condition under which the relation does not follow the program.
     """
 
     def __init__(
@@ -69,14 +69,14 @@ class ScanMachine(TermCalls):
         self.scheduler = TermScheduler(self)  # type: ignore[assignment]
 
     def scan_terms(self) -> None:
-        """Run one scan."""
+        """Run one scan and build its terms."""
         if self.lowered.override:
             self.set_status(OVERRIDE, False)
         self._scan()
         self.begin_again()
 
     def begin_again(self) -> None:
-        """Let what runs after the scan do so wherever it has ended."""
+        """Prepare to run more after the scan, wherever it has ended."""
         self.active = TRUE
         self._ended = self.faulted = FALSE
 
@@ -92,7 +92,7 @@ class ScanMachine(TermCalls):
             self._task(schedule.continuous)
 
     def _is_due(self, task: ScheduledTask) -> T:
-        """Return whether a task runs: a periodic one may, and does if the scan took its period."""
+        """Return the condition that a task runs; a periodic task must if the scan took its period."""
         if task.task.kind is TaskKind.EVENT:
             pending = self.value_here(task.pending, 0)
             self.poke(task.pending, 0, FALSE)
@@ -143,7 +143,7 @@ class ScanMachine(TermCalls):
         self.active = or_(ends, self._body_where(last, arms.otherwise, inputs))
 
     def _body_where(self, active: T, body: Body, inputs: Sequence[Any]) -> T:
-        """Run statements where a truth holds; return where their end is reached."""
+        """Run statements where a condition holds; return the condition that their end is reached."""
         self.active = active
         self._body(body, inputs)
         return self.active
@@ -182,7 +182,7 @@ class ScanMachine(TermCalls):
         self._exits = outer
 
     def _left_by(self, line: LoweredLine | None, inputs: Sequence[Any], *, ends_if: bool) -> T:
-        """Run the condition of a loop; return where it ends the loop."""
+        """Run the condition of a loop; return the condition under which it ends the loop."""
         if line is None:
             return FALSE
         truth = self._line(line, inputs, statement=True)
@@ -192,7 +192,7 @@ class ScanMachine(TermCalls):
         return left
 
     def select(self, power: T, value: Callable[[], Any]) -> T:
-        """Take the selector of a CASE; None if it is not modeled: then any choice may be taken."""
+        """Evaluate the selector of a CASE; None if it is not modeled, then any branch may run."""
         self.selected: Any = None
         found: list[Any] = []
 
@@ -210,13 +210,13 @@ class ScanMachine(TermCalls):
 
 
 class TermScheduler:
-    """The tasks that EVENT makes due."""
+    """Schedules the tasks that EVENT makes due."""
 
     def __init__(self, machine: ScanMachine) -> None:
         self._machine = machine
 
     def trigger(self, task: ScheduledTask) -> None:
-        """Make an event task due; if it is due already, it may count an overlap."""
+        """Make an event task due; if it already is, an overlap may be counted."""
         machine = self._machine
         counted, width = machine.value_here(task.overlaps, 0), task.overlaps.type.wraps
         missed = ite(machine.value_here(task.pending, 0), wrap(add(counted, const(1)), width), counted)

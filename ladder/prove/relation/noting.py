@@ -1,4 +1,4 @@
-"""A scan on terms that notes the power at each instruction, for questions about rungs."""
+"""A scan on terms that records the power at each instruction, for questions about rungs."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from .turning import TurningMachine
 
 
 class Passage(NamedTuple):
-    """One execution of an instruction in a scan: whether it is reached, the power before it and after it."""
+    """One execution of an instruction in a scan: whether it is reached, and the power before and after it."""
 
     active: T
     power: T
@@ -18,12 +18,12 @@ class Passage(NamedTuple):
 
     @property
     def before(self) -> T:
-        """Whether it is reached with power."""
+        """The condition that it is reached with power."""
         return and_(self.active, self.power)
 
 
 class NotingMachine(TurningMachine):
-    """Notes passages by the number of the instruction, and the power after each leg by branch."""
+    """Records passages by instruction number, and the power after each leg by branch."""
 
     def __init__(self, *args: Any) -> None:
         super().__init__(*args)

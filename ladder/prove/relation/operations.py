@@ -1,4 +1,4 @@
-"""Operations of expressions on terms, by their names in programs."""
+"""Operations of expressions on terms, by the names that programs use."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from ..algebra.numbers import add, bitop, div, eq, fop, inv, lt, mul, rem, sub, 
 from ..algebra.terms import T, and_, const, iff, ite, mk, not_, or_
 
 FAR_AWAY = 2.0**62
-"""Floats from here on have no exact term as a whole number."""
+"""Floats of this size and above have no exact term as a whole number."""
 
 
 def is_nan(t: T) -> T:
-    """Return whether a float is no number."""
+    """Return whether a float is NaN."""
     return mk("fnan", (t,), BOOL)
 
 
@@ -25,7 +25,7 @@ def is_finite(t: T) -> T:
 
 
 def absolute(t: T) -> T:
-    """Return a whole number without its sign."""
+    """Return the absolute value of a whole number."""
     return t if t.lo >= 0 else ite(lt(t, const(0)), sub(const(0), t), t)
 
 
@@ -46,16 +46,16 @@ WHOLE: dict[str, Callable[..., T]] = {
 
 
 def remainder(a: T, b: T) -> T:
-    """Return the remainder with the sign of a, that of a zero too."""
+    """Return the remainder with the sign of a, also if it is 0."""
     size, divisor, zero = fop("fabs", a), fop("fabs", b), const(0.0, a.kind)
     near = fop("frem", size, divisor)
     found = ite(lt(near, zero), fop("fadd", near, divisor), near)
     signed = ite(lt(a, zero), fop("fneg", found), found)
-    return ite(and_(eq(a, zero), eq(found, zero)), a, signed)  # a may be -0.0, which is not below 0
+    return ite(and_(eq(a, zero), eq(found, zero)), a, signed)  # `a` may be -0.0, which is not below 0
 
 
 def truncated(t: T) -> T:
-    """Return a float without its fraction; 0 of infinity and NaN."""
+    """Return a float without its fraction; 0 for infinity and NaN."""
     whole = to_float(to_int(t, "rtz"), t.kind)
     big = not_(and_(lt(t, const(FAR_AWAY, t.kind)), lt(const(-FAR_AWAY, t.kind), t)))
     return ite(is_finite(t), ite(big, t, whole), const(0.0, t.kind))
@@ -81,7 +81,7 @@ REAL: dict[str, Callable[..., T]] = {
 FACTORS = {"DEG": 180 / math.pi, "RAD": math.pi / 180}
 
 UNKNOWN = frozenset(("SIN", "COS", "TAN", "ASN", "ACS", "ATN", "LN", "LOG", "**"))
-"""Functions of floats whose result may be any number here."""
+"""Functions of floats that are not modeled: the result may be any number."""
 
 TRUTH: dict[str, Callable[..., T]] = {
     "AND": and_,

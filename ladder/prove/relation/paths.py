@@ -1,4 +1,4 @@
-"""Paths through the Python code of one instruction: forked at each truth it needs, merged after it."""
+"""Paths through the Python code of one instruction: forked at each decision, merged after it."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from .places import Key
 from .symbols import UnmodeledError, term_of
 
 MOST_PATHS = 256
-"""Maximum paths of one instruction."""
+"""Maximum number of paths of one instruction."""
 
 MOST_DECISIONS = 64
-"""Maximum truths decided on one path."""
+"""Maximum number of decisions on one path."""
 
 
 class PathFault(Exception):  # noqa: N818 - control flow, not an error
-    """A path ends in a major fault."""
+    """Raised when a path ends in a major fault."""
 
 
 @dataclass(slots=True)
 class Path:
-    """A path: what was decided, what it wrote, what it returned."""
+    """A path: its decisions, its writes and its result."""
 
     decided: list[tuple[T, bool]] = field(default_factory=list)
     written: dict[Key, T] = field(default_factory=dict)
@@ -34,25 +34,25 @@ class Path:
 
 
 class Paths:
-    """The paths of the instruction that runs."""
+    """Runs the paths of the current instruction."""
 
     def __init__(self) -> None:
-        self.path: Path | None = None  # the one that runs
-        self.overflows = const(0)  # noted on this path
+        self.path: Path | None = None  # the current path
+        self.overflows = const(0)  # faults noted on this path
         self._trail: list[tuple[T, bool]] = []
         self._at = 0
         self._unknowns: dict[tuple[int, Hashable], T] = {}
-        self._made = 0  # unknowns of this path
+        self._made = 0  # unknown values of this path
 
     def unknown(self, kind: Hashable, made: Callable[[], T]) -> T:
-        """Return an unknown value: on a path the one that its place has on every path, outside a new one.
+        """Return an unknown value: on a path, the one that all paths share at this position; else a new one.
 
-        Paths exclude each other, so that they may share it. They have to: a path begins with the decisions
-        of the one before, which must meet the same terms.
+        Paths exclude each other, so they may share values. They must: each path repeats the decisions of the
+        previous path, and has to meet the same terms.
 
         Args:
-            kind: what it is; unknowns of different kinds are different.
-            made: makes a new one.
+            kind: identifies the value; different kinds never share a value.
+            made: makes a new value.
         """
         if self.path is None:
             return made()
@@ -63,7 +63,7 @@ class Paths:
         return self._unknowns[place]
 
     def decide(self, t: T) -> bool:
-        """Decide a truth on this path: as before, or true first."""
+        """Decide a condition on this path: as planned, or else true."""
         if t.op == "const":
             return bool(t.val)
         if self.path is None:
@@ -85,7 +85,7 @@ class Paths:
         return _all_of(self._trail[: self._at])
 
     def walk(self, run: Callable[[], Any]) -> list[Path]:
-        """Run on every path; return them in the order of a tree, true first."""
+        """Run a function on every path; return the paths in the order of a tree, true first."""
         if self.path is not None:
             raise UnmodeledError("an instruction within an instruction")
         self._trail, self._unknowns, paths = [], {}, []
@@ -121,7 +121,7 @@ def _all_of(decided: list[tuple[T, bool]]) -> T:
 
 
 def written_by(paths: list[Path]) -> dict[Key, None]:
-    """Return the places that any path writes, in order."""
+    """Return the places that any of the paths writes, in order."""
     return dict.fromkeys(key for path in paths for key in path.written)
 
 
@@ -129,7 +129,8 @@ def merged(paths: list[Path], value: Callable[[Path], T], *, all_: bool = False)
     """Return the value of the path that is taken.
 
     Args:
-        all_: whether what a path has written counts although it faults; else it may be any other path's.
+        all_: whether the values of a path count although it faults; else another path's value may replace
+            them.
     """
     counted = paths if all_ else [each for each in paths if not each.faulted]
     return _merged(counted or paths[:1], value, 0)
@@ -138,7 +139,7 @@ def merged(paths: list[Path], value: Callable[[Path], T], *, all_: bool = False)
 def _merged(paths: list[Path], value: Callable[[Path], T], depth: int) -> T:
     if len(paths) == 1:
         return value(paths[0])
-    split = sum(path.decided[depth][1] for path in paths)  # those that decide it true come first
+    split = sum(path.decided[depth][1] for path in paths)  # paths that decide it true come first
     if split in (0, len(paths)):
         return _merged(paths, value, depth + 1)
     condition = paths[0].decided[depth][0]
@@ -146,7 +147,7 @@ def _merged(paths: list[Path], value: Callable[[Path], T], depth: int) -> T:
 
 
 def faults_of(paths: list[Path]) -> T:
-    """Return whether the path that is taken faults."""
+    """Return the condition that the path that is taken faults."""
     found = FALSE
     for path in paths:
         if path.faulted:
@@ -155,5 +156,5 @@ def faults_of(paths: list[Path]) -> T:
 
 
 def result_of(path: Path) -> T:
-    """Return the truth of a path's result."""
+    """Return the result of a path as a condition."""
     return FALSE if path.result is None else term_of(path.result, BOOL)

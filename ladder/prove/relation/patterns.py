@@ -1,8 +1,9 @@
-"""Bytes of terms, for copies between types: which byte of which value each one is.
+"""Bytes of terms, for copies between types: each byte is a known byte of a known value, or unknown.
 
-A value that arrives whole at a place of its own type is that value; else its bytes are put together. Bytes of
-a float that arrive elsewhere are unknown, and so are those in gaps between members, and the bits of a byte of
-BOOL members that none of them has: a copy of other bytes may have set them.
+A value that arrives whole at a place of its own type is that value. Otherwise the new value is put together
+from bytes. Three kinds of bytes and bits are unknown: bytes of a float that arrive at another type, bytes in
+gaps between members, and bits of a byte of BOOL members that belong to no member. An earlier copy may have
+set the last two.
 """
 
 from __future__ import annotations
@@ -23,21 +24,21 @@ class Unknowns(Protocol):
     """Makes variables for bytes that have no terms."""
 
     def unknown(self, kind: str, lo: int = 0, hi: int = 0) -> T:
-        """Return one of a kind and an interval."""
+        """Return a new variable of a kind and an interval."""
 
     def computed(self, name: Hashable, kind: tuple[str, int, int], *operands: T, strict: bool = False) -> T:
-        """Return the one of a computation and its operands."""
+        """Return the variable for a computation; equal operands give the same variable."""
 
 
 class Byte(NamedTuple):
-    """Byte `at` of a value, from its low end."""
+    """Byte `at` of a value; 0 is the low byte."""
 
     t: T
     at: int = 0
 
 
 class Bits(NamedTuple):
-    """Eight Boolean terms as a byte, lowest bit first; None for a bit without a member, which may be set."""
+    """A byte of eight Boolean terms, lowest bit first; None for a bit without a member, which is unknown."""
 
     truths: tuple[T | None, ...]
 
@@ -52,7 +53,7 @@ def constant_bytes(data: bytes) -> Pattern:
 
 
 def pack(into: Pattern, offset: int, field: Field, t: T) -> None:
-    """Put a value at its place in bytes."""
+    """Write a value into bytes at its field."""
     if field.bit is not None:
         known = into[offset]
         truths = list(known.truths if isinstance(known, Bits) else (None,) * 8)
@@ -64,7 +65,7 @@ def pack(into: Pattern, offset: int, field: Field, t: T) -> None:
 
 
 def unpack(cells: Sequence[Byte | Bits | None], offset: int, field: Field, unknowns: Unknowns) -> T:
-    """Return the value at a place in bytes."""
+    """Return the value of a field in bytes."""
     if field.bit is not None:
         return _bit_of(cells[offset], field.bit, unknowns)
     kind, count = field.type, max(1, field.type.bits // 8)
@@ -85,7 +86,7 @@ def unpack(cells: Sequence[Byte | Bits | None], offset: int, field: Field, unkno
 
 
 def _slice_of(here: Sequence[Byte | Bits | None]) -> Byte | None:
-    """Return the first byte of consecutive ones of one value, else None."""
+    """Return the first byte if the bytes are consecutive bytes of one value, else None."""
     first = here[0]
     if not isinstance(first, Byte) or first.t.op == "const":
         return None
@@ -106,7 +107,7 @@ def _float(here: Sequence[Byte | Bits | None], whole: Byte | None, kind: Element
 
 
 def _joined(here: Sequence[Byte | Bits | None], kind: Elementary, unknowns: Unknowns) -> T:
-    """Return the float of some bytes: the same for the same bytes of the same values."""
+    """Return the float that bytes form: the same variable for the same bytes of the same values."""
     known = [each for each in here if isinstance(each, Byte)]
     if len(known) < len(here):
         return unknowns.unknown(*kind_of(kind))

@@ -1,4 +1,4 @@
-"""Places of a program as terms: its memory, and arguments of add-on instructions."""
+"""Places of a program on terms: its memory, and arguments of add-on instructions."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from ..algebra.terms import T, const, interval_of, ite
 from .symbols import TermScan, TermSymbol, UnmodeledError, term_of
 
 Key = tuple[str, int]
-"""A place: path of the leaf in capitals, flat index."""
+"""A place: the path of the leaf in capitals, and the flat index."""
 
 CLOCK = "~LAST_NS"
-"""End of the path of a hidden member that holds an instant; its term is the time since then, ms."""
+"""Path suffix of a hidden member that holds an instant; its term is the time since then, in ms."""
 
 AGE = 1 << 32
-"""Maximum ms that are known of the time since an instant: more than any timer counts."""
+"""Maximum time since an instant that a term shows, in ms: more than any timer counts."""
 
 MOST_ELEMENTS = 2048
-"""Maximum elements among which a computed subscript chooses."""
+"""Maximum number of elements that a computed subscript chooses among."""
 
 
 def kind_of(kind: Elementary) -> tuple[str, int, int]:
-    """Return kind and interval of a type's terms."""
+    """Return the kind and the interval of a type's terms."""
     if kind.is_bool:
         return BOOL, 0, 0
     if kind.is_real or kind.is_double:
@@ -35,7 +35,7 @@ def kind_of(kind: Elementary) -> tuple[str, int, int]:
 
 
 class TermMemory:
-    """The memory of a scan on terms, for what reads and writes places by `Store`."""
+    """The memory of a scan on terms, as a `Store`."""
 
     def __init__(self, values: TermScan, layout: Layout) -> None:
         self.layout, self.left, self._values = layout, 1, values
@@ -58,10 +58,10 @@ class TermMemory:
             self._values.poke(leaf, at, term_of(value), eq(number, const(k)))
 
     def column(self, *_where: object) -> None:
-        """No places are in a list."""
+        """Return None: terms are not in a list."""
 
     def bytes_at(self, *_where: object) -> None:
-        """No places are bytes."""
+        """Return None: terms are not bytes."""
 
     def bit_of(self, word: Any, number: Any) -> Any:
         """Return a bit of a word."""
@@ -72,12 +72,12 @@ class TermMemory:
         return self._values.symbol(chosen(found, number.t))
 
     def with_bit(self, word: Any, number: Any, truth: Any, kind: Elementary) -> Any:
-        """Return a word of a type with a bit set to a truth."""
+        """Return a word of a type with one bit replaced."""
         t, on = term_of(word, INT), term_of(truth, BOOL)
         if not isinstance(number, TermSymbol):
             return self._values.symbol(setbit(t, number, on, kind.wraps))
         changed = t
-        for k in range(number.t.lo, number.t.hi + 1):  # `subscript` bounds it
+        for k in range(number.t.lo, number.t.hi + 1):  # `subscript` has checked its range
             changed = ite(eq(number.t, const(k)), setbit(t, k, on, kind.wraps), changed)
         return self._values.symbol(changed)
 
@@ -86,7 +86,7 @@ class TermMemory:
 
 
 def _choices(leaf: Leaf, index: T) -> tuple[T, range]:
-    """Return the elements that an index may name, and a term for which of them, from 0."""
+    """Return the elements that an index may select, and a term for the selected one, counted from 0."""
     number, step, begin = index, 1, 0
     if number.op == "add" and number.args[1].op == "const":
         number, begin = number.args[0], number.args[1].val
@@ -102,7 +102,7 @@ def _choices(leaf: Leaf, index: T) -> tuple[T, range]:
 
 
 def chosen(values: list[T], number: T) -> T:
-    """Return the value with a number; the number is never beyond them."""
+    """Return the value that a number selects; the number is always in range."""
     k = 0
     while len(values) > 1:
         truth = bit(number, k)
@@ -113,7 +113,7 @@ def chosen(values: list[T], number: T) -> T:
 
 
 class TermArgument(InterpretedAddOnStore):
-    """An argument of an add-on instruction; its place may be computed."""
+    """An argument of an add-on instruction, as a `Store`; its place may be computed."""
 
     __slots__ = ()
 

@@ -1,6 +1,6 @@
-"""Parts of programs in a form that can be compared: equal forms mean equal parts, whatever their places.
+"""Comparable forms of parts of programs: parts with equal forms are equal, wherever they are.
 
-A part of a kind that is not known here is equal to itself alone.
+A part of an unknown kind equals only itself.
 """
 
 from __future__ import annotations
@@ -43,11 +43,11 @@ _OWN: Mapping[type, tuple[str, ...]] = {
     LoweredStep: ("spec", "operands"),
     LoweredLine: ("nodes",),
 }
-"""Attributes that make a part, without its place in the text, and without the layout that it is in."""
+"""Attributes that are compared; the place in the text and the layout are not among them."""
 
 
 def form_of(lowered: LoweredProgram) -> Hashable:
-    """Return the form of all that a program executes, without its tags."""
+    """Return the form of everything that a program executes, without its tags."""
     routines = tuple(sorted((name, _routine(each)) for name, each in lowered.routines.items()))
     frames = shape_of(
         {name: (each.presets, each.written, each.bits) for name, each in lowered.frames.items()}
@@ -69,7 +69,7 @@ def _routine(routine: LoweredRoutine) -> Hashable:
 
 
 def world_of(lowered: LoweredProgram) -> Hashable:
-    """Return what decides beside tags: tasks, results of messages, connections, the name."""
+    """Return what affects a program besides its tags: tasks, results of messages, connections, its name."""
     schedule = lowered.schedule
     tasks = () if schedule is None else tuple(_task(each.task) for each in schedule.tasks)
     return lowered.name, tasks, shape_of((lowered.stubs, lowered.connections, lowered.replies))

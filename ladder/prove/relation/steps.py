@@ -1,9 +1,9 @@
-"""Instructions of a scan on terms: the interpreter's row, `Spec.prove`, or havoc of all that it may write.
+"""Instructions of a scan on terms: run the interpreter's row or `Spec.prove`, or havoc what it may write.
 
-Each instruction is a transaction. If its row is refused, all its effects are undone: values, jumps, answers,
-faults, notes, and the effects of the instructions that it called. Then everything that it may write becomes
-unknown where it acts. If it had written anything else, or redirected the scan, the relation does not follow
-the program there.
+Each instruction is a transaction. If its row can't run on terms, all its effects are undone: values, jumps,
+results, faults, notes, and the effects of the instructions that it called. Then everything that it may write
+becomes unknown where it acts. If it had written anything else, or redirected the scan, the relation does not
+follow the program there.
 """
 
 from __future__ import annotations
@@ -50,50 +50,50 @@ _READ = frozenset(
 """Uses of operands that an instruction does not write."""
 
 _NEVER_WRITTEN = {Use.TIMER: (".PRE",), Use.COUNTER: (".PRE",), Use.CONTROL: (".LEN",)}
-"""Members that an instruction of that use only reads."""
+"""Members of an operand, by its use, that an instruction only reads."""
 
 _ELSEWHERE = frozenset(("SSV", "EVENT", "SFR", "SFP", "EOT"))
-"""Instructions that write more than their operands."""
+"""Instructions that write other places than their operands."""
 
 _BESIDE = {"MCR": OVERRIDE}
-"""Status that an instruction writes beside its operands."""
+"""Status flags that an instruction writes besides its operands."""
 
 _OF_STEP = (
     *("active", "site", "frame", "inputs", "deep", "_ended", "_exits", "_passes", "_number", "_depth"),
     *("_labels", "_pending", "_answers", "stops", "faulted"),
 )
-"""What a row may change beside places and notes; those of a refused row have their values from before it."""
+"""Attributes that a row may change besides places and notes; undoing a row restores them."""
 
 _FLOW = ("_ended", "_exits", "_pending", "_answers")
-"""Those of them that lead the scan elsewhere."""
+"""Attributes in `_OF_STEP` that redirect the scan."""
 
 REFUSED = (
     *(UnmodeledError, TypeError, AttributeError, KeyError, ValueError, IndexError, ArithmeticError),
     RecursionError,
 )
-"""What a row on terms raises if it does something that has none."""
+"""Exceptions of a row that does something for which there are no terms."""
 
 
 Answer = tuple[T, tuple[Any, ...]]
-"""Results of a routine, and where it returns them."""
+"""The condition under which a routine returns, and its results."""
 
 
 class TermSteps(TermValues):
-    """Runs instructions, one after the other."""
+    """Runs instructions one after another."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
         self.deep: T = FALSE
-        self.selected: Any = None  # selector of the current CASE; None if it is not modeled
+        self.selected: Any = None  # the selector of the current CASE; None if it is not modeled
         self.cut: list[tuple[Site, str, str]] = []
-        self._ended: T = FALSE  # where the scan has ended
-        self._exits: T = FALSE  # where the innermost loop is left
+        self._ended: T = FALSE  # the condition that the scan has ended
+        self._exits: T = FALSE  # the condition that the innermost loop is left
         self._labels: Mapping[str, int] = {}
-        self._pending: dict[str, T] = {}  # where a jump to a label further down is taken
-        self._number = 0  # of the rung that runs
+        self._pending: dict[str, T] = {}  # the condition of a forward jump to each label
+        self._number = 0  # number of the current rung
         self._answers: list[Answer] = []
-        self._depth = 0  # of calls
-        self._passes = 0  # of all loops whose end is not known
+        self._depth = 0  # nesting of calls
+        self._passes = 0  # passes of all loops whose end is not known
         self._system: list[Leaf] | None = None  # leaves that instructions may read without naming them
         self._world: Hashable = None
 
@@ -127,11 +127,11 @@ class TermSteps(TermValues):
         return after
 
     def _begin(self) -> tuple[list[Any], tuple[int, int]]:
-        """Open a transaction; return what its end needs."""
+        """Open a transaction; return what is needed to undo it."""
         return [getattr(self, each) for each in _OF_STEP], self.log.begin()
 
     def _undo(self, kept: Sequence[Any], mark: tuple[int, int]) -> tuple[set[Key], bool]:
-        """Undo a transaction; return the places that it wrote, and whether it led the scan elsewhere."""
+        """Undo a transaction; return the places that it wrote, and whether it redirected the scan."""
         before = [getattr(self, each) for each in _FLOW]
         undone = list(self.log.undo(mark))
         for name, value in zip(_OF_STEP, kept, strict=True):
@@ -148,7 +148,7 @@ class TermSteps(TermValues):
         return self._derived(step, power)
 
     def _derived(self, step: LoweredStep, power: T) -> T:
-        """Run the row of the interpreter on terms."""
+        """Run the interpreter's row on terms."""
         spec = step.spec
         if spec.leaves:
             raise UnmodeledError("it leaves the rung")
@@ -170,21 +170,21 @@ class TermSteps(TermValues):
             self.active = self._going_on(before)
 
     def _going_on(self, t: T) -> T:
-        """Return where a place is reached that comes after the current one: where the scan has not ended."""
+        """Narrow a condition to where the scan continues after the current place."""
         return and_(t, not_(or_(self._ended, self.faulted)))
 
     def _acting(self, step: LoweredStep, power: T) -> T:
-        """Return where a step acts, as far as it is reached."""
+        """Return the condition that a step acts if it is reached."""
         return TRUE if _acts_without_power(step) else power
 
     def _refused(
         self, step: LoweredStep, power: T, why: Exception, undone: set[Key], *, moved: bool = False
     ) -> UnknownOrigin:
-        """Let all that a step may write be anything, and let it fault; return its origin.
+        """Make everything that a step may write unknown, and let it fault; return its origin.
 
         Args:
             undone: places that it had written before it was refused.
-            moved: whether it had led the scan elsewhere.
+            moved: whether it had redirected the scan.
         """
         self.log.add(self.cut, (self.lowered.sites[step.site], step.name, str(why)))
         origin = self._origin(step, power)
@@ -203,14 +203,14 @@ class TermSteps(TermValues):
         return origin
 
     def _power_after(self, step: LoweredStep, power: T, origin: UnknownOrigin) -> T:
-        """Return the power after a step that is refused."""
+        """Return the power after a step that was refused."""
         if not step.spec.decides and step.spec.kind is not InstructionKind.INPUT:
             return power
         after = self.unknown(BOOL, origin=origin.of("power"))
         return after if step.spec.decides else and_(power, after)
 
     def _origin(self, step: LoweredStep, power: T) -> UnknownOrigin:
-        """Return the function of a step that is refused, and all that decides what it does."""
+        """Return the function of a step that was refused, with everything that decides its effects."""
         own = [self._in_program(leaf) for operand in step.operands for leaf in _named_by(operand)]
         if self._system is None:
             self._system, self._world = system_leaves(self.lowered, STATUS), world_of(self.lowered)
@@ -227,7 +227,7 @@ class TermSteps(TermValues):
         return UnknownOrigin(named(step, tuple(own), self._world), found)
 
     def _written_by(self, step: LoweredStep) -> Iterator[Leaf]:
-        """Yield the leaves that a step may write by its operands."""
+        """Yield the leaves that a step may write through its operands."""
         uses = step.uses
         for number, operand in enumerate(step.operands):
             use = uses[number] if number < len(uses) else Use.ANYTHING
@@ -237,7 +237,7 @@ class TermSteps(TermValues):
                         yield self._in_program(leaf)
 
     def _flags(self, step: LoweredStep) -> Iterator[Leaf]:
-        """Yield what any instruction may write, and this one beside its operands."""
+        """Yield the flags that any instruction may write, and what this one writes besides its operands."""
         if step.name in _BESIDE:
             yield self.lowered.layout.leaf(_BESIDE[step.name])
         for flag in ("S:MINOR", *(("S:V", "S:Z", "S:N", "S:C") if self.lowered.flags else ())):
@@ -253,7 +253,7 @@ class TermSteps(TermValues):
 
 
 def _named_by(operand: object) -> Iterator[Leaf]:
-    """Yield all leaves that an operand names, hidden ones and those of subscripts too."""
+    """Yield all leaves that an operand names, including hidden leaves and leaves of subscripts."""
     if isinstance(operand, (Place, Group)):
         yield from leaves_in(operand)
         yield from hidden_in(operand)
@@ -276,12 +276,12 @@ def _acts_without_power(step: LoweredStep) -> bool:
 
 
 def may_fault(step: LoweredStep) -> bool:
-    """Whether an instruction may end with a major fault, by its row or by its subscripts."""
+    """Whether an instruction may cause a major fault, by its row or by its subscripts."""
     return step.spec.faults or any(map(_leaves_array, step.operands))
 
 
 def _leaves_array(operand: Any) -> bool:
-    """Whether a subscript of an operand may be out of range; that of an argument's element is relative."""
+    """Whether a subscript of an operand may be out of range; in an argument, that of any element may."""
     if isinstance(operand, (Place, Group)):
         relative = any(leaf.root and leaf.dims for leaf in leaves_in(operand))
         return relative or can_fault(operand)
@@ -291,7 +291,7 @@ def _leaves_array(operand: Any) -> bool:
 
 
 def hidden_in(operand: Place | Group) -> Iterator[Leaf]:
-    """Yield the hidden leaves of a structure, at any depth."""
+    """Yield the hidden leaves of a structure at any depth."""
     if isinstance(operand, Group):
         for path, _, _ in leaves_of(operand.type):
             if path.rpartition(".")[2].startswith(HIDDEN):
@@ -299,5 +299,5 @@ def hidden_in(operand: Place | Group) -> Iterator[Leaf]:
 
 
 def _is_plain(operand: object) -> bool:
-    """Whether an operand is all that an instruction may write by it; a routine or an axis is not."""
+    """Whether an instruction can write through an operand only what it names, unlike a routine or an axis."""
     return isinstance(operand, (Place, Group, Constant, Calculation, StringConstant, str))

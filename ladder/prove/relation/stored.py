@@ -1,9 +1,9 @@
-"""Places of a scan on terms: reading, writing, what is unknown, and the paths of an instruction.
+"""Places of a scan on terms: reading, writing, unknown values, and the paths of an instruction.
 
-There are two ways to read. `value_here` returns a term that is simplified for the condition under which the
-current instruction is reached, and wrong elsewhere. `_kept` has the stored terms, which hold everywhere. Only
-`_assign` changes these, and it keeps the stored term where the instruction is not reached. So a simplified
-term is never stored for a condition under which it does not hold.
+There are two ways to read. `value_here` returns a term that is simplified under the condition that the
+current instruction is reached; it is wrong elsewhere. `_kept` has the stored terms, which are right
+everywhere. Only `_assign` changes stored terms, and it keeps the old term where the instruction is not
+reached. So a simplified term is never stored where it is wrong.
 """
 
 from __future__ import annotations
@@ -30,48 +30,48 @@ from .undo import UndoLog
 from .unknowns import ONLY, UnknownOrigin
 
 MOST_FACTS = 64
-"""Maximum truths that are known of a place in the program."""
+"""Maximum number of conditions that are known to hold at a place in the program."""
 
 
 MOST_OPEN = 4096
-"""Elements of a leaf whose values instructions without a model are functions of."""
+"""Number of elements of a leaf that are arguments of instructions without a model."""
 
 Lost = tuple[T, Site]
-"""Where the elements of a leaf from `MOST_OPEN` on have become unknown, and by which instruction."""
+"""The condition that a leaf's elements beyond `MOST_OPEN` became unknown, and the instruction to blame."""
 
 
 class TermPlaces(Interpreter):
-    """Reads and writes terms; `active` is whether the current instruction is reached at all."""
+    """Reads and writes terms; `active` is the condition that the current instruction is reached."""
 
     argument_type = TermArgument
 
     tick_ns = 1_000_000
-    """Unit of the times of scans, and of the time since an instant."""
+    """Unit of scan times and of times since an instant, in ns."""
 
     begun: T = FALSE
-    """Whether no time has passed before the scan."""
+    """The condition that no time has passed before the scan."""
 
     ends = False
-    """Whether a scan ends with a major fault; else it continues, as if the fault were impossible."""
+    """Whether a major fault ends the scan; otherwise the scan continues, as if faults were impossible."""
 
     def __init__(self, lowered: LoweredProgram, dt: tuple[int, int], known: Mapping[Key, Any]) -> None:
         self.known = known  # values that never change
         self.log = UndoLog()
-        self._kept: dict[Key, T] = {}  # values now, wherever the scan is
+        self._kept: dict[Key, T] = {}  # current values, right everywhere
         self.state: Mapping[Key, T] = MappingProxyType(self._kept)
-        self.vars: dict[Key, T] = {}  # values before the scan: variables
+        self.vars: dict[Key, T] = {}  # values before the scan, as variables
         self.kinds: dict[Key, Leaf] = {}
         self.written: dict[Key, bool] = {}
-        self.havocs: dict[str, Site] = {}  # variables for what is not modeled, and the instruction
+        self.havocs: dict[str, Site] = {}  # variables of values that are not modeled, and the instruction
         self.origins: dict[T, UnknownOrigin] = {}  # the functions of these variables
         self._unknowns = count()
         self._computed: dict[tuple[Any, ...], T] = {}  # unknown results, by function and operands
-        self.faults: list[tuple[int, T]] = []  # major faults: number of the instruction, condition
-        self.may_fault: dict[str, Site] = {}  # variables for faults of what is not modeled
-        self.stops: T = FALSE  # where a major fault stops the processor
-        self.faulted: T = FALSE  # where one has ended the scan, if `ends`
-        self._lost: dict[str, list[Lost]] = {}  # where all of a leaf has become unknown, by path in capitals
-        self._in_use: dict[str, list[int]] = {}  # elements with a variable, by path in capitals
+        self.faults: list[tuple[int, T]] = []  # conditions of major faults, by number of the instruction
+        self.may_fault: dict[str, Site] = {}  # variables for faults of instructions without a model
+        self.stops: T = FALSE  # condition of a major fault that stops the processor
+        self.faulted: T = FALSE  # condition that it has ended the scan, if `ends`
+        self._lost: dict[str, list[Lost]] = {}  # where a whole leaf became unknown, by path in capitals
+        self._in_use: dict[str, list[int]] = {}  # elements that have a variable, by path in capitals
         self.active: T = TRUE
         self._facts_of, self._known_facts = TRUE, frozenset[int]()
         self.dt = var("~dt", INT, *dt)
@@ -81,7 +81,7 @@ class TermPlaces(Interpreter):
 
     @property
     def most_age(self) -> int:
-        """Maximum ticks that are known of the time since an instant."""
+        """Maximum time since an instant that a term shows, in ticks."""
         return AGE * (1_000_000 // self.tick_ns)
 
     @property
@@ -91,14 +91,14 @@ class TermPlaces(Interpreter):
 
     @now_ns.setter
     def now_ns(self, _value: int) -> None:
-        """Take no time."""
+        """Ignore the time that is set."""
 
     def symbol(self, t: T) -> Any:
-        """Return a term as a number for rows, a constant as its value."""
+        """Return a term as a number that rows can use; a constant as its value."""
         return t.val if t.op == "const" else TermSymbol(t, self.paths.decide)
 
     def value_here(self, leaf: Leaf, index: int) -> T:
-        """Return the term of a place where the current instruction is reached: it can't be stored."""
+        """Return the term of a place under the condition that the instruction is reached; don't store it."""
         key = leaf.path.upper(), index
         path = self.paths.path
         if path is not None and key in path.written:
@@ -108,7 +108,7 @@ class TermPlaces(Interpreter):
         return self._reached(self._kept[key])
 
     def _reached(self, t: T) -> T:
-        """Return a term as it is where the current instruction is reached, which is all that counts there."""
+        """Simplify a term under the condition that the current instruction is reached."""
         while t.op == "ite" and self.active is not TRUE:
             condition, held, other = t.args
             facts = self._facts()
@@ -121,7 +121,7 @@ class TermPlaces(Interpreter):
         return t
 
     def _facts(self) -> frozenset[int]:
-        """Return the ids of truths that hold where the current instruction is reached."""
+        """Return the ids of conditions that hold where the current instruction is reached."""
         if self._facts_of is not self.active:
             todo, found = [self.active], set[int]()
             while todo and len(found) < MOST_FACTS:
@@ -132,7 +132,7 @@ class TermPlaces(Interpreter):
         return self._known_facts
 
     def _read_first(self, key: Key, leaf: Leaf) -> None:
-        """Make the variable of a place, or the constant of one that never changes."""
+        """Create the variable of a place, or the constant of a place that never changes."""
         put = self.log.put
         self.log.append_at(self._in_use, key[0], key[1])
         if key in self.known:
@@ -152,16 +152,16 @@ class TermPlaces(Interpreter):
         put(self._kept, key, now)
 
     def _assign(self, key: Key, where: T, t: T) -> None:
-        """Set a place where the current instruction is reached and a truth holds; elsewhere it is kept."""
+        """Set a place where the current instruction is reached and `where` holds; keep it elsewhere."""
         self.log.put(self._kept, key, ite(and_(self.active, where), t, self._kept[key]))
 
     def havoc(self, leaf: Leaf, origin: UnknownOrigin = ONLY) -> None:
-        """Let all elements of a leaf be anything where the current instruction is reached.
+        """Make all elements of a leaf unknown where the current instruction is reached.
 
-        Those from `MOST_OPEN` on that are not in use yet become unknown once they are.
+        Elements beyond `MOST_OPEN` that are not in use become unknown when they are first used.
 
         Args:
-            origin: the instruction.
+            origin: the origin of the unknown values, which names the instruction.
         """
         path = leaf.path.upper()
         for index in self.elements_in_use(leaf):
@@ -170,18 +170,18 @@ class TermPlaces(Interpreter):
             self.log.append_at(self._lost, path, (self.active, self.lowered.sites[self.site]))
 
     def elements_in_use(self, leaf: Leaf) -> list[int]:
-        """Give each element of a leaf a variable, as far as `MOST_OPEN`; return those that have one."""
+        """Give each element of a leaf up to `MOST_OPEN` a variable; return the elements that have one."""
         for index in range(min(leaf.size, MOST_OPEN)):
             self.value_here(leaf, index)
         return self._in_use.get(leaf.path.upper(), [])
 
     @property
     def partly_lost(self) -> list[str]:
-        """Paths of leaves, in capitals, of which elements are unknown that have no variables."""
+        """Return the paths, in capitals, of leaves with unknown elements that have no variables."""
         return sorted(self._lost)
 
     def poke(self, leaf: Leaf, index: int, t: T, guard: T = TRUE) -> None:
-        """Set a place where the guard holds, to a value of its type."""
+        """Set a place to a value of its type where the guard holds."""
         key = leaf.path.upper(), index
         here = self.value_here(leaf, index)
         self.log.put(self.written, key, True)
@@ -218,7 +218,7 @@ class TermPlaces(Interpreter):
         store.write(place.leaf, index, value)
 
     def subscript(self, index: Resolved, length: Any, tag: str) -> Any:
-        """Return a subscript or bit number below `length`, or fault."""
+        """Return a subscript or bit number; fault unless it is from 0 to below `length`."""
         value: Any = self.integer(index)
         if not isinstance(value, TermSymbol) and not isinstance(length, TermSymbol):
             if not 0 <= value < length:
@@ -234,7 +234,7 @@ class TermPlaces(Interpreter):
         self.put(since, 0)
 
     def elapsed(self, since: Place, unit_ns: int) -> Any:
-        """Return the whole units of time since then; the rest stays."""
+        """Return the whole units of time since the clock started, and keep the remainder."""
         age = term_of(self.get(since), INT)
         if unit_ns == self.tick_ns:
             self.put(since, 0)
@@ -247,18 +247,18 @@ class TermPlaces(Interpreter):
         self.put(since, self.symbol(rest))
         return self.symbol(div(age, unit))
 
-    # --- what is unknown
+    # --- unknown values
 
     def unknown(self, kind: str, lo: int = 0, hi: int = 0, origin: UnknownOrigin = ONLY) -> T:
-        """Return a variable for what is not modeled; see `Paths.unknown`."""
+        """Return a variable for a value that is not modeled; see `Paths.unknown`."""
         found = self.paths.unknown((kind, lo, hi), lambda: self._new_unknown(kind, lo, hi))
         return self._noted(found, origin, self.lowered.sites[self.site])
 
     def computed(self, name: Hashable, kind: tuple[str, int, int], *operands: T, strict: bool = False) -> T:
-        """Return the unknown result of a computation: the same for the same operands.
+        """Return the unknown result of a computation; the same operands give the same result.
 
         Args:
-            name: of the computation.
+            name: identifies the computation.
             kind: kind and interval of the result.
             strict: see `UnknownOrigin`.
         """
@@ -269,7 +269,7 @@ class TermPlaces(Interpreter):
         return self._noted(self._computed[key], origin, self.lowered.sites[self.site])
 
     def unknown_of(self, leaf: Leaf, index: int, origin: UnknownOrigin = ONLY, site: Site | None = None) -> T:
-        """Return a new variable for an element, with the instruction to blame, by default the current one."""
+        """Return a new variable for an element; the instruction to blame is the current one by default."""
         path = leaf.path.upper()
         kind = (INT, 0, self.most_age) if path.endswith(CLOCK) else kind_of(leaf.type)
         found = self._new_unknown(*kind)
@@ -286,7 +286,7 @@ class TermPlaces(Interpreter):
     # --- paths
 
     def on_paths(self, run: Callable[[], Any]) -> T:
-        """Run on every path; write what they write; return the truth of the result."""
+        """Run on every path and write what the paths write; return the result as a condition."""
         return merged(self.merge_paths(run), result_of)
 
     def merge_paths(self, run: Callable[[], Any]) -> list[Path]:
@@ -300,7 +300,7 @@ class TermPlaces(Interpreter):
         return paths
 
     def stop(self, bad: T) -> None:
-        """Stop the processor where a truth holds: the scan ends there, if `ends`."""
+        """Stop the processor where a condition holds; if `ends`, the scan ends there."""
         here = and_(self.active, bad)
         self.stops = or_(self.stops, here)
         if self.ends:
@@ -308,14 +308,14 @@ class TermPlaces(Interpreter):
             self.active = and_(self.active, not_(bad))
 
     def write_paths(self, paths: list[Path]) -> None:
-        """Write what paths write."""
+        """Write the merged values of paths."""
         for key in written_by(paths):
             old = self._kept[key]
             now = merged(paths, lambda path, key=key, old=old: path.written.get(key, old), all_=self.ends)  # type: ignore[misc]
             self._assign(key, TRUE, now)
 
     def here(self) -> T:
-        """Return whether the current path is taken."""
+        """Return the condition that the current path is taken."""
         return and_(self.active, self.paths.here())
 
 
@@ -324,6 +324,6 @@ def _no_python(name: str, _inputs: object) -> Any:
 
 
 def _below(t: T, most: int) -> T:
-    """Return a number that is below a limit, and not negative, with an interval that says so."""
+    """Return a number, known to be from 0 to below a limit, as a term with such an interval."""
     mask = (1 << max(0, most - 1).bit_length()) - 1
     return t if t.lo >= 0 and t.hi <= mask else bitop("band", t, const(mask))

@@ -1,8 +1,8 @@
-"""Symbolic numbers for the Python code of instructions.
+"""Symbolic numbers that the Python code of instructions can compute with.
 
 A `TermSymbol` behaves like a Python number: its operators return symbols, or constants where the result is
-known. Its truth is decided by the machine, which takes one path after the other. Uses that need a real
-number, such as `int`, `float`, `range` or a key of a dict, are refused.
+known. The machine decides its truth, one path after another. Uses that need an actual number raise an error,
+such as `int`, `float`, `range` or a key of a dict.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from ..algebra.terms import TRUE, T, and_, const, iff, mk, not_, or_
 FLOATS = (F32, F64)
 
 _EXACT = 1 << 53
-"""Whole numbers up to here are exact as doubles."""
+"""Whole numbers up to this size are exact as doubles."""
 
 Decide = Callable[[T], bool]
-"""Decides a truth on the current path."""
+"""Decides a condition on the current path."""
 
 
 class UnmodeledError(Exception):
-    """An instruction does something that has no terms; what it may write becomes unknown."""
+    """Raised if an instruction does something that has no terms; what it may write becomes unknown."""
 
 
 class TermScan(Protocol):
-    """What memory and faults ask of the scan's `TermPlaces`."""
+    """The methods of `TermPlaces` that memory and faults need."""
 
     lowered: LoweredProgram
     paths: Any
@@ -58,14 +58,14 @@ def truth_of(t: T) -> T:
 
 
 def whole_of(t: T) -> T:
-    """Return a truth as 0 or 1; a whole number unchanged."""
+    """Return a Boolean as 0 or 1; a whole number unchanged."""
     if t.kind in FLOATS:
         raise UnmodeledError("a floating-point number where a whole one is needed")
     return b2i(t) if t.kind == BOOL else t
 
 
 def term_of(value: Any, kind: str | None = None) -> T:
-    """Return the term of a number or a symbol, of a kind if one is given."""
+    """Return the term of a number or a symbol, converted to a kind if one is given."""
     if isinstance(value, TermSymbol):
         t = value.t
     elif isinstance(value, float):
@@ -80,7 +80,7 @@ def term_of(value: Any, kind: str | None = None) -> T:
 
 
 def alike(a: Any, b: Any) -> tuple[T, T]:
-    """Return the terms of two numbers in one kind: whole, or a float that holds both."""
+    """Return the terms of two numbers in a common kind: whole, or a float kind that holds both."""
     kinds = {_kind(a), _kind(b)} - {INT, BOOL}
     kind = INT if not kinds else F32 if kinds == {F32} else F64
     return term_of(a, kind), term_of(b, kind)
@@ -95,7 +95,7 @@ def _kind(value: Any) -> str:
 
 
 class TermSymbol:
-    """A number of which a term is known."""
+    """A number that is known as a term."""
 
     __slots__ = ("decide", "t")
 
@@ -103,7 +103,7 @@ class TermSymbol:
         self.t, self.decide = t, decide
 
     def __repr__(self) -> str:
-        return "a term"  # which may be large
+        return "a term"  # the power may be large
 
     def __bool__(self) -> bool:
         return self.decide(truth_of(self.t))
@@ -129,7 +129,7 @@ class TermSymbol:
         one, other = alike(a, b)
         if one.kind == INT:
             return self.of(whole(one, other))
-        return self.of(fop(real, to_float(one, F64), to_float(other, F64)))  # as Python computes
+        return self.of(fop(real, to_float(one, F64), to_float(other, F64)))  # as in Python
 
     def __add__(self, other: Any) -> Any:
         return self._arithmetic(self, other, _sum, "fadd")
@@ -154,14 +154,14 @@ class TermSymbol:
         return self._quotient(other, self)
 
     def _quotient(self, a: Any, b: Any) -> Any:
-        """Divide as doubles; rows ask for a divisor of 0 before, which Python refuses."""
+        """Divide as doubles; rows check for a divisor of 0 first, which Python does not allow."""
         one, other = alike(a, b)
         if INT in (one.kind, other.kind) and max(-one.lo, one.hi, -other.lo, other.hi) > _EXACT:
             self._refuse()
         return self.of(fop("fdiv", to_float(one, F64), to_float(other, F64)))
 
     def __floordiv__(self, other: Any) -> Any:
-        """Divide numbers that are not negative; rows ask for a divisor of 0 before."""
+        """Divide nonnegative numbers; rows check for a divisor of 0 first."""
         a, b = whole_of(self.t), term_of(other, INT)
         if a.lo < 0 or b.lo < 0:
             self._refuse()
@@ -222,7 +222,7 @@ class TermSymbol:
             self._refuse()
         return self.of(shr(whole_of(self.t), count))
 
-    # --- comparing
+    # --- comparisons
 
     def __eq__(self, other: object) -> Any:
         if not isinstance(other, (TermSymbol, int, float)):
@@ -261,7 +261,7 @@ def _difference(a: T, b: T) -> T:
 
 
 def _wrapped(a: T, b: T) -> T | None:
-    """Return ((x + half) & (2 * half - 1)) - half, as `arithmetic.wrap` computes, as the low bits of x."""
+    """Recognize ((x + half) & (2 * half - 1)) - half of `arithmetic.wrap`; return the low bits of x."""
     if b.op != "const" or b.val >= 0 or a.op != "band" or a.args[1].op != "const":
         return None
     half, mask = -b.val, a.args[1].val

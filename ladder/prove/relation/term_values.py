@@ -1,4 +1,4 @@
-"""Values of a scan on terms: places, computing, comparing, converting; see `interpreter.place_values`."""
+"""Computes, compares and converts values in a scan on terms; see `interpreter.place_values`."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _LARGEST = {F32: 1 << 128, F64: 1 << 1024}
 
 
 class TermValues(TermPlaces):
-    """Computes with terms as instructions ask for it."""
+    """Computes with terms as instructions require."""
 
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
@@ -46,7 +46,7 @@ class TermValues(TermPlaces):
     # --- conversions of rows
 
     def whole(self, value: Any) -> Any:
-        """Return a number truncated to an integer, a truth as 0 or 1."""
+        """Return a number truncated to an integer; a Boolean as 0 or 1."""
         if not isinstance(value, TermSymbol):
             return int(value)
         if value.t.kind in FLOATS:
@@ -74,7 +74,7 @@ class TermValues(TermPlaces):
         return self.symbol(is_nan(value.t))
 
     def infinity(self, value: Any) -> Any:
-        """Return infinity with the sign of a number; that of a float of 0 and of NaN is unknown."""
+        """Return infinity with the sign of a number; the sign is unknown for a float of 0 and for NaN."""
         if not isinstance(value, TermSymbol):
             return super().infinity(value)
         t, zero = value.t, const(0) if value.t.kind == INT else const(0.0, value.t.kind)
@@ -85,7 +85,7 @@ class TermValues(TermPlaces):
         return self.symbol(ite(below, const(-math.inf, F64), const(math.inf, F64)))
 
     def truncated(self, value: Any) -> Any:
-        """Return a float without its fraction; 0 of infinity and NaN."""
+        """Return a float without its fraction; 0 for infinity and NaN."""
         return self.symbol(self._cut(value.t)) if isinstance(value, TermSymbol) else super().truncated(value)
 
     def least(self, value: Any, most: int) -> Any:
@@ -93,11 +93,11 @@ class TermValues(TermPlaces):
         return self.symbol(least(term_of(value, INT), most))
 
     def chosen(self, truth: Any, one: Any, other: Any) -> Any:
-        """Return one of two numbers, without a path for each."""
+        """Return one of two numbers without splitting the path."""
         return self.symbol(ite(term_of(truth, BOOL), *alike(one, other)))
 
     def converted(self, kind: Elementary, value: Any) -> Any:
-        """Return a number converted to a type, without flags and faults."""
+        """Return a number converted to a type, without setting flags or causing faults."""
         if not isinstance(value, TermSymbol):
             return super().converted(kind, value)
         if kind.is_bool:
@@ -113,7 +113,7 @@ class TermValues(TermPlaces):
         self.regions.copy(source, target, length)
 
     def fill(self, target: End, length: Any, value: Any) -> None:
-        """Set elements, up to the end of the array, each member to the value."""
+        """Set each member of the elements to the value, up to the end of the array."""
         self.regions.fill(target, length, value)
 
     def take_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any) -> Any:
@@ -124,10 +124,10 @@ class TermValues(TermPlaces):
         """Set elements from bytes."""
         self.regions.put(store, region, first, count, data)
 
-    # --- computing
+    # --- arithmetic
 
     def rounded(self, value: Any, width: int) -> Any:
-        """Return a number in the precision SINGLE or DOUBLE; unchanged for a width of integers."""
+        """Round a number to SINGLE or DOUBLE precision; for an integer width, return it unchanged."""
         if not isinstance(value, TermSymbol):
             return super().rounded(value, width)
         return value if width > 0 else self.symbol(to_float(value.t, F32 if width == SINGLE else F64))
@@ -151,7 +151,7 @@ class TermValues(TermPlaces):
         return WHOLE[name](*terms)
 
     def _wrapped(self, exact: T, width: int, guard: T = TRUE) -> T:
-        """Return the low bits of a result; note an overflow where the guard holds."""
+        """Return the low bits of a result; if bits are lost, note an overflow where the guard holds."""
         result = wrap(exact, width)
         self.overflow_if(and_(guard, not_(eq(result, exact))))
         return result
@@ -181,11 +181,11 @@ class TermValues(TermPlaces):
         raise UnmodeledError(f"{name} of floating-point numbers")
 
     def overflow_if(self, t: T) -> None:
-        """Note an overflow where a truth holds."""
+        """Note an overflow where a condition holds."""
         self.fault_log.overflow_if(t)  # type: ignore[attr-defined]
 
     def store(self, place: Place, value: Any) -> None:
-        """Convert to the type of a place and set it."""
+        """Convert a value to the type of a place and store it."""
         kind = place.type
         if kind.is_bool:
             self.put(place, self.truth(value))
@@ -212,8 +212,8 @@ class TermValues(TermPlaces):
     def _rounded_to(self, t: T, kind: Elementary) -> tuple[T, T]:
         """Return a float as an integer of a type, and whether it does not fit.
 
-        The low bits of a large REAL are 0; those of a large LREAL, and the upper ones of a large REAL as a
-        LINT, are unknown.
+        The low bits of a large REAL are 0. The low bits of a large LREAL are unknown, and so are the upper
+        bits of a large REAL as a LINT.
         """
         exact = to_int(t, "rne")
         found = wrap(exact, kind.wraps)
@@ -226,13 +226,13 @@ class TermValues(TermPlaces):
         return found, lost
 
     def _cut(self, t: T) -> T:
-        """Return a float without its fraction, as a whole number; a large one is unknown."""
+        """Return a float without its fraction, as a whole number; the result is unknown for a large float."""
         big = not_(and_(lt(t, const(FAR_AWAY, t.kind)), lt(const(-FAR_AWAY, t.kind), t)))
         far = and_(big, is_finite(t))
         cut = self.computed("cut", (INT, -_LARGEST[t.kind], _LARGEST[t.kind]), t)
         return ite(far, cut, to_int(t, "rtz"))
 
-    # --- comparing
+    # --- comparisons and texts
 
     def text(self, operand: Resolved) -> Any:
         """Return the characters of a string."""
@@ -246,7 +246,7 @@ class TermValues(TermPlaces):
         return TermText(self.symbol, length, [bitop("band", each, const(0xFF)) for each in codes])
 
     def set_text(self, target: Group, value: Any) -> None:
-        """Set a string to characters, truncated to its size and padded with 0."""
+        """Set a string to characters that are truncated to its size and padded with 0."""
         store, layout, path, at = self.string(target)
         data, counter = (layout.leaf(f"{path}.{name}") for name in ("DATA", "LEN"))
         room: int = data.dims[-1]
@@ -258,7 +258,7 @@ class TermValues(TermPlaces):
             store.write(data, at * room + number, self.symbol(code))
 
     def characters(self, name: str) -> Callable[..., Any]:
-        """Return what a string instruction computes."""
+        """Return the function that a string instruction computes."""
         if name == "DTOS":
             return lambda _faults, _site, value: digits(self.symbol, self._nearest(value))
         if name == "STOD":
@@ -266,7 +266,7 @@ class TermValues(TermPlaces):
         return super().characters(name)
 
     def _stod(self, _faults: Any, _site: int, text: Any, kind: Elementary, name: str) -> Any:
-        """Return the first integer as a value of a type; None of an empty string."""
+        """Return the first integer in a string as a value of a type; None for an empty string."""
         if not text:
             return None
         text = TermText.of(self.symbol, text)
@@ -283,14 +283,14 @@ class TermValues(TermPlaces):
         return self.symbol(stored)
 
     def bytes_of(self, value: Any, size: int) -> Any:
-        """Return the low bytes of an integer, the lowest first, padded with 0."""
+        """Return the low bytes of an integer, lowest first, padded with 0."""
         if not isinstance(value, TermSymbol):
             return super().bytes_of(value, size)
         t = term_of(value, INT)
         return [*(Byte(t, at) for at in range(min(8, size))), *(Byte(const(0)) for _ in range(size - 8))]
 
     def integer_in(self, data: Any) -> Any:
-        """Return the integer in bytes, the lowest first, without a sign."""
+        """Return the unsigned integer in bytes, lowest first."""
         if isinstance(data, bytes):
             return super().integer_in(data)
         data = [*data, *constant_bytes(bytes(8 - len(data)))]
@@ -302,7 +302,7 @@ class TermValues(TermPlaces):
         return value
 
     def condition(self, condition: Resolved) -> Any:
-        """Return the value of a condition; all parts are computed."""
+        """Return the value of a condition; all of its parts are computed."""
         if not isinstance(condition, Calculation):
             return super().condition(condition)
         if condition.name in RELATIONS and not any(map(is_truth, condition.operands)):

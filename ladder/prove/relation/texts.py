@@ -1,6 +1,6 @@
-"""Strings of a scan on terms: a length up to the room of DATA, and a term for each character.
+"""Strings of a scan on terms: a length up to the size of DATA, and a term for each character.
 
-A `Text` behaves as `bytes` where string instructions use them: joined, cut, compared, searched.
+A `TermText` supports the operations of `bytes` that string instructions use: join, slice, compare, find.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from ..algebra.terms import FALSE, T, and_, bits_of, const, ite, not_, or_
 from .symbols import UnmodeledError, term_of
 
 MOST_CHARACTERS = 512
-"""Maximum characters of a text."""
+"""Maximum number of characters in a text."""
 
 MOST_COMPARED = 2048
-"""Maximum characters that a search compares."""
+"""Maximum number of characters that a search compares."""
 
 Make = Callable[[T], Any]
-"""Makes a number for rows from a term."""
+"""Makes a number that rows can use from a term."""
 
 NONE = const(0)
 
 
 class TermText:
-    """Characters, each from 0 to 255; those beyond the length do not count."""
+    """Characters, each from 0 to 255; characters beyond the length are ignored."""
 
     __hash__ = None  # type: ignore[assignment]
 
@@ -37,7 +37,7 @@ class TermText:
 
     @classmethod
     def of(cls, make: Make, value: Any) -> TermText:
-        """Return known characters as a text, a text unchanged."""
+        """Return known characters as a text; a text unchanged."""
         return value if isinstance(value, TermText) else cls(make, const(len(value)), list(map(const, value)))
 
     def __len__(self) -> Any:
@@ -47,10 +47,10 @@ class TermText:
         return bool(self.make(not_(eq(self.length, const(0)))))
 
     def at(self, number: int) -> T:
-        """Return a character, 0 beyond the room."""
+        """Return a character; 0 beyond the stored characters."""
         return self.codes[number] if number < len(self.codes) else NONE
 
-    # --- joined and cut
+    # --- joining and slicing
 
     def __add__(self, other: Any) -> TermText:
         tail = TermText.of(self.make, other)
@@ -70,14 +70,14 @@ class TermText:
         length = ite(lt(first, end), sub(end, first), const(0))
         return TermText(self.make, clip(length, 0, len(self.codes)), _dropped(self.codes, first))
 
-    # --- letters
+    # --- case
 
     def upper(self) -> TermText:
-        """Return capitals."""
+        """Return the text in capitals."""
         return self._shifted(b"az", -32)
 
     def lower(self) -> TermText:
-        """Return small letters."""
+        """Return the text in lower case."""
         return self._shifted(b"AZ", 32)
 
     def _shifted(self, ends: bytes, by: int) -> TermText:
@@ -85,7 +85,7 @@ class TermText:
         codes = [ite(and_(le(low, each), le(each, high)), add(each, const(by)), each) for each in self.codes]
         return TermText(self.make, self.length, codes)
 
-    # --- compared
+    # --- comparing
 
     def __eq__(self, other: object) -> Any:
         return self.make(self._equals(TermText.of(self.make, other)))
@@ -113,7 +113,7 @@ class TermText:
         return found
 
     def _before(self, other: TermText) -> T:
-        """Whether this comes before another by the codes of the characters, a prefix first."""
+        """Return whether this text sorts before another by character codes; a prefix sorts first."""
         found = lt(self.length, other.length)
         for at in reversed(range(min(len(self.codes), len(other.codes)))):
             both = and_(lt(const(at), self.length), lt(const(at), other.length))
@@ -122,7 +122,7 @@ class TermText:
         return found
 
     def find(self, pattern: Any, start: Any) -> Any:
-        """Return the first place of another text from a start on, -1 if it is not in it."""
+        """Return the first index of another text at or after a start; -1 if there is none."""
         text = TermText.of(self.make, pattern)
         if len(self.codes) * len(text.codes) > MOST_COMPARED:
             raise UnmodeledError(f"a search for {len(text.codes)} characters in {len(self.codes)}")
@@ -132,7 +132,7 @@ class TermText:
         return self.make(found)
 
     def _has(self, text: TermText, at: int) -> T:
-        """Whether another text is at a place."""
+        """Return whether another text is found at an index."""
         found = le(add(text.length, const(at)), self.length)
         for number, code in enumerate(text.codes):
             counts = lt(const(number), text.length)
@@ -141,7 +141,7 @@ class TermText:
 
 
 def _moved(codes: Sequence[T], by: T, size: int) -> list[T]:
-    """Return characters at places further to the right."""
+    """Return characters shifted to the right."""
     found = [*codes, *[NONE] * (size - len(codes))]
     for k in range(bits_of(by.lo, by.hi) - 1):
         here, moved = bit(by, k), [NONE] * (1 << k) + found
@@ -150,7 +150,7 @@ def _moved(codes: Sequence[T], by: T, size: int) -> list[T]:
 
 
 def _dropped(codes: Sequence[T], by: T) -> list[T]:
-    """Return characters without the first ones."""
+    """Return characters without the first `by` characters."""
     found = list(codes)
     for k in range(bits_of(by.lo, by.hi) - 1):
         here, moved = bit(by, k), found[1 << k :] + [NONE] * (1 << k)
@@ -159,7 +159,7 @@ def _dropped(codes: Sequence[T], by: T) -> list[T]:
 
 
 def digits(make: Make, value: Any) -> TermText:
-    """Return a whole number as text."""
+    """Return a whole number as decimal text."""
     t = term_of(value, INT)
     negative = lt(t, const(0))
     size = ite(negative, sub(const(0), t), t)
@@ -178,11 +178,11 @@ def digits(make: Make, value: Any) -> TermText:
 
 
 FAR = 10**20
-"""Numbers in texts count up to here: beyond every type of integers."""
+"""Numbers in texts are read up to this limit, which is beyond every integer type."""
 
 
 def number_in(text: TermText) -> tuple[T, T]:
-    """Return the first whole number in a text, 0 without one, and whether it is exact: below FAR."""
+    """Return the first whole number in a text, or 0, and the condition that it is exact: below FAR."""
     value, negative, begun, over = const(0), FALSE, FALSE, FALSE
     before = NONE
     for at, code in enumerate(text.codes):

@@ -1,8 +1,8 @@
-"""What may happen between two scans, on terms: prescan, after program mode or a start with retained tags.
+"""Prescan between two scans, on terms: after program mode, or at a start with retained tags.
 
-`state` stays what the scan leaves. `before_next` has each value that the next scan finds: after
-prescan, where there is one. Instructions with a subscript out of range are skipped there, as the interpreter
-does.
+`state` still has the values after the scan. `before_next` returns the values at the beginning of the next
+scan: after prescan, if there is one. Prescan skips instructions with a subscript out of range, as in the
+interpreter.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ from .stored import Lost
 from .symbols import UnmodeledError
 
 Begun = Callable[[Key, T], T]
-"""Gives a value that prescan finds, of a place and the value that the scan left there."""
+"""Returns the value that prescan finds in a place, from the place and the value that the scan left."""
 
 
 def as_left(_key: Key, t: T) -> T:
-    """Let prescan find what the scan left."""
+    """Return the value that the scan left."""
     return t
 
 
 class TurningMachine(ScanMachine):
-    """A machine that may prescan after its scan, as a controller does whose key is turned.
+    """A machine that may prescan after its scan, like a controller whose key is turned.
 
     Attributes:
         prescanned: the places that prescan may write.
@@ -43,17 +43,17 @@ class TurningMachine(ScanMachine):
         self._turns = False
         self._begins: Begun = as_left
         self._reads: Begun = as_left
-        self._skips = 0  # instructions that some path has skipped
+        self._skips = 0  # number of instructions that some path has skipped
         self._turned: dict[Key, T] = {}
         self._turned_lost: dict[str, list[Lost]] = {}
         self._scanned: tuple[dict[Key, T], dict[Key, bool], dict[str, list[Lost]]] = {}, {}, {}
 
     def turn_key(self, where: T, begins: Begun = as_left, reads: Begun = as_left) -> None:
-        """Prescan after the scan, where a truth holds.
+        """Prescan after the scan where a condition holds.
 
         Args:
-            begins: the value that a place has before prescan, and after it if prescan does not write it.
-            reads: the value that prescan reads in its place: it may have been written from outside.
+            begins: returns the value of a place before prescan, which it keeps if prescan does not write it.
+            reads: returns the value that prescan reads there, which may have been written from outside.
         """
         self._scanned, notes = (self._kept, self.written, self._lost), (self.faults, self.rungs)
         self._begins, self._reads, self._turns = begins, reads, True
@@ -73,7 +73,7 @@ class TurningMachine(ScanMachine):
             self.active, self._turns = TRUE, False
 
     def before_next(self, key: Key) -> T:
-        """Return the value of a place that the next scan finds."""
+        """Return the value of a place at the beginning of the next scan."""
         if key not in self._turned:
             left = self._begins(key, self.state[key])
             self._turned[key] = self._with_lost(key, left, self._turned_lost)
@@ -85,7 +85,7 @@ class TurningMachine(ScanMachine):
         return t
 
     def _begin_tasks(self) -> None:
-        """Restart the tasks, as the scheduler does."""
+        """Restart the tasks as the scheduler does."""
         schedule = self.lowered.schedule
         if schedule is None:
             return
@@ -97,7 +97,7 @@ class TurningMachine(ScanMachine):
             self.poke(task.pending, 0, FALSE)
             self.poke(task.overlaps, 0, const(0))
 
-    # --- what is different in prescan
+    # --- differences in prescan
 
     def _read_first(self, key: Key, leaf: Leaf) -> None:
         if not self._turns:
@@ -114,7 +114,7 @@ class TurningMachine(ScanMachine):
         self.log.put(self._kept, key, now)
 
     def merge_paths(self, run: Callable[[], Any]) -> list[Path]:
-        """Run on every path; in prescan one ends with a subscript out of range, and does not fault."""
+        """Run on every path; in prescan, a subscript out of range ends a path without a fault."""
         if not self._turns:
             return super().merge_paths(run)
         paths = self.paths.walk(run)
@@ -125,7 +125,7 @@ class TurningMachine(ScanMachine):
         return paths
 
     def stop(self, bad: T) -> None:
-        """Stop the processor where a truth holds; prescan does not."""
+        """Stop the processor where a condition holds, but not in prescan."""
         if not self._turns:
             super().stop(bad)
 
@@ -136,12 +136,12 @@ class TurningMachine(ScanMachine):
             raise UnmodeledError("a parameter with a computed subscript, in prescan")
 
     def start_clock(self, since: Place) -> None:
-        """Begin to measure the time in a hidden place; in prescan nothing does."""
+        """Begin to measure the time in a hidden place; do nothing in prescan."""
         self._refuse_clock()
         super().start_clock(since)
 
     def elapsed(self, since: Place, unit_ns: int) -> Any:
-        """Return the whole units of time since then; prescan does not read it."""
+        """Return the whole units of time since the clock started; prescan reads no time."""
         self._refuse_clock()
         return super().elapsed(since, unit_ns)
 
@@ -171,7 +171,7 @@ class TurningMachine(ScanMachine):
         self.log.commit(mark)
 
     def _prescan_add_on(self, call: AddOnCall) -> None:
-        """Copy in, prescan the logic, run Prescan, copy out."""
+        """Copy the inputs, prescan the logic, run the Prescan routine, and copy the outputs."""
         site = self.site
         self._copies(call.inputs)
         skips = self._skips

@@ -1,4 +1,4 @@
-"""What transactions have changed: a row that is refused leaves no change."""
+"""Undo log of transactions, so that a refused row leaves no change."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ _NOTHING = object()
 
 
 class UndoLog:
-    """The changes of open transactions, the latest last. Without an open one nothing is noted."""
+    """The changes of open transactions, latest last; without an open transaction, nothing is logged."""
 
     def __init__(self) -> None:
-        self._changes: list[tuple[Any, Any, Any]] = []  # what was changed, its key, what was there
+        self._changes: list[tuple[Any, Any, Any]] = []  # the container, the key, and the old value
         self._open = 0
 
     def put(self, into: dict[Any, Any], key: Any, value: Any) -> None:
-        """Set an item."""
+        """Set an item of a dict."""
         if self._open:
             self._changes.append((into, key, into.get(key, _NOTHING)))
         into[key] = value
@@ -40,13 +40,13 @@ class UndoLog:
         return self._open, len(self._changes)
 
     def commit(self, mark: tuple[int, int]) -> None:
-        """Close a transaction; one around it may still undo its changes."""
+        """Close a transaction; an enclosing transaction may still undo its changes."""
         self._open = mark[0] - 1
         if not self._open:
             self._changes.clear()
 
     def undo(self, mark: tuple[int, int]) -> Iterator[tuple[Any, Any]]:
-        """Undo a transaction and those in it, and close it; yield what was changed, with its key."""
+        """Undo and close a transaction and the nested ones; yield each restored container and key."""
         self._open, begin = mark[0] - 1, mark[1]
         while len(self._changes) > begin:
             changed, key, before = self._changes.pop()

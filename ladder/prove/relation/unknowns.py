@@ -1,20 +1,20 @@
-"""What the relation leaves open, as uninterpreted functions of all that may decide it.
+"""Values that the relation does not determine, as uninterpreted functions of everything that may decide them.
 
-What an instruction without a model leaves is not known, but equal instructions that find the same leave the
-same. So each unknown value has an origin: a function, named by the instruction, and its arguments.
+The result of an instruction without a model is unknown, but equal instructions with equal inputs have equal
+results. So each unknown value has an origin: a function, named by the instruction, and its arguments.
 
 | unknown | function | arguments |
 |---|---|---|
-| what an instruction leaves, its power, its fault | its row, operands, world | all that it may read |
-| the result of a step of a computation, such as SIN | the step, the kind of its result | its operands |
-| what nothing else decides | none: it is like no other | |
+| an instruction's results, power or fault | its row, operands, world | everything that it may read |
+| the result of an operation, such as SIN | the operation, the kind of its result | its operands |
+| any other unknown value | none: it is never shared | |
 
-An instruction may read all elements of the tags that it names, with hidden members, the system's tags, where
-its add-on instruction was called, and its power, if it acts without. The world is what programs have beside
-tags.
+An instruction may read all elements of the tags that it names, including hidden members. It may also read the
+system's tags, the place where its add-on instruction was called, and its power, if it acts without power. The
+world is what programs have besides tags.
 
-Two programs may share a value only where the same function has equal arguments. What can't be compared has no
-function: nothing is shared by default.
+Two programs share a value only where the same function has equal arguments. A value that can't be compared
+has no function, so it is not shared.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ class UnknownOrigin(NamedTuple):
     """Where an unknown value comes from.
 
     Attributes:
-        function: its name; None if it is like no other.
-        arguments: by their names.
-        strict: whether more than the values of the arguments may decide it, such as the sign of NaN: then
-            only the same terms of the same values are equal arguments.
+        function: the name of the function; None if the value is never shared.
+        arguments: the arguments by name.
+        strict: whether more than the values of the arguments may decide it, such as the sign of NaN. Then
+            only identical terms of shared values count as equal arguments.
     """
 
     function: Hashable | None
@@ -46,33 +46,33 @@ class UnknownOrigin(NamedTuple):
     strict: bool = False
 
     def of(self, what: Hashable) -> UnknownOrigin:
-        """Return the origin of one of its values."""
+        """Return the origin of one particular value of an instruction."""
         return self if self.function is None else self._replace(function=(self.function, what))
 
 
 ONLY = UnknownOrigin(None)
-"""Of an unknown value that is like no other."""
+"""Origin of an unknown value that is never shared."""
 
 
 def named(step: LoweredStep, leaves: tuple[Leaf, ...], world: Hashable) -> Hashable | None:
-    """Return the name of an instruction's function; None of one that calls.
+    """Return the name of an instruction's function; None for an instruction that calls a routine.
 
     Args:
-        leaves: all that it names, with their types.
+        leaves: all leaves that it names, with their types.
         world: what else decides what instructions do, see `shapes.world_of`.
     """
     if any(isinstance(each, (Call, AddOnCall)) for each in step.operands):
-        return None  # what it calls decides, too
+        return None  # the called routine decides, too
     shapes = tuple(map(shape_of, step.operands))
     return step.spec, shapes, tuple((each.path.upper(), each.type, each.dims) for each in leaves), world
 
 
 _NOT_READ = frozenset((*(name for name in STATUS_FLAGS if name != "S:FS"), OVERRIDE.upper()))
-"""Status that rungs have as operands if they read it."""
+"""Status flags that an instruction reads only if they are its operands."""
 
 
 def system_leaves(lowered: LoweredProgram, status: str) -> list[Leaf]:
-    """Return the leaves of the system, which instructions may read without naming them.
+    """Return the system's leaves, which instructions may read without naming them.
 
     Args:
         status: the status file of an SLC.

@@ -1,1 +1,1 @@
-"""Terms in a solver: translation, bitwuzla, text for others, scans one after the other, invariants."""
+"""Terms in a solver: translation, bitwuzla, SMT-LIB text, consecutive scans, invariants."""

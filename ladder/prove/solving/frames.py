@@ -1,4 +1,4 @@
-"""Consecutive scans in a solver: each scan has its own term for every variable."""
+"""Consecutive scans in a solver; each scan has its own solver terms for the variables."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from .translation import declare, fit, translate, width
 
 
 class Frame:
-    """One scan.
+    """One scan in a solver.
 
     Args:
-        system: what is scanned.
-        solver: where its terms are made.
-        before: the scan before; None for the first of a run, or for any.
-        first: whether it is the first after power-up: states have their initial values.
+        system: the system that scans.
+        solver: the solver that makes the terms.
+        before: the previous scan; None for the first scan of a run, or for a scan from any state.
+        first: whether it is the first scan after power-up, so that states have their initial values.
     """
 
     def __init__(
@@ -33,7 +33,7 @@ class Frame:
             solver.state(self.term(system.contract))
 
     def term(self, t: T) -> Any:
-        """Return the solver's term of a term in this scan."""
+        """Return the solver's term for a term in this scan."""
         return translate(self.solver, t, self._lookup, self._memo)
 
     def _lookup(self, v: T) -> Any:
@@ -55,7 +55,7 @@ class Frame:
         return self.solver.value(v.kind, bool(value) if v.kind == BOOL else const(value, v.kind).val)
 
     def __iter__(self) -> Iterator[Frame]:
-        """Yield the scans up to this one, the earliest first."""
+        """Yield the scans up to this one, earliest first."""
         frames: list[Frame] = []
         frame: Frame | None = self
         while frame is not None:

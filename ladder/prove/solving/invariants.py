@@ -1,17 +1,18 @@
-"""Invariants: truths of the state after a scan, suggested by random scans and proved by the solver.
+"""Invariants: conditions on the state after a scan, suggested by random scans and proved by the solver.
 
-| suggested | of |
+| suggested | for |
 |---|---|
 | a bit is never on, or never off | bits that never changed in the random scans |
-| not both, not neither, not one without the other | two bits |
+| never both, never neither, never one without the other | two bits |
 | at least 0, at most a bound | numbers |
-| at most as much as another one | timers and counters |
-| DN only from PRE on, TT only below it | timers |
+| at most another timer or counter | timers and counters |
+| DN only at or above PRE, TT only below it | timers |
 | an enabled timer is done, or its time has been counted | timers |
 
-Candidates that the first scan breaks are dropped. Then the solver searches a scan that breaks a candidate
-although all held before it, and those are dropped, until there is none: the others are inductive together.
-The solver gets them in groups. A group that blows its fuse is dropped; the other groups stay.
+Candidates that the first scan breaks are dropped. Then the solver repeatedly searches for a scan that breaks
+a candidate although all candidates held before it, and broken candidates are dropped. When there is no such
+scan, the remaining candidates are inductive together. The solver gets candidates in groups. A group that
+blows its fuse is dropped; the other groups stay.
 """
 
 from __future__ import annotations
@@ -34,37 +35,37 @@ from .runs import Runs
 from .solver import SAT, UNSAT, Solver
 
 SCANS, RESTART = 24, 12
-"""Random scans of each run, and after how many of them it starts again."""
+"""Random scans in all, and the number of scans after which runs restart."""
 
 MOST_STATES = 120
-"""States up to which many suggestions are made."""
+"""Maximum number of states for which many suggestions are made."""
 
 MOST_BITS, FEW_BITS = 160, 40
-"""Bits of which pairs are formed in cones up to and above `MOST_STATES`."""
+"""Maximum number of bits that are paired, in cones up to and above `MOST_STATES`."""
 
 MOST_TIMERS = 12
-"""Timers and counters of which pairs are formed."""
+"""Maximum number of timers and counters that are paired."""
 
 MOST_SUGGESTED = 4000
 
 MOST_ROUNDS = 6_400
-"""Maximum questions of one search: a fuse, since the solver's models decide how many it takes."""
+"""Maximum questions of one search: a fuse, because the solver's models decide how many are needed."""
 
 GROUP = 60
-"""Candidates of one question: the disjunction of hundreds is hard, and a blown fuse costs all of them."""
+"""Candidates in one question; hundreds make a hard disjunction, and a blown fuse drops them all."""
 
 BOUNDS = (1, 2, 5, 10, 100, 1000)
 
 
 class Invariant(NamedTuple):
-    """A truth of the state after a scan, as a term of the values before it, and as text."""
+    """A condition on the state after a scan, as a term of the values before it and as text."""
 
     term: T
     text: str
 
 
 class Invariants(NamedTuple):
-    """What was found, the work and the solver's steps for it, and whether a fuse has blown."""
+    """The invariants found, the work and the solver's steps that they took, and whether a fuse blew."""
 
     found: list[Invariant]
     work: int
@@ -73,17 +74,18 @@ class Invariants(NamedTuple):
 
 
 def invariants(system: System, cone: Mapping[str, T], fuse: int) -> Invariants:
-    """Return truths that hold from power-up on and follow from each other, with their work and steps.
+    """Return conditions that hold after power-up and are inductive together, with the work and steps.
 
-    The questions depend on the solver's models, the terms and what is kept do not: work is the terms.
+    Work counts terms, because the number of questions depends on the solver's models. The terms and the
+    result do not.
 
     Args:
-        cone: the variables that count, the nearest first.
-        fuse: see `Solver`; if it blows there are none.
+        cone: the relevant variables, nearest first.
+        fuse: see `Solver`; a group that blows it gives no invariants.
     """
     seen = traces(system, cone)
     made = {each.term: each for each in _suggested(system, cone, seen) if each.term.op != "const"}
-    search = _Search(system, fuse // 4)  # a group of candidates is one of many questions
+    search = _Search(system, fuse // 4)  # each group of candidates takes many questions
     found = search.kept(list(made.values())[:MOST_SUGGESTED], first=True)
     return Invariants(search.kept(found, first=False), search.work, search.steps, search.blown)
 
@@ -136,7 +138,7 @@ def _of_bits(system: System, seen: Mapping[str, Array], bits: Sequence[str]) -> 
 
 
 def _packed(truths: Array) -> int:
-    """Return truths as the bits of a number."""
+    """Return Booleans as the bits of a number."""
     return int.from_bytes(np.packbits(truths).tobytes())
 
 
@@ -165,7 +167,7 @@ def _of_number(system: System, name: str, seen: Mapping[str, Array]) -> Iterator
 
 
 def _of_two_times(system: System, seen: Mapping[str, Array]) -> Iterator[Invariant]:
-    """Suggest that one timer never runs ahead of another."""
+    """Suggest that one timer or counter never exceeds another."""
     timed = [name for name in seen if name.endswith(".ACC[0]") and any(seen[name])][:MOST_TIMERS]
     for one, other in permutations(timed, 2):
         if (seen[one] <= seen[other]).all():
@@ -181,12 +183,12 @@ def _of_clock(system: System, name: str) -> Iterator[Invariant]:
         yield Invariant(or_(not_(enabled), or_(done, counted)), f"{stem} has counted its time")
 
 
-# --- which of them hold
+# --- search for those that hold
 
 
 @dataclass(slots=True)
 class _Search:
-    """Finds which candidates hold: each model of the solver is a scan in which all of them are computed."""
+    """Finds the candidates that hold; all of them are evaluated in each scan that the solver finds."""
 
     system: System
     fuse: int
@@ -196,7 +198,7 @@ class _Search:
     blown: bool = False
 
     def kept(self, candidates: list[Invariant], *, first: bool) -> list[Invariant]:
-        """Return the candidates that the first scan keeps, or any scan after one that kept all of them."""
+        """Return the candidates that the first scan keeps, or those that are inductive together."""
         while candidates:
             left = self._round(candidates, first=first)
             if first or len(left) == len(candidates):
@@ -212,7 +214,7 @@ class _Search:
                 solver.state(frame.term(each.term))
             frame = Frame(self.system, solver, frame)
         made = [frame.term(each.term) for each in candidates]
-        self.work += solver.made  # before the questions: models decide how many there are
+        self.work += solver.made  # counted before the questions, whose number depends on models
         holds = Evaluator([each.term for each in candidates])
         left = set(range(len(candidates)))
         for begin in range(0, len(candidates), GROUP):
@@ -222,11 +224,11 @@ class _Search:
         return [candidates[number] for number in sorted(left)]
 
     def _broken(self, frame: Frame, made: list[Any], holds: Evaluator, group: set[int]) -> set[int]:
-        """Return numbers of candidates that a scan breaks: all of a group, and others that the models show.
+        """Return the numbers of candidates that a scan breaks: all in a group, and others that models show.
 
         Args:
-            made: the solver's terms of all candidates in the scan.
-            holds: computes all candidates.
+            made: the solver's terms for all candidates in the scan.
+            holds: evaluates all candidates.
         """
         solver, broken = frame.solver, set[int]()
         while left := sorted(group - broken):
@@ -238,13 +240,13 @@ class _Search:
                 self.blown = True
                 return broken | group
             shown = {number for number, truth in enumerate(holds(self._values(frame))) if not truth}
-            if shown.isdisjoint(left):  # the solver sees a difference that computing does not
+            if shown.isdisjoint(left):  # the solver found a difference that evaluation does not show
                 shown = {number for number in left if not solver.found(made[number], TRUE)}
             broken |= shown
         return broken
 
     def _values(self, frame: Frame) -> dict[str, Any]:
-        """Return the values of variables in the last scan that the solver chose."""
+        """Return the values that the solver chose for the variables of the last scan."""
         system, values = self.system, dict[str, Any]()
         for each in frame:
             values |= {name: system.initial[name] for name in system.held}

@@ -1,4 +1,4 @@
-"""Random runs of a system, many side by side. They only suggest: they need not be many, but broad."""
+"""Parallel random runs of a system. They only suggest results, so variety matters more than number."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from ..algebra.terms import T
 from ..system import TURNED, System
 
 _NEAR = np.array([0, 1, 2, 3, 5, 10, 100, 1000])
-"""Numbers that random values often are."""
+"""Numbers that are often chosen as random values."""
 
 
 class Runs:
-    """Random runs of a system from power-up, side by side.
+    """Parallel random runs of a system from power-up.
 
     Args:
-        system: what runs.
-        cone: the variables that count.
-        roots: what is watched.
-        seed: of the random values.
-        lanes: how many runs, a multiple of 8.
+        system: the system that runs.
+        cone: the relevant variables.
+        roots: the terms to observe.
+        seed: seed of the random values.
+        lanes: number of runs, a multiple of 8.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class Runs:
         return len(self._terms)
 
     def restart(self) -> None:
-        """Power up all runs."""
+        """Restart all runs from power-up."""
         initial = self._system.initial
         self._values = {
             name: filled(v, initial[name], self._lanes) for name, v in self._cone.items() if name in initial
@@ -58,7 +58,7 @@ class Runs:
         self._first = True
 
     def scan(self) -> tuple[list[Array], Array]:
-        """Do a scan; return what is watched, and in which runs the scan keeps the contract: others stay."""
+        """Run a scan; return the roots' values, and which runs kept the contract. Others keep their state."""
         values = self._values | self._chosen()
         *got, kept = self._terms(values)
         after = dict(zip(self._states, got, strict=False))
@@ -75,7 +75,7 @@ class Runs:
         return got[len(self._states) :], kept
 
     def _chosen(self) -> dict[str, Array]:
-        """Return values of the free variables: some new ones in some runs."""
+        """Return values of the free variables, of which some change in some runs."""
         found = {}
         for name in self._free:
             if self._first and name in self._system.late:
@@ -89,12 +89,12 @@ class Runs:
         return found
 
     def _rare_and_often(self) -> tuple[int, int]:
-        """Return the runs in which a bit is rarely on, and those in which it is often."""
+        """Return the runs in which a bit is rarely on, and the runs in which it is often on."""
         one, other = self._rng.getrandbits(self._lanes), self._rng.getrandbits(self._lanes)
         return one & other, one & ~other
 
     def _changing(self) -> Array:
-        """Return truths that hold in every fourth run."""
+        """Return random Booleans that are true in a quarter of the runs."""
         return self._bits(self._rng.getrandbits(self._lanes) & self._rng.getrandbits(self._lanes))
 
     def _bits(self, pattern: int) -> Array:
@@ -107,12 +107,12 @@ class Runs:
         if v.kind != INT:
             return np.array([self._real() for _ in range(self._lanes)], dtype_of(v))
         if is_wide(v):
-            low = max(v.lo, min(-(1 << 63), v.hi + 1 - (1 << 64)))  # 64 bits are enough of a wider one
+            low = max(v.lo, min(-(1 << 63), v.hi + 1 - (1 << 64)))  # 64 random bits are enough
             return self._raw().astype(object) % (v.hi - low + 1) + low
         return self._numbers(name, v, before)
 
     def _truths(self, name: str) -> int:
-        """Return truths that are rare in some runs and frequent in others."""
+        """Return random Booleans that are rarely true in some runs and often in others."""
         rare, often = self._chances[name]
 
         def draw() -> int:
@@ -127,7 +127,7 @@ class Runs:
         return self._rng.choice((0.0, 1.0, self._rng.uniform(-100, 100)))
 
     def _numbers(self, name: str, v: T, before: Array | None) -> Array:
-        """Return small numbers mostly, sometimes any, or such as differ from those before in a bit."""
+        """Return random numbers: mostly small, sometimes any, or the last number with one bit inverted."""
         likely = self._system.likely.get(name)
         if likely is not None:
             words = np.array([word if word <= v.hi else word - 0x10000 for word in likely])
@@ -143,9 +143,9 @@ class Runs:
         return found
 
     def _raw(self) -> Array:
-        """Return numbers of 64 bits."""
+        """Return random numbers of 64 bits."""
         return np.frombuffer(self._rng.randbytes(8 * self._lanes), np.uint64)
 
     def _draws(self) -> Array:
-        """Return numbers from 0 to 255."""
+        """Return random numbers from 0 to 255."""
         return np.frombuffer(self._rng.randbytes(self._lanes), np.uint8).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Questions as SMT-LIB 2.6 text, for any solver that reads it.
+"""Questions to any solver, as SMT-LIB 2.6 text.
 
 (set-logic QF_BVFP)
 (declare-const |Start[0]@1| Bool)
@@ -18,21 +18,21 @@ from .translation import FIELDS, Sort
 
 
 class Text(NamedTuple):
-    """A term: its text, and its sort."""
+    """The text and the sort of a term."""
 
     text: str
     sort: Sort
 
 
 class Script:
-    """Writes a script. Shared terms have names: the text grows with the terms, not with their trees."""
+    """Writes a script. Terms get names, so a term that is used twice is written once."""
 
     def __init__(self) -> None:
         self.lines = ["(set-logic QF_BVFP)"]
         self._names: dict[str, Text] = {}
 
     def declare(self, sort: Sort, name: str) -> Text:
-        """Declare a constant; bars and backslashes of a name become underlines."""
+        """Declare a constant; bars and backslashes in its name become underscores."""
         quoted = "|" + name.replace("|", "_").replace("\\", "_") + "|"
         self.lines.append(f"(declare-const {quoted} {_sort(sort)})")
         return Text(quoted, sort)
@@ -44,7 +44,7 @@ class Script:
         return Text(("true" if value else "false") if sort == BOOL else _float(value, sort), sort)
 
     def apply(self, op: str, args: Sequence[Text | str], indices: Sequence[int] = ()) -> Text:
-        """Name an operation and return its name."""
+        """Define a name for the result of an operation, and return it."""
         head = "to_fp" if op == "to_fp_signed" else op
         head = f"(_ {head} {' '.join(map(str, indices))})" if indices else head
         text = f"({head} {' '.join(each if isinstance(each, str) else each.text for each in args)})"
@@ -56,16 +56,16 @@ class Script:
         return known
 
     def state(self, formula: Text) -> None:
-        """Assert a truth."""
+        """Assert a condition."""
         self.lines.append(f"(assert {formula.text})")
 
     def text(self) -> str:
-        """Return the script with the question at its end."""
+        """Return the script, which ends with the question."""
         return "\n".join([*self.lines, "(check-sat)", ""])
 
 
 def result_sort(op: str, sorts: Sequence[Sort], indices: Sequence[int]) -> Sort:
-    """Return the sort of an operation, by those of its operands; a rounding mode is none of them."""
+    """Return the sort of an operation from those of its operands, not counting a rounding mode."""
     match op:
         case "ite":
             return sorts[1]
@@ -82,7 +82,7 @@ def result_sort(op: str, sorts: Sequence[Sort], indices: Sequence[int]) -> Sort:
 
 _WORDS = frozenset(["bvadd", "bvsub", "bvmul", "bvsdiv", "bvsrem", "bvand", "bvor", "bvxor"])
 _KEEPING = _WORDS | {"fp.add", "fp.sub", "fp.mul", "fp.div", "fp.neg", "fp.abs", "fp.sqrt", "fp.rem"}
-"""Operations whose result is of the sort of their operands."""
+"""Operations whose result has the sort of their operands."""
 
 
 def _sort(sort: Sort) -> str:
@@ -94,7 +94,7 @@ def _sort(sort: Sort) -> str:
 
 
 def pattern_of(value: float, sort: Sort) -> str:
-    """Return the bits of a float as digits, the sign first.
+    """Return the bits of a float as digits, sign first.
 
     >>> pattern_of(-2.0, F32)
     '11000000000000000000000000000000'

@@ -1,7 +1,7 @@
-"""The interface to bitwuzla that proofs use; it counts their work independently of bitwuzla's version.
+"""The interface of proofs to bitwuzla; it counts work in a way that bitwuzla's version does not change.
 
 Work is the number of terms in each question. The solver's own steps, counted whenever it polls whether to
-stop, are the same on every machine but not in every version. They are only a fuse, far above what most
+stop, are the same on every machine but not in every version. They only serve as a fuse, far above what most
 questions take.
 """
 
@@ -22,26 +22,26 @@ from .smtlib import pattern_of
 from .translation import FIELDS, Sort, signed, width
 
 FUSE = 320_000
-"""Default fuse of a question, in steps of the solver: about sixteen times some seconds."""
+"""Default fuse of a question, in the solver's steps; a minute or more."""
 
 SAT, UNSAT, UNKNOWN = "sat", "unsat", "unknown"
 
 
 class SolverMissingError(Exception):
-    """Bitwuzla is not installed."""
+    """Raised if bitwuzla is not installed."""
 
     def __init__(self) -> None:
         super().__init__(f"proofs need bitwuzla: {how_to_install('prove')}")
 
 
 def is_installed() -> bool:
-    """Whether bitwuzla is there; it is not loaded."""
+    """Return whether bitwuzla is installed, without loading it."""
     return find_spec("bitwuzla") is not None
 
 
 @cache
 def bitwuzla_module() -> Any:
-    """Return the module bitwuzla; a SolverMissingError without it."""
+    """Return the module bitwuzla; raise a SolverMissingError if it is not installed."""
     try:
         import bitwuzla
     except ImportError:
@@ -50,7 +50,7 @@ def bitwuzla_module() -> Any:
 
 
 def fuse_text() -> str:
-    """Return the name of the fuse with the version of the solver: another one may get further."""
+    """Return a text that names the fuse and the solver's version, as another version may get further."""
     return f"the solver's fuse (bitwuzla {distribution_version('bitwuzla')})"
 
 
@@ -99,7 +99,7 @@ _MEMBERS = {
 
 
 class _Fuse:
-    """Counts the solver's steps. It knows no solver: bitwuzla keeps it, so a cycle would never be freed."""
+    """Counts the solver's steps. It must not refer to the solver: such a cycle is never freed."""
 
     __slots__ = ("left", "steps")
 
@@ -113,17 +113,18 @@ class _Fuse:
 
 
 class Solver:
-    """One session: variables and assertions stay, each question adds its own for a moment.
+    """One solver session: variables and assertions stay; a question's formulas count only for that question.
 
-    Its terms are numbers. Bitwuzla's objects stay in here and go in their order: up to 0.9.1 the process ends
-    with a segmentation fault if Python's collector clears a term's manager before the term.
+    Its terms are numbers. Bitwuzla's objects stay private, so that they are deleted in order: up to 0.9.1,
+    the process crashes with a segmentation fault if Python's garbage collector clears a term's manager before
+    the term.
 
     Args:
-        fuse: the solver's steps after which a question is given up.
+        fuse: the solver's steps after which it gives up a question.
 
     Attributes:
-        made: terms made so far.
-        work: terms of the session, once for each question.
+        made: number of terms made so far.
+        work: sum over all questions of the number of terms at that time.
     """
 
     def __init__(self, fuse: int = FUSE) -> None:
@@ -146,11 +147,11 @@ class Solver:
 
     def __del__(self) -> None:
         for each in ("_terms", "_modes", "_sorts", "_bool_sort", "_solver", "_manager"):
-            self.__dict__.pop(each, None)  # there are none if bitwuzla is not
+            self.__dict__.pop(each, None)  # empty if bitwuzla is not installed
 
     @property
     def steps(self) -> int:
-        """The solver's steps so far."""
+        """The number of the solver's steps so far."""
         return self._fuse.steps
 
     def _sort(self, sort: Sort) -> Any:
@@ -173,7 +174,7 @@ class Solver:
         return self._number(self._manager.mk_const(self._sort(sort), name))
 
     def value(self, sort: Sort, value: Any) -> int:
-        """Return a constant; that of a bit vector is its signed value."""
+        """Return a constant; for a bit vector, `value` is its signed value."""
         plain = sort == BOOL or isinstance(sort, int)
         key = sort, value if plain else pattern_of(value, sort)
         known = self._values.get(key)
@@ -191,23 +192,23 @@ class Solver:
         return make.mk_term(bitwuzla_module().Kind.FP_TO_FP_FROM_BV, [pattern], list(FIELDS[sort]))
 
     def apply(self, op: str, args: Sequence[Any], indices: Sequence[int] = ()) -> int:
-        """Return an operation by its name in SMT-LIB; a rounding mode is given by its name."""
+        """Return the result of an operation, given its SMT-LIB name; a rounding mode is also a name."""
         self.made += 1
         operands = [self._modes[each] if isinstance(each, str) else self._terms[each] for each in args]
         return self._number(self._manager.mk_term(self._kinds[op], operands, list(indices)))
 
     def state(self, formula: int) -> None:
-        """Assert a truth for good."""
+        """Assert a condition permanently."""
         self._solver.assert_formula(self._terms[formula])
 
     def check(self, *formulas: int) -> str:
-        """Ask whether all assertions and these truths can hold: sat, unsat, or unknown if the fuse blows."""
+        """Ask whether all assertions and these formulas can hold: sat, unsat, or unknown for a blown fuse."""
         self.work += 1 + self.made
         self._fuse.left = self._most
         return self._answers.get(self._solver.check_sat(*[self._terms[each] for each in formulas]), UNKNOWN)
 
     def found(self, made: int, t: T) -> Any:
-        """Return the value of a term after sat; `t` says of which kind it is."""
+        """Return the value of a term after sat; `t` determines its kind."""
         value = self._solver.get_value(self._terms[made])
         if t.kind == BOOL:
             return bool(value.value())

@@ -1,6 +1,6 @@
-"""Terms as terms of a solver: bit vectors as wide as their intervals, floats, truths.
+"""Translates terms to a solver's terms: bit vectors as wide as their intervals, floats, Booleans.
 
-A solver is whatever takes operations by their names in SMT-LIB 2.6: bitwuzla's objects, or text.
+The solver is anything that takes operations by their names in SMT-LIB 2.6: bitwuzla, or a text.
 """
 
 from __future__ import annotations
@@ -15,30 +15,30 @@ Sort = str | int
 """`BOOL`, `F32`, `F64`, or the width of a bit vector."""
 
 FIELDS = {F32: (8, 24), F64: (11, 53)}
-"""Bits of exponent and significand."""
+"""Number of bits of the exponent and of the significand."""
 
 WIDEST_DIRECT = 54
-"""Whole numbers wider than this are rounded to double before they are rounded to single, as in Logix rows."""
+"""Wider whole numbers are rounded to double, then to single, as in the instructions of Logix."""
 
 
 class Sink(Protocol):
-    """Makes terms of one solver."""
+    """Makes the terms of one solver."""
 
     def declare(self, sort: Sort, name: str) -> Any:
         """Return a new variable."""
 
     def value(self, sort: Sort, value: Any) -> Any:
-        """Return a constant; that of a bit vector is its signed value."""
+        """Return a constant; for a bit vector, `value` is its signed value."""
 
     def apply(self, op: str, args: Sequence[Any], indices: Sequence[int] = ()) -> Any:
-        """Return an operation by its name in SMT-LIB."""
+        """Return the result of an operation, given its SMT-LIB name."""
 
     def state(self, formula: Any) -> None:
-        """Assert a truth."""
+        """Assert a condition."""
 
 
 def width(t: T) -> int:
-    """Return the bits of a whole number's signed pattern."""
+    """Return the width of a whole number's signed pattern, in bits."""
     return bits_of(t.lo, t.hi)
 
 
@@ -58,7 +58,7 @@ def signed(pattern: int, bits: int) -> int:
 
 
 def declare(sink: Sink, t: T, name: str) -> Any:
-    """Return a new variable that lies in the interval of its term."""
+    """Return a new variable; assert that it lies in the interval of its term."""
     made = sink.declare(sort_of(t), name)
     if t.kind == INT:
         bits = width(t)
@@ -70,7 +70,7 @@ def declare(sink: Sink, t: T, name: str) -> Any:
 
 
 def translate(sink: Sink, root: T, lookup: Callable[[T], Any], memo: dict[int, Any]) -> Any:
-    """Return the solver's term; `lookup` gives that of a variable, `memo` those known by id."""
+    """Return the solver's term; `lookup` returns that of a variable, `memo` caches terms by id."""
     missing: dict[int, T] = {}
     todo = [root]
     while todo:
@@ -85,7 +85,7 @@ def translate(sink: Sink, root: T, lookup: Callable[[T], Any], memo: dict[int, A
 
 
 def fit(sink: Sink, made: Any, have: int, want: int) -> Any:
-    """Extend or cut a signed pattern."""
+    """Extend or truncate a signed pattern."""
     if want > have:
         return sink.apply("sign_extend", [made], [want - have])
     return sink.apply("extract", [made], [want - 1, 0]) if want < have else made
@@ -104,7 +104,7 @@ def _one(sink: Sink, t: T, made: list[Any]) -> Any:
 
 
 _ROUND = "RNE"
-"""The rounding mode of arithmetic, as the first operand: sinks know its name."""
+"""Name of the rounding mode of arithmetic, which is the first operand."""
 
 _DIRECT = {
     "not": "not",
@@ -139,7 +139,7 @@ _WHOLE = {
 
 
 def _whole(sink: Sink, t: T, made: list[Any]) -> Any:
-    """Operands as wide as the widest of them and the result: nothing overflows."""
+    """Translate with all operands as wide as the widest operand or the result, so that nothing overflows."""
     bits = max(width(a) for a in t.args)
     if t.kind == INT:
         bits = max(bits, width(t)) + (t.op in ("div", "rem"))

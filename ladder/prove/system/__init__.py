@@ -1,25 +1,25 @@
-"""A program as a transition system: which values are state, which are free in each scan, which are held.
+"""A program as a transition system whose values are state, free in each scan, or held.
 
 | value before a scan | role |
 |---|---|
-| the scan may write it, or it is the time since an instant | state |
-| of a module's input image or fault, of a consumed tag, of the status file of an SLC | free |
+| a value that the scan may write, or the time since an instant | state |
+| in a module's input image or fault, a consumed tag, or the status file of an SLC | free |
 | a bit that nothing writes | free |
 | a number that nothing writes | held at its initial value, unless `free` names it |
-| a bit of a number, if the program names it and does not write it | free, from the second scan on |
-| a number with the name of a module's inputs, as `I:2` or `Rack:3:I` | free |
-| named by `written_outside` | free, from the second scan on |
-| what an instruction that is not modeled leaves | free |
+| a bit of a number that the program names and does not write | free, from the second scan |
+| a number named like a module's inputs, such as `I:2` or `Rack:3:I` | free |
+| named by `written_outside` | free, from the second scan |
+| the result of an instruction that is not modeled | free |
 
-States have their values after prescan before the first scan.
+Before the first scan, states have their values after prescan.
 
 | file | does |
 |---|---|
 | `program` | a program as a system |
 | `transition` | a system without a program |
 | `outside` | what changes outside of a program's scan |
-| `happenings` | what may happen between two scans: the key is turned, power goes, a link is lost |
-| `held` | numbers and bits that are held: every proof about them assumes their values |
+| `happenings` | what may happen between two scans: the key is turned, power fails, a link is lost |
+| `held` | numbers and bits that are held: proofs assume their values |
 """
 
 from .happenings import RUN_ONLY, Happenings

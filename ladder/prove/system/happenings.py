@@ -1,4 +1,4 @@
-"""What may happen to a rack beside its inputs; what a proof leaves out is an assumption, with its option."""
+"""Events besides input changes; each event that a proof excludes is listed as an assumption."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ LEFT_OUT = {
     RETAINED_START: "runs begin with power-up and initial values, not with retained tags",
     LOST_LINK: "no module is pulled or loses its link",
 }
-"""What is assumed if something does not happen."""
+"""The assumption for each event that is excluded."""
 
 KEPT = "retained tags are as the program has left them between two scans, without a major fault"
-"""What is assumed if runs begin with retained tags, too."""
+"""The assumption if runs may begin with retained tags."""
 
 
 @dataclass(frozen=True, slots=True)
 class Happenings:
-    """What may happen between two scans of a proof.
+    """The events that may happen between two scans of a proof.
 
     Attributes:
         program_mode: the key is turned to program and back to run.
-        retained_start: a run ends, and the next one begins with its tags, as `scanrack run --retain` does.
-        lost_link: a module is pulled, or loses its link, and comes back: for a scan or more it keeps no
+        retained_start: a run ends, and the next run begins with its tags, as with `scanrack run --retain`.
+        lost_link: a module is removed or loses its link, and comes back; for one or more scans it keeps no
             contract.
     """
 
@@ -36,7 +36,7 @@ class Happenings:
 
     @classmethod
     def of(cls, names: Iterable[str]) -> Self:
-        """Return what a list names, as `happens` in a rack file.
+        """Return the events that a list names, such as `happens` in a rack file.
 
         >>> Happenings.of(["lost link"])
         Happenings(program_mode=False, retained_start=False, lost_link=True)
@@ -46,12 +46,12 @@ class Happenings:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What may happen, as a list."""
+        """The names of the events that may happen."""
         given = self.program_mode, self.retained_start, self.lost_link
         return tuple(name for name, truth in zip(LEFT_OUT, given, strict=True) if truth)
 
     def assumed(self) -> Iterator[str]:
-        """Yield what a proof leaves out, a sentence each, with the option that takes it in."""
+        """Yield a sentence for each event that a proof excludes, with the option that includes it."""
         if self.retained_start:
             yield KEPT
         for name, sentence in LEFT_OUT.items():
@@ -61,4 +61,4 @@ class Happenings:
 
 
 RUN_ONLY = Happenings(program_mode=False)
-"""Nothing but scans."""
+"""Only scans happen."""

@@ -1,8 +1,9 @@
 """Numbers and bits that nothing writes and that are not free: proofs assume that they keep their values.
 
-If only some bits of a number are written, it keeps the others. A proof depends on those that something reads:
+If only some bits of a number are written, it keeps the others. A proof depends on the kept bits that are
+read:
 
-    XIC(Mode.1)  EQU(Mode,12)  OTE(Mode.4)      bits 0 to 3 and 5 to 31 of Mode but 1, which is free
+    XIC(Mode.1)  EQU(Mode,12)  OTE(Mode.4)      bits 0, 2, 3 and 5 to 31 of Mode; bit 1 is free
 """
 
 from __future__ import annotations
@@ -14,16 +15,16 @@ from ..algebra.terms import T, bits_of, reach
 from .transition import HeldNumber, Key, System
 
 MOST_BITS = 8
-"""Maximum number of bits that are listed singly; with more the whole number is listed."""
+"""Maximum number of bits that are listed separately; if there are more, the whole number is listed."""
 
 
 def held_numbers(
     system: System, cone: Iterable[str], roots: Sequence[T], written: Mapping[str, int]
 ) -> Iterator[HeldNumber]:
-    """Yield what terms and their cone read and nothing writes, in the order of its names.
+    """Yield the numbers and bits that terms and their cone read and nothing writes, in order of names.
 
     Args:
-        written: masks of the bits that are written, of states of which only bits are.
+        written: masks of the written bits, for states of which only some bits are written.
     """
     names = sorted(cone)
     bits = held_bits(system, names, roots, written)
@@ -40,7 +41,7 @@ def held_numbers(
 def held_bits(
     system: System, names: Iterable[str], roots: Sequence[T], written: Mapping[str, int]
 ) -> dict[str, int]:
-    """Return masks of the bits that are read and not written, of numbers of which others are written."""
+    """Return masks of the bits that are read and not written, in numbers whose other bits are written."""
     states = [name for name in names if name in system.next]
     partly = [name for name in states if name in written]
     whole = [system.next[name] for name in states if name not in written]
@@ -49,7 +50,7 @@ def held_bits(
 
 
 def _of_bits(key: Key, value: int, mask: int) -> Iterator[HeldNumber]:
-    """Yield the held bits of a number; the number itself if there are many."""
+    """Yield the held bits of a number, or the number itself if there are many."""
     if mask.bit_count() > MOST_BITS:
         yield HeldNumber(key, None, value)
         return
@@ -62,7 +63,8 @@ def read_bits(roots: Sequence[T], kept: Sequence[T]) -> dict[str, int]:
     """Return masks of the bits of variables that terms read, by name.
 
     Args:
-        kept: next values of numbers of which only bits are written: the bits that stay are not read by that.
+        kept: next values of numbers of which only bits are written; keeping a bit does not count as reading
+            it.
     """
     needed: dict[int, int] = {}
     every = [*roots, *kept]
@@ -84,7 +86,7 @@ def _every(t: T) -> int:
 
 
 def _parts(t: T, mask: int) -> tuple[int, ...]:
-    """Return masks of the bits of its operands that some bits of a term need."""
+    """Return masks of the bits that a term needs of its operands to compute some of its own bits."""
     if t.op == "setbit":
         return mask & ~(1 << t.val[0]), 1
     if t.op == "ite":

@@ -1,4 +1,4 @@
-"""What changes outside of a program's scan, by its text: named inputs, bits and numbers."""
+"""Finds what may change outside a program's scan: inputs by their names, bits, and numbers."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from ..algebra.terms import T
 from .transition import Key
 
 INPUTS = re.compile(r"I:\d|[^.\[]*:(?:S?I|S)\d{0,2}(?![\w:])")
-"""Beginning of the path, in capitals, of a module's inputs that are tags here."""
+"""Path prefix, in capitals, of a module's inputs that are ordinary tags in the program."""
 
 
 def is_length(layout: Layout, path: str) -> bool:
-    """Whether a path, in capitals, is LEN of a CONTROL; a string has LEN and no POS."""
+    """Whether a path, in capitals, is LEN of a CONTROL and not of a string, which has no POS."""
     return path.endswith(".LEN") and layout.find(f"{path[:-4]}.POS") is not None
 
 
 def named_bits(lowered: LoweredProgram) -> dict[Key, int]:
-    """Return masks of the bits that operands name in numbers; not of what an add-on instruction is passed."""
+    """Return masks of the bits of numbers that operands name, except arguments of add-on instructions."""
     found: dict[Key, int] = defaultdict(int)
     for place in _places_in(operand for step in lowered.all_steps for operand in step.operands):
         if place.bit is None or place.leaf.root:
@@ -44,7 +44,7 @@ def named_bits(lowered: LoweredProgram) -> dict[Key, int]:
 
 
 def _places_in(operands: Iterable[Any]) -> Iterator[Place]:
-    """Yield the places in operands, those in expressions, subscripts and calls included."""
+    """Yield the places in operands, including those in expressions, subscripts and calls."""
     todo = list(operands)
     while todo:
         each = todo.pop()
@@ -58,7 +58,7 @@ def _places_in(operands: Iterable[Any]) -> Iterator[Place]:
 
 
 def written_bits(after: T, v: T) -> int:
-    """Return a mask of the bits that a scan may change, from the term of a number after it."""
+    """Return a mask of the bits that a scan may change, from the number's term after the scan."""
     mask, todo, seen = 0, [after], set()
     while todo:
         t = todo.pop()
@@ -76,7 +76,7 @@ def written_bits(after: T, v: T) -> int:
 
 
 def refuse(lowered: LoweredProgram) -> None:
-    """Raise a LadderError for what no proof covers: it would be proved around."""
+    """Raise a LadderError if a program has parts that proofs don't cover."""
     schedule = lowered.schedule
     found = [f"routine {name} in Python" for name in sorted(lowered.functions)]
     if schedule is not None:
@@ -90,13 +90,13 @@ def refuse(lowered: LoweredProgram) -> None:
 
 
 def written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
-    """Return starts of paths that others than rungs write: status file of an SLC, messages, consumed tags."""
+    """Return prefixes of paths that are not only written by rungs: SLC status, messages, consumed tags."""
     found = [STATUS] if before_scan in lowered.opening else []
     if any(isinstance(each, partial) for each in lowered.closing):
         ends = (".~WAITING", ".~STARTED_NS")
         found += [path[: path.rfind(".")] for path in lowered.layout.leaves if path.endswith(ends)]
     tags = Tags(lowered, None)  # type: ignore[arg-type]  # names are resolved without memory
-    brought = [to for to, _ in lowered.replies.values()]  # what a message brings, and a producer
+    brought = [to for to, _ in lowered.replies.values()]  # data from messages and from producers
     brought += [name for each in lowered.connections for name in (each.tag, each.status)]
     for name in filter(None, brought):
         found.append(tag_in(tags.where(name).path).upper())
@@ -104,7 +104,7 @@ def written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
 
 
 def named_paths(layout: Layout, what: str, patterns: Sequence[str]) -> frozenset[str]:
-    """Return the paths, in capitals, that patterns name; a structure names all its members."""
+    """Return the paths, in capitals, that match patterns; a structure matches with all its members."""
     found: set[str] = set()
     paths = [*layout.leaves] if patterns else []
     for each in patterns:

@@ -1,4 +1,4 @@
-"""A program of which something is to be proved, as a transition system."""
+"""The program that proofs are about, as a transition system."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ from .transition import (
 
 
 class Runnable(Protocol):
-    """A program that runs on an interpreter, and compiled."""
+    """A program that can run on the interpreter and compiled."""
 
     def build(self) -> LoweredProgram:
         """Return the lowered program."""
@@ -61,7 +61,7 @@ class Runnable(Protocol):
 
 
 Contract = Callable[["ProgramSystem"], T]
-"""Makes a truth of each scan; `ProgramSystem.now` and `ProgramSystem.before` give it values."""
+"""Makes a condition on each scan; `ProgramSystem.now` and `ProgramSystem.before` return the values for it."""
 
 
 def _unknown(_problem: ProgramSystem, _truth: T) -> bool:
@@ -73,25 +73,27 @@ ANYTHING_USUAL = Happenings()
 
 
 class ProgramSystem(System):
-    """A program of which something is to be proved.
+    """The program that proofs are about.
 
     Args:
-        program: with or without monitors, see `monitors.monitored`.
-        bounds: of the time between scans.
+        program: the program, with or without monitors, see `monitors.monitored`.
+        bounds: bounds of the time between scans.
         free: tags whose numbers are free in each scan: `Recipe`, `Recipe.*`.
         written_outside: tags that are written both by the program and from outside.
-        assume: bits that are true after each scan of a run in question.
-        contracts: truths of inputs that hold in each scan.
+        assume: bits that are true after each scan of the runs to consider.
+        contracts: conditions on inputs that hold in each scan.
         happenings: what may happen between two scans.
-        beside: another problem, whose terms stay shared: to compare two programs.
-        kept: paths of tags, in capitals, that the program compared with writes: they do not change outside.
+        beside: another problem to compare with, whose terms stay shared.
+        kept: paths of tags, in capitals, that the other program of a comparison writes; they don't change
+            from outside.
 
     Raises:
-        LadderError: what is not proved about, by name; a name in `free` or `written_outside` that no tag has.
+        LadderError: the program has something that proofs don't cover, or no tag has a name in `free` or
+            `written_outside`.
     """
 
     never_holds: ClassVar[Callable[[ProgramSystem, T], bool]] = staticmethod(_unknown)
-    """Whether a truth is known to hold in no scan; `induction` decides it. What can't fault needs no ends."""
+    """Returns whether a condition is proved to hold in no scan, to rule out faults; `induction` sets it."""
 
     def __init__(
         self,
@@ -131,15 +133,15 @@ class ProgramSystem(System):
             self._build(ends=True)
 
     def _build(self, *, ends: bool) -> None:
-        """Make the relation of a scan, and find the role of each value.
+        """Build the relation of a scan, and find the role of each value.
 
         Args:
-            ends: whether a scan ends with a major fault.
+            ends: whether a major fault ends a scan.
         """
         bounds, happenings = self.bounds, self.happenings
         System.__init__(self)
-        self.open: dict[Key, int] = {}  # masks of the bits of numbers that are written from outside
-        self._lost = FALSE  # where the module whose contracts are made has lost its link
+        self.open: dict[Key, int] = {}  # masks of the bits that are written from outside
+        self._lost = FALSE  # where the module of the current contracts has lost its link
         if happenings.retained_start:
             self.next[BEGUN], self.initial[BEGUN] = var(RETAINED), False
         self.machine = self._scanned({}, ends=ends)
@@ -151,7 +153,7 @@ class ProgramSystem(System):
             else:
                 self.machine = again
         self.rungs = list(self.machine.rungs)
-        self.machine.noting = False  # monitors are no part of the program
+        self.machine.noting = False  # monitors are not part of the program
         self._run_monitors()
         self.stops = self.machine.stops
         if ends:
@@ -175,7 +177,7 @@ class ProgramSystem(System):
     def _prescan_after(self) -> None:
         """Prescan after the scan, for program mode and for a start with retained tags."""
         machine, named = self.machine, named_bits(self.lowered)
-        written = machine.written  # by the scan: prescan has another list
+        written = machine.written  # places that the scan writes; prescan has another list
         blank = self.program.interpret().memory
 
         def begins(key: Key, t: T) -> T:
@@ -199,7 +201,7 @@ class ProgramSystem(System):
         machine.turn_key(self.prescans, begins, reads)
 
     def _scanned(self, known: Mapping[Key, Any], *, ends: bool) -> NotingMachine:
-        """Return the machine after one scan."""
+        """Run one scan on a new machine and return the machine."""
         machine = NotingMachine(self.lowered, self.bounds.ticks, known)
         machine.tick_ns, machine.ends = self.bounds.tick_ns, ends
         machine.begun = var(BEGUN) if self.happenings.retained_start else FALSE
@@ -207,7 +209,7 @@ class ProgramSystem(System):
         return machine
 
     def _constant_lengths(self) -> dict[Key, Any]:
-        """Return LEN of each CONTROL that nothing writes, in the program or outside: it bounds loops."""
+        """Return LEN of each CONTROL that neither the program nor the outside writes; it bounds loops."""
         layout, written = self.lowered.layout, {*self.machine.written, *named_bits(self.lowered)}
         found = {}
         for leaf in layout.leaves.values():
@@ -221,7 +223,7 @@ class ProgramSystem(System):
         return found
 
     def _run_monitors(self) -> None:
-        """Run the monitors; a LadderError if one of them acts on the program."""
+        """Run the monitors; raise a LadderError if one of them changes the program."""
         machine, names = self.machine, self.lowered.monitors
         if not names:
             return
@@ -234,7 +236,7 @@ class ProgramSystem(System):
                 faults, stops = len(machine.faults), machine.stops
                 machine.call_routine(name, ())
                 machine.begin_again()
-                if is_claims(name):  # it is broken, see `monitors`
+                if is_claims(name):  # the claim is broken, see `monitors`
                     del machine.faults[faults:]
                     machine.stops = stops
         machine.ends = kept
@@ -260,7 +262,7 @@ class ProgramSystem(System):
             self.engine.scheduler.begin(0)
 
     def _note_prescanned(self) -> None:
-        """Let bits that prescan clears be free from the second scan on: the first one finds them cleared."""
+        """Free bits that prescan clears only from the second scan, as they are cleared before the first."""
         free = [
             (name, self.machine.kinds[key], key[1])
             for name, key in self.key_of.items()
@@ -302,7 +304,7 @@ class ProgramSystem(System):
         return self._with_open_bits(key, after, self.open.get(key, 0))
 
     def _with_open_bits(self, key: Key, after: T, mask: int) -> T:
-        """Return a number after a scan with bits that are written from outside after it."""
+        """Return a number after a scan, with its open bits written from outside."""
         v = self.machine.vars[key]
         written = var(f"{WRITTEN}{v.val}", INT, v.lo, v.hi)
         width = self.machine.kinds[key].type.wraps
@@ -311,7 +313,7 @@ class ProgramSystem(System):
         return after
 
     def _open_bits(self) -> None:
-        """Free the bits of numbers that the program names as bits and does not write."""
+        """Make bits of numbers free that the program names and does not write."""
         machine, named = self.machine, named_bits(self.lowered)
         for key, v in list(machine.vars.items()):
             known = v.val in self.held or v.val in self.next
@@ -322,7 +324,7 @@ class ProgramSystem(System):
                 self.next[v.val] = self._next(key)
 
     def _open_mask(self, key: Key, v: T, named: Mapping[Key, int]) -> int:
-        """Return a mask of the bits of a number that the program names as bits and does not write."""
+        """Return a mask of the bits of a number that the program names and does not write."""
         mask = named.get(key, 0)
         if not mask or key[0].startswith(("~", "S:")) or self.machine.kinds[key].slot is not None:
             return 0
@@ -332,7 +334,7 @@ class ProgramSystem(System):
         path, leaf = key[0], self.machine.kinds[key]
         is_state = key in self.machine.written or path.endswith(CLOCK)
         if key in self.machine.prescanned_places and not self._changes_outside(path, leaf, v):
-            is_state = True  # what nothing else writes may still change with each prescan
+            is_state = True  # a value that nothing else writes may still change with each prescan
         if key == FIRST_SCAN and self.lowered.schedule is None:
             self.next[v.val], self.initial[v.val] = self._next(key), True
             return
@@ -346,7 +348,7 @@ class ProgramSystem(System):
             self.held.add(v.val)
 
     def _is_given(self, path: str, leaf: Leaf) -> bool:
-        """Whether a value is free in each scan, even if rungs write it: inputs come again with each scan."""
+        """Whether a value is free in each scan even if rungs write it, because each scan gets a new value."""
         if leaf.slot is not None:
             return not leaf.output
         return path in self._free or self.is_written_beside(path) or INPUTS.match(path) is not None
@@ -358,11 +360,11 @@ class ProgramSystem(System):
         if path in self._kept:
             return False
         if (self.lowered.connections or self.lowered.replies) and not path.startswith(("~", "S:")):
-            return True  # a consumed tag, or one that gets the reply of a message, may be any of them
+            return True  # any of them may be a consumed tag, or receive the reply to a message
         return (v.kind == BOOL and not path.startswith(("~", "S:"))) or path == FIRST_SCAN[0]
 
     def is_written_beside(self, path: str) -> bool:
-        """Whether others than rungs write a value, by its path in capitals."""
+        """Whether something other than rungs writes a value, by its path in capitals."""
         return any(path == each or path.startswith(each + ".") for each in self._beside)
 
     # --- values for contracts and questions
@@ -380,40 +382,40 @@ class ProgramSystem(System):
         return known
 
     def now(self, key: Key) -> T:
-        """Return the value of a place before a scan: of an input, that of this scan."""
+        """Return the value of a place before a scan; for an input, the value that the scan reads."""
         self.after(key)
         return self.machine.vars[key]
 
     def before(self, name: str, value: T, first: bool | int) -> T:
-        """Return the value that a term had in the scan before, `first` in the first scan.
+        """Return the value that a term had in the previous scan; `first` in the first scan.
 
         Args:
-            name: identifies it; the same name is the same term.
+            name: identifies the term; the same name means the same term.
         """
         known = var(f"~was:{name}", value.kind, value.lo, value.hi)
         broken = or_(self.prescans, self._lost)
-        if broken is not FALSE:  # what a module shows after that may follow anything
+        if broken is not FALSE:  # then any input may follow any other
             value = ite(broken, var(f"~any:{name}", value.kind, value.lo, value.hi), value)
         self.next[known.val], self.initial[known.val] = value, first
         return known
 
     def _kept_by(self, number: int, make: Contract) -> T:
-        """Return the truth of each scan that a module keeps its contracts, or has lost its link."""
+        """Return the condition of each scan that a module keeps its contracts or has lost its link."""
         if self.happenings.lost_link:
             self._lost = var(f"~lost:{number}")
         kept, self._lost = or_(self._lost, make(self)), FALSE
         return kept
 
-    # --- what a verdict depends on
+    # --- dependencies of a verdict
 
     def limits_met(self) -> tuple[str, ...]:
-        """Return where the relation does not follow the program."""
+        """Return the places where the relation does not follow the program."""
         return tuple(
             f"{site.routine} {site.place}: {name}, {why}" for site, name, why in self.machine.cut[:3]
         )
 
     def held_numbers(self, cone: Iterable[str], roots: Sequence[T]) -> tuple[HeldNumber, ...]:
-        """Return the numbers, and bits of numbers, that terms and their cone read and that nothing writes."""
+        """Return the numbers and bits that terms and their cone read and that nothing writes."""
         cone = list(cone)
         paths = {self.key_of[name][0] for name in cone if name in self.key_of}
         numbers = list(held_numbers(self, cone, roots, self._written_masks()))
@@ -423,14 +425,14 @@ class ProgramSystem(System):
         return tuple(numbers)
 
     def next_of_any(self, roots: Sequence[T]) -> dict[str, T]:
-        """Return the next values of states if bits that terms read and nothing writes are free, too."""
+        """Return the next values of states, with bits free that terms read and nothing writes."""
         found = dict(self.next)
         for name, mask in held_bits(self, self.next, roots, self._written_masks()).items():
             found[name] = self._with_open_bits(self.key_of[name], found[name], mask)
         return found
 
     def _written_masks(self) -> dict[str, int]:
-        """Return masks of the bits that are written, of numbers of which a scan writes only bits."""
+        """Return masks of the written bits of numbers of which a scan writes only bits."""
         found = {}
         for key, v in self.machine.vars.items():
             is_own = self.machine.kinds[key].slot is None and not key[0].startswith(("~", "S:"))

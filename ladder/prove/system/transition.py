@@ -1,4 +1,4 @@
-"""A transition system: which values are state, what they become, which are free or held."""
+"""A transition system: its states and their next values, and its free and held variables."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from typing import Any, NamedTuple
 from ..algebra.terms import FALSE, TRUE, T, and_, variables_by_root
 
 Key = tuple[str, int]
-"""A place: path of the leaf in capitals, flat index."""
+"""A place: the path of the leaf in capitals, and the flat index."""
 
 Fact = tuple[frozenset[str], T]
-"""A truth of each scan about unknown values, with their names."""
+"""A condition that holds in each scan, with the names of the unknown values in it."""
 
 CLOCK = "~LAST_NS"
-"""End of the path of a hidden member whose term is the ms since an instant."""
+"""Path suffix of a hidden member whose term is the time since an instant."""
 
 DT = "~dt"
-"""Name of the variable with the time since the scan before, in units of `System.tick_ns`."""
+"""Name of the variable with the time since the previous scan, in units of `System.tick_ns`."""
 
 WRITTEN = "~told:"
-"""Start of the name of a variable whose bits are written from outside into a number before the next scan."""
+"""Name prefix of a variable whose bits are written from outside into a number before the next scan."""
 
 FIRST_SCAN = ("S:FS", 0)
 
@@ -32,19 +32,19 @@ TURNED = "~turned"
 """Name of the variable that is true after a scan if the key is turned to program and back."""
 
 RETAINED = "~retained"
-"""Name of the variable that is true after a scan if the run ends and the next one begins with its tags."""
+"""Name of the variable that is true after a scan if the run ends and the next run begins with its tags."""
 
 BEGUN = "~begun"
-"""Name of the state that is true if a scan is the first with retained tags: no time has passed before it."""
+"""Name of the state that is true in the first scan with retained tags: no time has passed before it."""
 
 THEN = "~then:"
-"""Start of the name of a variable that prescan reads in place of a value that may be written from outside."""
+"""Name prefix of a variable that prescan reads in place of a value that is written from outside."""
 
 OFF = "~off"
-"""Name of the variable with the time that this takes, in units of `System.tick_ns`."""
+"""Name of the variable with the time in program mode, in units of `System.tick_ns`."""
 
 STOPPED = "~stopped"
-"""Name of the state that is true if a major fault has stopped the processor: no scan follows."""
+"""Name of the state that is true after a major fault has stopped the processor, so that no scan follows."""
 
 
 class HeldNumber(NamedTuple):
@@ -55,20 +55,20 @@ class HeldNumber(NamedTuple):
     value: Any
 
     def named(self, tag: str) -> str:
-        """Return its name, of the name of its tag."""
+        """Return its name, given the name of its tag."""
         return tag if self.bit is None else f"{tag}.{self.bit}"
 
 
 MS = 1_000_000
-"""Nanoseconds of a ms."""
+"""Nanoseconds in a millisecond."""
 
 
 @dataclass(frozen=True, slots=True)
 class ScanBounds:
-    """Least and most time between two scans, ms, and the unit of these times, ns: each is a multiple of it.
+    """Minimum and maximum time between two scans, in ms; both are multiples of a unit, in ns.
 
     Raises:
-        ValueError: not 0 <= low <= high, 0 < high, or more than a day; not multiples of the unit.
+        ValueError: not 0 <= low <= high and 0 < high, more than a day, or not multiples of the unit.
     """
 
     low_ms: float = 1
@@ -87,7 +87,7 @@ class ScanBounds:
 
     @classmethod
     def of(cls, low_ms: float, high_ms: float, *others_ns: int) -> ScanBounds:
-        """Return bounds in the largest unit of which both, a ms and other times are multiples.
+        """Return bounds whose unit is the largest common divisor of both times, a ms and other times.
 
         >>> ScanBounds.of(2.5, 10)
         ScanBounds(low_ms=2.5, high_ms=10, tick_ns=500000)
@@ -96,20 +96,20 @@ class ScanBounds:
 
     @property
     def ticks(self) -> tuple[int, int]:
-        """Both in the unit."""
+        """Both times, in the unit."""
         low, high = (round(each * MS) // self.tick_ns for each in (self.low_ms, self.high_ms))
         return low, high
 
     @property
     def steps_text(self) -> str:
-        """The unit in words, "" if there is one time only."""
+        """The unit in words; "" if both times are equal."""
         if self.low_ms == self.high_ms:
             return ""
         return ", in whole ms" if self.tick_ns == MS else f", in steps of {self.tick_ns / MS:g} ms"
 
 
 def ms_of(ticks: int, tick_ns: int) -> float:
-    """Return a time in ms, whole if it is.
+    """Return a time in ms, as an int if it is whole.
 
     >>> ms_of(3, 1_000_000), ms_of(5, 500_000)
     (3, 2.5)
@@ -120,24 +120,25 @@ def ms_of(ticks: int, tick_ns: int) -> float:
 
 @dataclass(slots=True)
 class System:
-    """States, their next values, and what else decides them.
+    """A transition system.
 
     Attributes:
-        next: the term after a scan of each state, by the name of its variable.
-        initial: values of states and held values, and of free ones that the first scan finds unchanged.
+        next: each state's term after a scan, by the name of its variable.
+        initial: initial values of states, held variables and late variables.
         held: names of variables that keep their initial value.
         late: names of free variables that have their initial value in the first scan.
-        contract: what holds in each scan of a run in question.
-        kept: contracts of modules; each counts for what its module's inputs decide, see `narrowed`.
-        facts: truths of each scan about two unknown values, with their names; see `narrowed`.
-        deep: where the relation does not follow the program.
-        havocs: variables of what is not modeled, and what to blame.
-        key_of: the place of each variable that has one.
-        likely: values that random scans give a free variable often, by its name.
-        least: least time between scans, in units of `tick_ns`.
-        follows: the verdict whether `deep` never holds; None before it is known.
-        invariants: found so far, with their work, by contract and cone.
-        variables_known: the variables below terms that were walked, see `cone`.
+        contract: the condition that holds in each scan of the runs to consider.
+        kept: contracts of modules; each matters only to terms that its module's inputs decide, see
+            `narrowed`.
+        facts: conditions of each scan on two unknown values, with their names; see `narrowed`.
+        deep: the condition under which the relation does not follow the program.
+        havocs: variables of values that are not modeled, with the instruction to blame.
+        key_of: the places of variables, by name.
+        likely: values that random scans often give a free variable, by its name.
+        least: minimum time between scans, in units of `tick_ns`.
+        follows: the verdict on whether `deep` never holds; None until it is known.
+        invariants: the invariants found so far, with their work, by contract and cone.
+        variables_known: cache of the variables in terms, see `cone`.
     """
 
     next: dict[str, T] = field(default_factory=dict)
@@ -158,11 +159,11 @@ class System:
     variables_known: dict[T, list[T]] = field(default_factory=dict)
 
     def role(self, name: str) -> str:
-        """`state`, `held`, or `free`."""
+        """Return the role of a variable: `state`, `held` or `free`."""
         return "state" if name in self.next else "held" if name in self.held else "free"
 
     def cone(self, roots: Iterable[T]) -> dict[str, T]:
-        """Return the variables that decide terms in any number of scans, the nearest first."""
+        """Return the variables that decide terms in any number of scans, nearest first."""
         seen: dict[str, T] = {}
         todo = [*roots, *([] if self.contract is TRUE else [self.contract])]
         while todo:
@@ -172,16 +173,16 @@ class System:
         return seen
 
     def _variables(self, terms: Sequence[T]) -> list[T]:
-        """Return the variables below terms, as `variables` does; no term is walked twice."""
+        """Return the variables in terms, as `variables` does, but walk no term twice."""
         known = self.variables_known
         known.update(variables_by_root([t for t in terms if t not in known]))
         return sorted({v for t in terms for v in known[t]}, key=attrgetter("id"))
 
     def narrowed(self, roots: Iterable[T]) -> T:
-        """Return the contract with what counts for terms.
+        """Return the contract, with the module contracts and facts that matter to terms.
 
-        These are the contracts of modules whose inputs decide them, and facts about two unknown values that
-        do.
+        A module's contract matters if its inputs decide the terms. A fact matters if its two unknown values
+        decide them.
         """
         roots, contract = list(roots), self.contract
         left: list[T | Fact] = [*self.kept, *self.facts]
@@ -195,14 +196,14 @@ class System:
                 contract = and_(contract, each[1] if isinstance(each, tuple) else each)
 
     def _counts(self, part: T | Fact, inputs: Set[str]) -> bool:
-        """Whether a contract of a module, or a fact, counts for what some inputs decide."""
+        """Whether a module's contract, or a fact, matters to terms that some inputs decide."""
         if isinstance(part, tuple):
             return part[0] <= inputs
         return any(v.val in inputs for v in self._variables([part]))
 
     @contextmanager
     def narrowing(self, roots: Iterable[T]) -> Iterator[None]:
-        """Assume only what counts for terms, see `narrowed`."""
+        """Use the contract that `narrowed` returns for terms, in the body of a `with`."""
         own, self.contract = self.contract, self.narrowed(roots)
         try:
             yield
@@ -210,15 +211,15 @@ class System:
             self.contract = own
 
     def blame(self, cone: Iterable[str]) -> tuple[str, ...]:
-        """Return the instructions that are not modeled and decide a cone."""
+        """Return the instructions without a model that affect a cone."""
         return tuple(dict.fromkeys(self.havocs[name] for name in cone if name in self.havocs))
 
     def held_numbers(self, cone: Iterable[str], roots: Sequence[T]) -> tuple[HeldNumber, ...]:
-        """Return what is held of a program and decides terms."""
+        """Return the held numbers of a program that decide terms."""
         return ()
 
     def limits_met(self) -> tuple[str, ...]:
-        """Return where the relation does not follow the program."""
+        """Return the places where the relation does not follow the program."""
         return ("a loop or call beyond the limits",)
 
 
@@ -228,5 +229,5 @@ def name_of(key: Key) -> str:
 
 
 def shown(name: str) -> str:
-    """Return a variable's name as a person writes it: without the subscript of what has none."""
+    """Return a variable's name as a user writes it: with a subscript only for an array's element."""
     return name.removesuffix("[0]")
