@@ -1,4 +1,4 @@
-"""From elements to records; `parsing` refuses what no export has."""
+"""Reads elements into records; `parsing` refuses content that no export has."""
 
 from __future__ import annotations
 
@@ -46,12 +46,12 @@ _KINDS = {"RLLContent": "RLL", "STContent": "ST", "FBDContent": "FBD", "SFCConte
 
 
 def read_document(path: Path) -> L5xDocument:
-    """Read an L5X file; an L5xError if it is not one, or has parts that no export has."""
+    """Read an L5X file; raise an L5xError if it is not one, or has parts that no export has."""
     return parse_document(read_bytes(path), str(path))
 
 
 def read_bytes(path: Path) -> bytes:
-    """Read a file, not far beyond the limit of an L5X; an L5xError if that fails."""
+    """Read a file, up to just over the size limit of an L5X; raise an L5xError if that fails."""
     try:
         with open_input(path) as stream:
             return stream.read(MOST_BYTES + 1)
@@ -60,7 +60,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def copied(path: Path) -> bytes:
-    """Return the bytes of an L5X file; an L5xError as from `read_document`."""
+    """Return the bytes of an L5X file; raise an L5xError as `read_document` does."""
     data, file = read_bytes(path), str(path)
     root, _ = _parsed(data, file)
     _controller(root, file)
@@ -74,7 +74,7 @@ def parse_document(data: bytes, file: str) -> L5xDocument:
 
 
 def _parsed(data: bytes, file: str) -> tuple[Any, list[bytes]]:
-    """Return the root of a document without its values, and them."""
+    """Return the root of a document without its values, and the values."""
     text, cut = cut_out(checked(data, file))
     root = parsed(text, file)
     if root.tag != ROOT:
@@ -234,7 +234,7 @@ class _L5xReader:
         charts = list(element.iterchildren("SFCContent", "FBDContent"))
         chart = charts[_chosen(charts, tested=tested)[1]] if charts else None
         lines = _text_lines(chart.iter("Line") if chart is not None else children(content, "Line"))
-        if content is not None and chart is None and not lines:  # by other programs than Studio 5000
+        if content is not None and chart is None and not lines:  # written by programs other than Studio 5000
             lines = [(content.text or "", int(content.sourceline))]
         found = next((_KINDS[each.tag] for each in element if each.tag in _KINDS), "RLL")
         return RoutineRecord(
@@ -327,7 +327,7 @@ class _L5xReader:
 
 
 DEEPEST = 8
-"""Levels of elements in a chart that are read: a line of an action is the fifth."""
+"""Maximum depth of elements that are read in a chart; a line of an action is at depth 5."""
 
 
 def _chosen(contents: Sequence[Any], *, tested: bool) -> tuple[list[str], int]:
