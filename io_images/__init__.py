@@ -1,12 +1,12 @@
-"""Words on the backplane as data: no time, no input or output; only values can be invalid.
+"""Words on the backplane as data, without time or I/O: only values can be invalid.
 
-The rule of this package: words have a meaning and a meaning has words, and going
-there and back changes nothing. Words that mean nothing are refused with a
-`ValueError` with the reason, except by the classes that a module or its logic uses at every
+The rule of this package: words translate to a meaning and a meaning to words, and going
+there and back changes nothing. Words without a meaning are refused with a
+`ValueError` that states the reason, except by the classes that a module or its logic uses in every
 scan (`Parameters`, `StatusView`), which accept any words.
 
-An `Image` is signed words, eight for a 3601, and their bytes at once. The thousands
-functions split what needs more than 16 bits; `amci3601` knows what the words
+An `Image` holds signed words, eight for a 3601, and the same memory as bytes. The thousands
+functions split values of more than 16 bits; `amci3601` knows what the words
 of an AMCI 3601 mean.
 
 >>> from scanrack.io_images import Image, join_thousands, split_thousands

@@ -13,7 +13,7 @@
     slot2.input.start               a bit of a card, as the rack file names it
     slot2.in.start                  the same, as a trace names it
 
-Upper and lower case are the same.
+Case does not matter.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from .site import SiteError
 BITS = 16
 _DIRECTIONS = {"in": "I", "out": "O"}
 FORMS = "Local:1:I.Data[0].14, I:1.0/14 or slot1.status.MOVE_COMPLETE"
-"""Examples of every form of an address, for messages."""
+"""Examples of each form of an address, for messages."""
 
 
 @dataclass(frozen=True, slots=True, order=True)
@@ -68,7 +68,7 @@ def _form(pattern: str) -> re.Pattern[str]:
 
 
 def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
-    """Return the address in a rack that a text means.
+    """Parse an address in a rack.
 
     >>> from scanrack.io_images.amci3601.words import WORDS_3601
     >>> parse_address("I:1.0/14", {1: WORDS_3601})
@@ -80,7 +80,7 @@ def parse_address(text: str, slots: Mapping[int, ModuleWords]) -> Address:
         slots: the words of the module in every occupied slot.
 
     Raises:
-        ValueError: unknown form, slot, word, bit or name, with the valid ones.
+        ValueError: the form, slot, word, bit or name is unknown; the message has the valid ones.
     """
     stripped = text.strip()
     for form in _RAW_FORMS:
@@ -153,7 +153,7 @@ def _of_profile(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords
 
 
 def _of_member(text: str, at: Address, bit: str | None, data_bits: int) -> Address:
-    """Return a member of a card's tag, or its bit; bits 16 to 31 of `ReadBack` are in the next word."""
+    """Return the address of a card's member, or its bit; bits 16 to 31 of `ReadBack` are in the next word."""
     if bit is None or at.bit is not None:
         if at.bit is not None and bit is not None:
             raise _refusal(text, "nothing can follow a bit")
@@ -191,12 +191,12 @@ def _named(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) ->
 
 
 def _of_image(groups: Groups, image: str) -> Mapping[str, BitPlace]:
-    """Return all named bits of an image by their trace names."""
+    """Return all named bits of an image by their names in a trace."""
     return {name: at for names in groups.values() for name, at in names.items() if at.image == image}
 
 
 def _allowed_bit(name: str, names: Iterable[str]) -> str:
-    """Return the allowed name whose capitals `name` has."""
+    """Return the allowed name that equals `name`, ignoring case."""
     names = list(names)
     return allowed(name if any(map(str.isupper, names)) else name.lower(), names)
 
@@ -207,13 +207,13 @@ def _check_slot(text: str, slot: int, slots: Mapping[int, ModuleWords]) -> None:
 
 
 def allowed(given: object, choices: Iterable[object]) -> str:
-    """Return the text of allowed values, the one closest to `given` first.
+    """Return the allowed values as text, beginning with the one closest to `given`.
 
     >>> allowed("HOLD_MOVES", ["HOLD_MOVE", "RESUME_MOVE"])
     'did you mean HOLD_MOVE? Choose from HOLD_MOVE, RESUME_MOVE'
     """
     names = [str(choice) for choice in choices]
-    import difflib  # most names are right
+    import difflib  # imported late, because most names are right
 
     close = difflib.get_close_matches(str(given), names, n=1)
     listed = f"hoose from {', '.join(names) or 'none'}"

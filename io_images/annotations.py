@@ -1,6 +1,6 @@
-"""Annotations in a user's code, which Python 3.14 and later evaluate when they are read [PEP 649].
+"""Reads annotations in a user's code, which Python 3.14 and later evaluate only then [PEP 649].
 
-A name in them that exists for type checkers only is no error here.
+A name in them that exists only for type checkers is no error here.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ if sys.version_info >= (3, 14):
 
 
 def declared(namespace: Mapping[str, Any]) -> Mapping[str, Any]:
-    """Return what a class or a module annotates in its own body.
+    """Return the annotations in the body of a class or a module.
 
     Args:
-        namespace: `vars` of the class or the module.
+        namespace: `vars()` of the class or the module.
     """
     known: Mapping[str, Any] | None = namespace.get("__annotations__")
     if known is None and sys.version_info >= (3, 14):

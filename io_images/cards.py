@@ -3,12 +3,12 @@
     1762-...    a MicroLogix 1100, 1200 or 1400:  I:2.0/3, O:2.0/3
     1769-...    a CompactLogix:                   Local:2:I.Data.3, Local:2:O.Data.3
 
-Terminal n of a digital card is bit n of its data, 16 to a word. Channel n of an analog card is word n.
-The data of a card with 32 terminals are one DINT to a CompactLogix: `Local:2:I.Data.31`.
+Terminal n of a digital card is bit n of its data, with 16 bits per word. Channel n of an analog card is word
+n. To a CompactLogix, the data of a card with 32 terminals are one DINT: `Local:2:I.Data.31`.
 
 To add a card, add its row and run `python -m tests.tools.generate`, which makes its rows of
-docs/card-tables.md. The members of tags follow from the row, as Studio 5000 names them [1769-UM002B, table
-3.1; 1769-IN087A, page 15]; `Fault` is that of the connection and no word of an image:
+docs/card-tables.md. The members of tags follow from the row and are named as in Studio 5000 [1769-UM002B,
+table 3.1; 1769-IN087A, page 15]; `Fault` is that of the connection and no word of an image:
 
     digital inputs      I.Data
     digital outputs     O.Data, I.ReadBack
@@ -31,10 +31,10 @@ WORD_BITS = 16
 class RangeBits(NamedTuple):
     """Place of the range bits in a card's input image."""
 
-    status_word: int  # word of the status bits; bit n is that of channel n
+    status_word: int  # word of the status bits; bit n belongs to channel n
     word: int  # word of the over- and under-range bits
     over: int  # the over-range bit of channel 0
-    step: int  # distance of the bits from channel to channel
+    step: int  # distance of these bits from channel to channel
 
     def over_bit(self, channel: int) -> int:
         """Return the over-range bit of a channel; the next bit is its under-range bit."""
@@ -42,7 +42,7 @@ class RangeBits(NamedTuple):
 
 
 class MemberPlace(NamedTuple):
-    """The place of a member."""
+    """The place of a member in an image."""
 
     image: str  # "I" or "O"
     word: int  # 0 to 7
@@ -59,27 +59,27 @@ class CardKind:
     channels_in: int = 0  # number of its analog inputs
     channels_out: int = 0  # number of its analog outputs
     echo: bool = False  # whether the input image repeats the current outputs (output data echo)
-    echo_at: int = 0  # the input word that repeats output word or channel 0; it lies after all inputs
+    echo_at: int = 0  # the input word that repeats output word or channel 0; it is after all inputs
     bits: Mapping[str, RangeBits] = field(default_factory=dict)  # range bits of an analog card, by image
     ranges: tuple[str, ...] = ()  # of an analog card: names of its signal ranges
     formats: Mapping[str, Convert] = field(default_factory=dict)  # of an analog card: its data formats
     ignored: int = 0  # of an analog card: number of ignored low bits in an output word
 
     def __post_init__(self) -> None:
-        """Raise a ValueError if the echo lies on inputs: they would read as outputs."""
+        """Raise a ValueError if the echo overlaps inputs, which would then read as outputs."""
         ins = max(len(self.inputs), self.channels_in)
         if self.echo and self.echo_at < ins:
             raise ValueError(f"{self.name}: echo_at = {self.echo_at}: words 0 to {ins - 1} are inputs")
 
     @property
     def shown(self) -> tuple[int, ...]:
-        """Mask of what each word of a digital card's input image shows: inputs, and the echo."""
+        """Mask of the bits in each word of a digital card's input image: inputs and echo."""
         between = (0,) * (self.echo_at - len(self.inputs))
         return (*self.inputs, *between, *self.outputs) if self.echo else self.inputs
 
     @property
     def analog(self) -> bool:
-        """Whether it has channels."""
+        """Whether it is an analog card."""
         return bool(self.channels_in or self.channels_out)
 
     @property
@@ -89,16 +89,16 @@ class CardKind:
 
     @property
     def data_bits(self) -> int:
-        """Bits of `Data` and `ReadBack`, 0 without them."""
+        """Number of bits in `Data` and `ReadBack`; 0 if it has neither."""
         return 0 if self.analog else 32 if max(len(self.inputs), len(self.outputs)) > 1 else WORD_BITS
 
     @property
     def has_members(self) -> bool:
-        """Whether it has tags with members; a MicroLogix has words only."""
+        """Whether it has tags with members; cards of a MicroLogix have only words."""
         return not self.name.startswith("1762")
 
     def members(self) -> Iterator[tuple[str, MemberPlace]]:
-        """Yield the members of its tags except `Data`."""
+        """Yield the members of its tags, except `Data`."""
         if self.echo and not self.analog:
             yield "ReadBack", MemberPlace("I", self.echo_at)
         for image, count in self.channels.items():
@@ -174,7 +174,7 @@ def member_of(card: str | None, image: str, name: str) -> MemberPlace | None:
     Args:
         card: its catalog number; None if unknown.
         image: "I" or "O".
-        name: in any case.
+        name: name of the member, in upper or lower case.
     """
     tables = MEMBERS.values() if card is None else [MEMBERS.get(card, ())]
     key = name.upper(), image

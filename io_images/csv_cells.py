@@ -1,7 +1,8 @@
-"""Tables of comma-separated values: the one place that writes them.
+"""Writes tables of comma-separated values; no other module does.
 
-A spreadsheet takes a cell that begins with `=`, `+`, `-` or `@` for a formula, which may read other files or
-call out. Texts that others may have made, such as names, descriptions and values of strings, are never one.
+A spreadsheet treats a cell that begins with `=`, `+`, `-` or `@` as a formula, which may read other files or
+access the network. Untrusted texts, such as names, descriptions and values of strings, never become a
+formula.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ FORMULA = ("=", "+", "-", "@", "\t", "\r")
 
 
 def cell(value: object) -> object:
-    """Return a cell value: text that a spreadsheet would take for a formula is quoted, the rest is unchanged.
+    """Return a cell value; text that a spreadsheet would treat as a formula gets a quote in front.
 
     >>> cell("=HYPERLINK(0)"), cell("+1"), cell("Motor"), cell(-1)
     ("'=HYPERLINK(0)", "'+1", 'Motor', -1)
@@ -33,7 +34,7 @@ def line_text(text: str) -> str:
 
 
 def csv_text(rows: Iterable[Iterable[object]]) -> str:
-    """Return rows as comma-separated values [RFC 4180], whose texts are no formulas.
+    """Return rows as comma-separated values [RFC 4180], with no text that is a formula.
 
     >>> csv_text([["a", "=1"], [-1, "b, c"]]).splitlines()
     ["a,'=1", '-1,"b, c"']

@@ -1,8 +1,8 @@
-"""`dataclass` of the standard library, with methods that are compiled when they are first looked up.
+"""A `dataclass` decorator like the standard library's, whose methods are compiled when first looked up.
 
-The standard library compiles six methods of a class when the class is defined, which took a tenth of the time
-of a short `scanrack run`; most of them are never called. It still finds the fields and the slots, and makes
-each class that inherits fields or has an `InitVar`.
+The standard library compiles six methods when a class is defined, which took a tenth of the time
+of a short `scanrack run`; most of them are never called. It still finds the fields and the slots, and still
+makes each class that inherits fields or has an `InitVar`.
 
 >>> @dataclass(frozen=True, slots=True)
 ... class Spot:
@@ -26,18 +26,18 @@ Method = Callable[..., Any]
 _whole: Any = dataclasses.dataclass
 
 DEFAULTS = {"init": True, "repr": True, "eq": True, "order": False, "unsafe_hash": False, "frozen": False}
-"""Options that have methods."""
+"""Options that determine the methods, with their defaults."""
 
 COMPARISONS = {"__lt__": "<", "__le__": "<=", "__gt__": ">", "__ge__": ">="}
 
 
 class MadeLater:
-    """A method of a class that is compiled, and takes this place, when it is looked up.
+    """Placeholder of a method, which is compiled and replaces the placeholder when it is looked up.
 
     Args:
         cls: the class.
-        name: of the method.
-        compiled: returns it.
+        name: name of the method.
+        compiled: returns the compiled method.
     """
 
     def __init__(self, cls: type[Any], name: str, compiled: Callable[[type[Any], str], Method]) -> None:
@@ -51,10 +51,10 @@ class MadeLater:
 
 
 def _dataclass(cls: type[Any] | None = None, /, **options: bool) -> Any:
-    """Make a class a dataclass.
+    """Turn a class into a dataclass.
 
     Args:
-        options: those of the standard library.
+        options: as in the standard library.
     """
     return (lambda cls: _made(cls, options)) if cls is None else _made(cls, options)
 
@@ -64,9 +64,9 @@ def _made(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
         return _whole(**options)(cls)  # type: ignore[no-any-return]
     chosen = {**DEFAULTS, **options}
     own = dict(vars(cls))
-    if "__eq__" in own and own["__hash__"] is None:  # Python's, not the author's
+    if "__eq__" in own and own["__hash__"] is None:  # set by Python, not by the author
         del own["__hash__"]
-    cls.__doc__ = cls.__doc__ or cls.__name__  # else `inspect` composes a signature
+    cls.__doc__ = cls.__doc__ or cls.__name__  # otherwise `inspect` composes a signature
     made: type[Any] = _whole(**{**options, **dict.fromkeys(DEFAULTS, False)})(cls)
     for name in DEFAULTS:
         setattr(made.__dataclass_params__, name, chosen[name])
@@ -77,7 +77,7 @@ def _made(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
 
 
 def _is_special(cls: type[Any]) -> bool:
-    """Return whether a class inherits fields, or has parameters that are none."""
+    """Return whether a class inherits fields, or has parameters that are not fields."""
     base: Any = cls if dataclasses.is_dataclass(cls) else None
     inherits = base is not None and bool(fields(base) or base.__dataclass_params__.frozen)
     return inherits or "InitVar" in str(getattr(cls, "__annotations__", ""))
@@ -99,7 +99,7 @@ def _methods(cls: type[Any], chosen: Mapping[str, bool]) -> Iterator[tuple[str, 
 
 
 def _value_and_default(field: Field[Any], places: dict[str, Any]) -> tuple[str, str]:
-    """Return the value of a field and the default of its parameter as text; bind their names in `places`."""
+    """Return code for a field's value and its parameter's default; bind the names in it in `places`."""
     name = field.name
     if field.default is not MISSING:
         places[f"default__{name}"] = field.default
@@ -160,7 +160,7 @@ _MADE_LATER = (
     *(("init", "__init__", _init), ("repr", "__repr__", _repr), ("eq", "__eq__", _eq)),
     *(("order", name, _comparison) for name in COMPARISONS),
 )
-"""Option, name and maker of each method."""
+"""Option, name and compiler of each method."""
 
 
 def _hash(cls: type[Any], name: str) -> Method:
@@ -175,7 +175,7 @@ def _tuple(of: str, those: Iterable[Field[Any]]) -> str:
 def _compiled(
     cls: type[Any], name: str, parameters: list[str], body: list[str], places: Mapping[str, object] = {}
 ) -> Method:
-    """Compile a method of a class in its module; `places` are values by the names that it uses."""
+    """Compile a method in the module of its class; `places` has values for names that it uses."""
     lines = [
         f"def making({', '.join(places)}):",
         f" def {name}({', '.join(parameters)}):",
@@ -188,7 +188,7 @@ def _compiled(
 
 
 def _refusal(cls: type[Any], name: str, what: str) -> Method:
-    """Return the method that refuses to assign or delete a field of a frozen class."""
+    """Return the method that refuses to assign, or delete, a field of a frozen class."""
     names = frozenset(each.name for each in fields(cls))
 
     def refuse(self: object, attribute: str, *value: object) -> None:
@@ -216,7 +216,7 @@ else:
 
 @contextmanager
 def of_libraries_too() -> Iterator[None]:
-    """Make dataclasses of libraries that the block imports in the same way; pydantic and mcap have 70."""
+    """Apply this to the dataclasses of libraries imported in a `with` block; pydantic and mcap have 70."""
     dataclasses.dataclass = dataclass
     try:
         yield

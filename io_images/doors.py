@@ -1,9 +1,9 @@
-"""Doors for texts from outside: the only callers of the parsers of TOML and JSON.
+"""Entry points for untrusted texts: the only callers of the TOML and JSON parsers.
 
-A parser alone costs time and memory out of proportion to some texts, or leaves by a RecursionError. What
-comes from a file has its limits in `text_limits`; a message has those of what carries it. The other doors are
+For some texts, a parser alone takes disproportionate time and memory, or raises a RecursionError. A text
+from a file has the limits of `text_limits`; a message is limited by its transport. The other entry points are
 `rockwell.l5x.xml.document` for XML, `io_images.captures.packets` for captures, and `traces.read.reader` and
-`traces.repair` for recordings: `tests/unit/tools/test_doors.py` finds a parser that is called elsewhere.
+`traces.repair` for recordings; `tests/unit/tools/test_doors.py` finds parsers that are called elsewhere.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from .text_limits import TextKind, check_text
 
 
 def toml_tables(text: str, kind: TextKind = TextKind.TOML) -> dict[str, Any]:
-    """Return the tables of a TOML text; fractions are decimal.
+    """Return the tables of a TOML text, with fractions as `Decimal`.
 
     Raises:
-        TextLimitError: it is beyond the limits of a text.
-        tomllib.TOMLDecodeError: it is not TOML.
+        TextLimitError: the text exceeds the limits of its kind.
+        tomllib.TOMLDecodeError: the text is not TOML.
     """
     check_text(text, kind)
     return tomllib.loads(text, parse_float=_fraction)
 
 
 def _fraction(text: str) -> Decimal:
-    """Return a number; NaN, which nothing takes, for one whose exponent no Decimal has."""
+    """Return a number; if its exponent is too large for Decimal, return NaN, which is refused everywhere."""
     try:
         return Decimal(text)
     except InvalidOperation:
@@ -46,13 +46,13 @@ def json_value(
     """Return the value of a JSON text.
 
     Args:
-        kind: of a text from a file, whose limits are checked; None for a message.
+        kind: kind of a text from a file, whose limits are checked; None for a message.
         parse_float: as for `json.loads`.
-        parse_constant: as for `json.loads`: NaN and infinities are numbers without it.
+        parse_constant: as for `json.loads`; if None, NaN and infinities are numbers.
 
     Raises:
-        TextLimitError: it is beyond the limits of its kind.
-        ValueError: it is not JSON, or nested too deep; a JSONDecodeError has the line.
+        TextLimitError: the text exceeds the limits of its kind.
+        ValueError: the text is not JSON, or nested too deeply; a JSONDecodeError has the line.
     """
     if kind is not None:
         check_text(text if isinstance(text, str) else text.decode("utf-8"), kind)

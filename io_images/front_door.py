@@ -1,7 +1,7 @@
 """Names that a package imports when they are first used.
 
-The package lists them as imports below `if TYPE_CHECKING:`. Type checkers read these lines, and so does this:
-each name stands in one place.
+The package lists them as imports below `if TYPE_CHECKING:`. Type checkers read these lines, and so does this
+module: each name is written only once.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ def homes_in(spec: ModuleSpec) -> dict[str, str]:
     """Return the module of each name that a package lists, relative to it.
 
     Args:
-        spec: of the package, its `__spec__`.
+        spec: the package's `__spec__`.
     """
-    # `get_data`, not `get_source`: pytest, which loads a package that has a plugin, has only that
+    # `get_data`, not `get_source`, which pytest's loader of a package with a plugin lacks
     text = spec.loader.get_data(spec.origin).decode("utf-8")  # type: ignore[union-attr]
     return {
         name.strip(): module
@@ -30,10 +30,10 @@ def homes_in(spec: ModuleSpec) -> dict[str, str]:
 
 
 def listed_in(spec: ModuleSpec, name: str) -> object:
-    """Import a name that a package lists, for its `__getattr__`.
+    """Import a name that a package lists; for the package's `__getattr__`.
 
     Args:
-        spec: of the package, its `__spec__`.
+        spec: the package's `__spec__`.
 
     Raises:
         AttributeError: the package does not list it.
@@ -48,7 +48,7 @@ def imported_from(module: str, name: str, package: str) -> object:
     """Return a name of a module, or the module itself if the name is its own.
 
     Raises:
-        AttributeError: no such module, or no such name in it.
+        AttributeError: there is no such module, or no such name in it.
     """
     missing = AttributeError(f"module {package!r} has no attribute {name!r}")
     if name.startswith("_"):

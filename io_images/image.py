@@ -1,9 +1,9 @@
 """The image of 16-bit words that logic and a module exchange over the backplane.
 
 A 3601 exchanges eight words in each direction; another module has as many as its `ModuleWords` name.
-Words are signed in the PLC (INT); bits are numbered 0 to 15 from the least significant one. An image is a
+Words are signed in the PLC (INT); bits are numbered 0 to 15 from the least significant bit. An image is a
 view of its bytes, little-endian, so a rack can keep all of its images in one block of memory and a recorder
-can take the block as it is, without an encoding step.
+can copy the block without an encoding step.
 """
 
 from __future__ import annotations
@@ -60,10 +60,12 @@ class Image:
     Args:
         words: up to `size` words, -32,768 to 65,535 each; missing ones are 0.
         size: number of words, 1 to 250.
-        buffer: writable bytes to be a view of, two a word, instead of its own memory; they decide the size.
+        buffer: writable bytes, two per word, that the image views instead of its own memory; they set the
+            size.
 
     Raises:
-        ValueError: more than `size` words, a word out of range, or a size or buffer that is no image's.
+        ValueError: there are more than `size` words, a word is out of range, or the size or buffer is
+            unsuitable.
     """
 
     __slots__ = ("raw", "words")
@@ -152,7 +154,7 @@ class Image:
         return Image(buffer=bytearray(self.raw))
 
     def load(self, other: Image) -> None:
-        """Copy all words of `other`; a ValueError if it is not an image of the same size."""
+        """Copy all words of `other`; raise a ValueError if it is not an image of the same size."""
         if not isinstance(other, Image):
             raise ValueError(f"{other!r} is not an image: write load(Image([...])) or load(move.to_image())")
         if len(other.words) != len(self.words):
@@ -171,7 +173,7 @@ class Image:
 
 
 class _ReadOnlyImage(Image):
-    """An input image for logic: only the module writes it."""
+    """An input image for logic, which only the module may write."""
 
     __slots__ = ()
 
@@ -193,7 +195,7 @@ class _ReadOnlyImage(Image):
 
 
 def checked_size(size: int) -> int:
-    """Return the number of words of an image; ValueError unless it is 1 to 250."""
+    """Return `size`, the number of words of an image; raise a ValueError unless it is 1 to 250."""
     if type(size) is not int or not 1 <= size <= WORDS_MAX:
         raise ValueError(f"an image of {size!r} words is not allowed: 1 to {WORDS_MAX}")
     return size

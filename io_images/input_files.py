@@ -1,8 +1,8 @@
-"""Opening of files that a user names: irregular and oversized files are refused.
+"""Opens files that a user names; irregular and oversized files are refused.
 
 Opening a FIFO would block, and `/dev/zero` has no end. A FIFO can't be read twice either, as rack files and
-programs are: process substitution, `<(...)`, is refused. So is a link to a file of another suffix: messages
-quote unexpected text, which may be a secret, `notes.rung -> /etc/shadow`.
+programs are, so process substitution, `<(...)`, is refused. So is a link to a file with another suffix:
+messages quote unexpected text, which may be secret, as in `notes.rung -> /etc/shadow`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _KINDS = {
 
 
 def open_input(path: Path) -> BinaryIO:
-    """Open a regular file for reading; an OSError has the reason in `strerror`."""
+    """Open a regular file for reading; raise an OSError with the reason in `strerror` if that fails."""
     if path.suffix and Path(realpath(path)).suffix.lower() != path.suffix.lower():
         raise OSError(errno.EINVAL, f"it is a link to a file that is not {path.suffix}", str(path))
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
@@ -48,7 +48,7 @@ _UNSAVED: ContextVar[Mapping[str, bytes]] = ContextVar("_UNSAVED", default=Mappi
 
 @contextmanager
 def unsaved(texts: Mapping[Path, str]) -> Iterator[None]:
-    """Read these texts in place of the files of these paths, as an editor has them."""
+    """Read these unsaved texts of an editor in place of the files with their paths."""
     token = _UNSAVED.set({realpath(path): text.encode() for path, text in texts.items()})
     try:
         yield
@@ -57,7 +57,7 @@ def unsaved(texts: Mapping[Path, str]) -> Iterator[None]:
 
 
 def read_input(path: Path, most: int) -> bytes:
-    """Return a regular file of at most `most` bytes; an OSError has the reason in `strerror`."""
+    """Read a regular file of at most `most` bytes; raise an OSError with the reason in `strerror`."""
     data = _UNSAVED.get().get(realpath(path)) if _UNSAVED.get() else None
     if data is None:
         with open_input(path) as file:
@@ -68,12 +68,12 @@ def read_input(path: Path, most: int) -> bytes:
 
 
 def read_input_text(path: Path, kind: TextKind) -> str:
-    """Return a UTF-8 file within the size limit of its kind; OSError and UnicodeDecodeError are raised."""
+    """Read a UTF-8 file within the size limit of its kind; raise OSError or UnicodeDecodeError."""
     return read_input(path, LIMITS[kind].size).decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
 
 
 def read_checked(path: Path, kind: TextKind) -> str:
-    """Return a UTF-8 file within the limits of its kind, see `read_input_text`; or raise a TextLimitError."""
+    """Read a UTF-8 file as `read_input_text` does; raise a TextLimitError beyond the limits of its kind."""
     text = read_input_text(path, kind)
     check_text(text, kind)
     return text

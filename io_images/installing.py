@@ -1,19 +1,19 @@
-"""How scanrack is installed today: the one place that every message and page takes it from.
+"""How scanrack is installed today; all messages and pages take it from here.
 
-Nothing of that name is published. When it is, `SOURCE` becomes "scanrack", and
-`python -m tests.tools.generate` puts that on the pages.
+No package of that name is published yet. When it is, set `SOURCE` to "scanrack";
+`python -m tests.tools.generate` then updates the pages.
 """
 
 from __future__ import annotations
 
 SOURCE: str = "."
-"""What pip installs: "." is the folder of a checkout."""
+"""The argument of `pip install`: "." is the folder of a checkout."""
 
 
 def install_line(extra: str = "", tool: str = "pip") -> str:
-    """Return the command with which a tool installs scanrack, with an extra of it if one is given.
+    """Return the command by which a tool installs scanrack, with an extra if one is given.
 
-    Double quotes are those of every shell, that of Windows included.
+    It uses double quotes, which all shells have, including that of Windows.
 
     >>> install_line(), install_line("plot")
     ('pip install .', 'pip install ".[plot]"')
@@ -22,7 +22,7 @@ def install_line(extra: str = "", tool: str = "pip") -> str:
 
 
 def how_to_install(extra: str = "") -> str:
-    """Return the command and where it is given, for a message.
+    """Return the command, and where to run it, for a message.
 
     >>> how_to_install("plot")
     'pip install ".[plot]" in a checkout of scanrack'

@@ -1,7 +1,7 @@
-"""Where the images of a rack's modules are in its block of memory.
+"""The places of module images in a rack's block of memory.
 
 Slot after slot, each with its output image and its input image, two bytes a word. The block ends with
-0 to 3 words of padding, so that the tags that a recording has after it need none:
+0 to 3 words of padding, so that the tags that follow it in a recording need none:
 
     byte  0        16       32       40       44    48
           slot 1   slot 1   slot 2   slot 2   pad
@@ -18,7 +18,7 @@ from .image import WORDS_MAX
 from .module_words import INPUT, ModuleWords
 
 ALIGNED_TO = 8
-"""The size of the block is a multiple of this, bytes: that of the widest tag."""
+"""The size of the block is a multiple of this number of bytes, the size of the widest tag."""
 
 
 class ImagePlaces(NamedTuple):
@@ -76,7 +76,7 @@ NO_MEMORY = MemoryLayout({}, 0)
 
 
 def memory_layout(slots: Iterable[tuple[int, ModuleWords]]) -> MemoryLayout:
-    """Return the layout of the block of some slots: number and words, in the order of the block.
+    """Return the layout of the block for slots, given as number and words in the order of the block.
 
     >>> from .module_words import PLAIN_WORDS, numbered
     >>> layout = memory_layout([(1, PLAIN_WORDS), (3, ModuleWords("Small", numbered(1), numbered(2)))])
@@ -84,7 +84,7 @@ def memory_layout(slots: Iterable[tuple[int, ModuleWords]]) -> MemoryLayout:
     (slice(34, 38, None), 40, 1)
 
     Raises:
-        ValueError: an image without words, or with more than 250.
+        ValueError: an image has no words, or more than 250.
     """
     places, at = {}, 0
     for number, words in slots:

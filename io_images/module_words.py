@@ -3,7 +3,7 @@
     outputs, inputs    the words of each image, by name; a module has as many words as names
     groups             bits by group and name, as in `slot1.status.MOVE_COMPLETE`
 
-A module's record says both, see `runtime.modules.record`.
+A module's record has both, see `runtime.modules.record`.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class BitPlace(NamedTuple):
 
 
 INPUT = ("I", "in")
-"""What an input image is called in addresses and in traces; the output image is "O" and "out"."""
+"""Names of an input image in addresses and in traces; those of an output image are "O" and "out"."""
 
 _IMAGES = {"I": "input", "O": "output"}
 
@@ -40,12 +40,12 @@ class Quantity:
     """A number in one or two words of an image.
 
     Attributes:
-        name: of its signal, as in `slot1.in.position`.
+        name: name of its signal, as in `slot1.in.position`.
         image: "I" for the input image, "O" for the output image.
         word: its first word, from 0.
         words: 1 or 2.
         unit: as text, such as "steps".
-        format: of two words; None where the module's configuration selects it, which its events report.
+        format: format of two words; None if the module's configuration selects it, which its events report.
         counts: whether it changes by itself while the module moves.
     """
 
@@ -64,7 +64,7 @@ class Modes:
 
     Attributes:
         live: mask of the bits of the status word that mean the same in either mode.
-        input: the word of the input image whose bit `CONFIGURES` is on in configuration mode; of the
+        input: the word of the input image whose bit `CONFIGURES` is on in configuration mode; in the
             output image it is word 0.
     """
 
@@ -72,7 +72,7 @@ class Modes:
     input: int = 0
 
     def word(self, image: str) -> int:
-        """Return the word of an image, "I" or "in", "O" or "out", that has the mode."""
+        """Return the word with the mode bit in an image, "I" or "in", "O" or "out"."""
         return self.input if image in INPUT else 0
 
 
@@ -86,14 +86,14 @@ class ModuleWords:
 
     Attributes:
         message: stem of its message types in a trace, letters and digits, the first one a capital.
-        outputs: names of the words from logic to module, lower case; as many as the module has.
+        outputs: names of the words from logic to module, in lower case, as many as the module has.
         inputs: names of the words from module to logic.
         groups: its named bits.
         profile: bits of input word 0 by the names of the module's add-on profile, as in
             `Local:1:I.ModuleOK`.
         profile_words: words by the names of that profile, as in `Local:3:I.Ch0Data`: image and word.
-        data_bits: bits of the value Data that each image is, 16 or 32, from word 0 on: `Local:2:I.Data.3` is
-            one of them; 0 for an array of words.
+        data_bits: size of the value Data in each image, 16 or 32 bits, from word 0 on: `Local:2:I.Data.3` is
+            one of the bits; 0 for an array of words.
         terminals: of a card: mask of the terminals in each word of an image, from word 0 on.
         card: of a card: its catalog number, for its members in `cards`.
         errors: names of the bits of its input image that report an error.
@@ -101,7 +101,7 @@ class ModuleWords:
         modes: of a module with a configuration mode; None for any other.
 
     Raises:
-        ValueError: a named bit or a quantity that the images do not have, or two names of a group for one
+        ValueError: the images lack a named bit or a quantity, or a group has two names for one
             bit.
     """
 
@@ -135,7 +135,7 @@ class ModuleWords:
         return [each for each in self.quantities if (each.image in INPUT) == (image in INPUT)]
 
     def quantity(self, name: str) -> Quantity | None:
-        """Return the quantity of a name, such as the position; None if the module has none."""
+        """Return the quantity with a name, such as the position; None if the module has none."""
         return next((each for each in self.quantities if each.name == name), None)
 
     @property
@@ -144,7 +144,7 @@ class ModuleWords:
         return self.quantity("position") is not None
 
     def place(self, name: str) -> BitPlace | None:
-        """Return the place of a bit of the input image by its name; None if the module has none."""
+        """Return the place of a named bit of the input image; None if the module has no such bit."""
         found = (names[name] for names in self.groups.values() if name in names)
         return next((at for at in found if at.image in INPUT), None)
 
@@ -158,7 +158,7 @@ class ModuleWords:
         return found
 
     def configures(self, image: str, words: Sequence[int]) -> bool:
-        """Whether the words of an image are those of configuration mode."""
+        """Return whether the words of an image are in configuration mode."""
         return self.modes is not None and bool(words[self.modes.word(image)] >> CONFIGURES & 1)
 
     def live(self, image: str, word: int) -> int:
@@ -170,12 +170,12 @@ class ModuleWords:
         return self.modes.live if image in INPUT else 1 << CONFIGURES
 
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
-        """Yield name and number of the named bits of a word."""
+        """Yield the name and number of each named bit in a word."""
         for names in self.groups.values():
             yield from ((name, at.bit) for name, at in names.items() if (at.image, at.word) == (image, word))
 
     def terminals_instead(self, image: str, word: int, bit: int) -> str:
-        """Return the existing terminals, such as "inputs 0 to 7", if a bit is none; else ""."""
+        """Return the existing terminals, such as "inputs 0 to 7", if a bit is not a terminal; else ""."""
         masks = self.terminals.get(image)
         if masks is None or (word < len(masks) and masks[word] >> bit & 1):
             return ""
@@ -184,7 +184,7 @@ class ModuleWords:
 
 
 def _refuse_clashes(where: str, names: Mapping[str, BitPlace], sizes: Mapping[str, int]) -> None:
-    """Raise a ValueError for a bit that no image has, and for two names of one bit."""
+    """Raise a ValueError if a bit is in no image, or has two names."""
     taken: dict[BitPlace, str] = {}
     for name, at in names.items():
         if at.word not in range(sizes.get(at.image, 0)) or at.bit not in range(16):
@@ -200,7 +200,7 @@ def _refuse_clashes(where: str, names: Mapping[str, BitPlace], sizes: Mapping[st
 
 
 def _free_bits(image: str, named: Collection[BitPlace]) -> str:
-    """Return the bits without a name in those words of an image that have names."""
+    """Return, as text, the bits without a name in those words of an image that have names."""
     masks: dict[int, int] = {}
     for at in named:
         if at.image == image:
@@ -239,9 +239,9 @@ def flag_places(image: str, *words: type[IntFlag]) -> Mapping[str, BitPlace]:
 
 
 def numbered(size: int) -> tuple[str, ...]:
-    """Return word0, word1, ...: names of words without their own; ValueError for an illegal number."""
+    """Return word0, word1, ... as names of nameless words; raise a ValueError for an illegal number."""
     return tuple(f"word{index}" for index in range(checked_size(size)))
 
 
 PLAIN_WORDS = ModuleWords("Plain", numbered(WORDS), numbered(WORDS))
-"""The words of a module without names: eight of each image."""
+"""The words of a module without names: eight in each image."""

@@ -1,11 +1,12 @@
 """Formats of numbers in two registers.
 
-    THOUSANDS        upper word: 1000s places, lower word: the rest; both negative for a negative value
-    SIGN_MAGNITUDE   the same places; bit 15 of the upper word is the sign [3502 manual 1.0, page 1]
+    THOUSANDS        upper word: thousands, lower word: the rest; both negative for a negative value
+    SIGN_MAGNITUDE   the same, but bit 15 of the upper word is the sign [3502 manual 1.0, page 1]
     BINARY           one signed 32-bit value, the high word first
     BINARY_LOW       the same, the low word first
 
-A networked drive has one for what the host writes and one for what it reads [SMD p. 13, p. 25, p. 67, p. 81].
+A networked drive has one format for numbers that the host writes, and one for those it reads
+[SMD p. 13, p. 25, p. 67, p. 81].
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ _MAGNITUDE = 0x7FFF
 
 
 class NumberFormat(Enum):
-    """How a value stands in two registers."""
+    """The format of a value in two registers."""
 
     THOUSANDS = "thousands"
     SIGN_MAGNITUDE = "sign and magnitude"
@@ -39,7 +40,7 @@ class NumberFormat(Enum):
     BINARY_LOW = "binary, low word first"
 
     def join(self, first: int, second: int) -> int | None:
-        """Return the value of two registers, signed or unsigned; None for words that are no value.
+        """Return the value in two registers, signed or unsigned; None if the words have no value.
 
         >>> NumberFormat.THOUSANDS.join(12, 345), NumberFormat.THOUSANDS.join(1, 1000)
         (12345, None)
@@ -52,7 +53,7 @@ class NumberFormat(Enum):
         return self._binary(first, second)
 
     def reported(self, first: int, second: int) -> int:
-        """Return the value of two registers that a module reports, each signed; see `join_reported`.
+        """Return the value in two signed registers that a module reports; see `join_reported`.
 
         >>> NumberFormat.SIGN_MAGNITUDE.reported(-32768, 345), NumberFormat.BINARY.reported(1, 4464)
         (-345, 70000)
@@ -62,7 +63,7 @@ class NumberFormat(Enum):
         return self._binary(first, second)
 
     def reported_all(self, first: NDArray[np.int16], second: NDArray[np.int16]) -> NDArray[np.float64]:
-        """Return the values of columns of signed registers, as `reported` does for one."""
+        """Return the values in columns of signed registers, as `reported` does for one value."""
         if self is NumberFormat.THOUSANDS:
             return join_reported_all(first, second)
         if self is NumberFormat.SIGN_MAGNITUDE:
@@ -74,7 +75,7 @@ class NumberFormat(Enum):
         return values + (low.astype(int) & 0xFFFF)
 
     def split(self, value: int) -> tuple[int, int]:
-        """Return the two registers of a value, signed; a value beyond them wraps [reading R-12].
+        """Split a value into two signed registers; a value beyond their range wraps [reading R-12].
 
         >>> NumberFormat.THOUSANDS.split(-12345), NumberFormat.BINARY.split(70000)
         ((-12, -345), (1, 4464))
@@ -89,7 +90,7 @@ class NumberFormat(Enum):
     def split_all(self, values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Split many values as `split` does; only the low 16 bits of each word count.
 
-        Not for sign and magnitude, which no drive has.
+        SIGN_MAGNITUDE is not supported, since no drive has it.
         """
         if self is NumberFormat.THOUSANDS:
             return split_reported_all(values)
@@ -97,7 +98,7 @@ class NumberFormat(Enum):
         return (high, values) if self is NumberFormat.BINARY else (values, high)
 
     def _pair(self, upper: int, lower: int) -> tuple[int, int]:
-        """Return a pair of thousands."""
+        """Return a pair in the format THOUSANDS from two registers."""
         return from_sign_magnitude(upper, lower) if self is NumberFormat.SIGN_MAGNITUDE else (upper, lower)
 
     def _binary(self, first: int, second: int) -> int:
@@ -110,7 +111,7 @@ _IN_THOUSANDS = (NumberFormat.THOUSANDS, NumberFormat.SIGN_MAGNITUDE)
 
 
 def from_sign_magnitude(msw: int, lsw: int) -> tuple[int, int]:
-    """Return a 3601's pair for a pair by sign and magnitude; an illegal one unless the LSW is 0 to 999.
+    """Convert a pair in sign and magnitude to a 3601's pair; it is illegal unless the LSW is 0 to 999.
 
     >>> [from_sign_magnitude(signed_word(0x8000), 345), from_sign_magnitude(signed_word(0x800C), 345)]
     [(0, -345), (-12, -345)]
@@ -122,7 +123,7 @@ def from_sign_magnitude(msw: int, lsw: int) -> tuple[int, int]:
 
 
 def to_sign_magnitude(value: int) -> tuple[int, int]:
-    """Return the pair of a value by sign and magnitude; beyond 32,767,999 the thousands begin again.
+    """Return a value as a pair in sign and magnitude; beyond 32,767,999 the thousands wrap.
 
     >>> to_sign_magnitude(-345) == (signed_word(0x8000), 345), to_sign_magnitude(12_000)
     (True, (12, 0))

@@ -1,4 +1,4 @@
-"""Records of which a program has tens of thousands: leaves, operands, instructions, places."""
+"""A decorator for records that a program has by the ten thousand: leaves, operands, instructions, places."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ T = TypeVar("T")
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 def record(cls: type[T]) -> type[T]:
-    """Make a class a dataclass that the type checker takes for a frozen one.
+    """Turn a class into a dataclass that type checkers treat as frozen.
 
     A frozen dataclass calls `object.__setattr__` for each field, which takes three times as long.
 

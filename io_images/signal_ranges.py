@@ -4,7 +4,7 @@
     -10..10 V      -10 to 10     -10.5 to 10.5
     4..20 mA       4 to 20       3.2 to 21          below 4 mA: under-range, as with an open circuit
 
-Over-range and under-range are outside of the normal range; each also sets the channel's status bit.
+The over-range and under-range bits mean outside of the normal range; each also sets the channel's status bit.
 
 Sources: 1769-UM002B, Compact I/O Analog Modules, tables 3.7 and 3.17 (ranges and formats), page 3-3 (bits);
 1762-RM001C, I/O Configuration (1762-IF4); 1762-IN016D, pages 14 and 15 (1762-OF4); 1769-IN087A, page 15
@@ -26,7 +26,7 @@ STEPS_12 = 4095
 """Steps of a 1762-OF4: 12 bits, in bits 3 to 14 of the word; bits 0 to 2 are ignored."""
 
 RAW_LANDMARKS = (0.0, 1.0, -1.0, 6241.0, 31_206.0, 32_767.0, -32_768.0)
-"""Raw numbers for tests: 4 and 20 mA, and the ends of a word."""
+"""Raw numbers to test with: 4 and 20 mA, and the ends of a word."""
 
 PID_FULL = 16_383
 PERCENT_FULL = 10_000
@@ -75,7 +75,7 @@ RANGES: Mapping[str, SignalRange] = dict(
 
 
 def _raw(signal: Fraction, over: SignalRange) -> int:
-    """Return the raw number: proportional to the signal, the end of the range is 32,767."""
+    """Return the raw number, proportional to the signal; 32,767 is the end of the range."""
     return int(signal / over.most * FULL_RAW)
 
 
@@ -100,7 +100,7 @@ def _percent(signal: Fraction, over: SignalRange) -> int:
 
 
 def _nearest(value: Fraction) -> int:
-    """Return the nearest whole number; halves away from zero."""
+    """Return the nearest whole number; halves are rounded away from zero."""
     return floor(value + Fraction(1, 2)) if value >= 0 else -floor(-value + Fraction(1, 2))
 
 
@@ -115,7 +115,7 @@ FORMATS: Mapping[str, Convert] = {
 """Data formats by name: proportional, V or mA times 1000, 0 to 16,383, 0 to 10,000."""
 
 FORMATS_12: Mapping[str, Convert] = {"raw": _raw_12, "pid": _pid_12}
-"""Data formats of a 1762-OF4: 0 to 32,760 and 0 to 16,380 at the end of the range."""
+"""Data formats of a 1762-OF4, with 32,760 or 16,380 at the end of the range."""
 
 
 @dataclass(frozen=True, slots=True)

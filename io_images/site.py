@@ -1,4 +1,4 @@
-"""A place in what users write, as errors, faults and refusals carry it: text is for people only."""
+"""A place in a user's program or file, for errors, faults and refusals; their texts are only for people."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from .records import record
 
 @record
 class Site:
-    """A place in a program or a file; what is not known is empty or None."""
+    """A place in a program or a file; unknown parts are empty or None."""
 
     program: str = ""
     routine: str = ""  # full name of the routine: `Main`, in a controller `\Program.Main`
-    rung: int | None = None  # number of the rung in it, from 0; of the line, from 1; of a chart's element
-    instruction: str = ""  # the instruction as text, in structured text the statement
+    rung: int | None = None  # number in it: of a rung, from 0; of a line, from 1; or of a chart's element
+    instruction: str = ""  # the instruction as text; in structured text, the statement
     unit: str = "rung"  # what `rung` counts: "rung", "line", or "element" of a sequential function chart
     file: str = ""
     line: int | None = None  # line in the file, from 1
     column: int | None = None  # column in that line, from 1
     task: str = ""
     tag: str = ""
-    key: str = ""  # in a table of a file
+    key: str = ""  # key in a table of a file
 
     @property
     def place(self) -> str:
@@ -37,14 +37,14 @@ class Site:
 
     @property
     def where(self) -> str:
-        """File, line, routine and rung, as far as they are known."""
+        """File, line, routine and rung, as far as known."""
         rung = "" if self.rung is None else f", {self.place}"
         routine = f"routine {self.routine}{rung}" if self.routine else ""
         return ": ".join(filter(None, (self.spot if self.file else "", routine)))
 
     @property
     def spot(self) -> str:
-        """File and line: `line.rung:12`, without a file `line 12`."""
+        """File and line, such as `line.rung:12`; without a file, `line 12`."""
         if self.file:
             return f"{self.file}:{self.line}" if self.line else self.file
         return f"line {self.line}"
@@ -57,7 +57,7 @@ NOWHERE = Site()
 
 
 class SiteError(ValueError):
-    """An error in a user's text: the reason without its place, and the site of each mistake."""
+    """An error in a user's text, with the reason, without its place, and the site of each mistake."""
 
     def __init__(self, text: str, *sites: Site) -> None:
         super().__init__(text)
@@ -65,7 +65,7 @@ class SiteError(ValueError):
 
     @classmethod
     def at(cls, site: Site, reason: str) -> Self:
-        """Return the error whose text is file and line of a place, and what is wrong there."""
+        """Return an error whose text is the file and line of a site, and the reason."""
         error = cls(f"{site.spot}: {reason}", site)
         error.reason = reason
         return error
@@ -77,14 +77,14 @@ class SiteError(ValueError):
 
 
 class SettingError(SiteError):
-    """A value that a key of a table, or a parameter, does not allow."""
+    """The value of a key in a table, or of a parameter, is not allowed."""
 
     def __init__(self, key: str, text: str) -> None:
         super().__init__(text, Site(key=key))
 
 
 def sites_of(error: BaseException | None) -> Iterator[Site]:
-    """Yield the places that an error carries, then those that its causes carry."""
+    """Yield the sites of an error, then the sites of its causes."""
     while error is not None:
         yield from getattr(error, "sites", None) or filter(None, [getattr(error, "site", None)])
         error = error.__cause__

@@ -1,4 +1,4 @@
-"""Pictures for notebooks as static HTML: no script, no file from elsewhere, colors of the page around it."""
+"""Static HTML pictures for notebooks, without scripts or external files, in the colors of the page."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _CELL = "padding:1px 8px;text-align:{}"
 
 
 def card(title: str, *parts: str) -> str:
-    """Return a frame with a title, which is text, and parts, which are HTML."""
+    """Return a frame with a title, given as text, and parts, given as HTML."""
     return f'<div style="{_CARD}"><b>{escape(title)}</b>{"".join(parts)}</div>'
 
 
@@ -22,13 +22,13 @@ def line(text: str) -> str:
 
 
 def chips(bits: Iterable[tuple[str, bool]]) -> str:
-    """Return the names of bits, those that are on in front of the eye."""
+    """Return the names of bits, with emphasis on bits that are on."""
     shown = (f'<span style="{_CHIP};{_ON if on else _OFF}">{escape(name)}</span>' for name, on in bits)
     return f"<div>{''.join(shown)}</div>"
 
 
 def rows(table: Iterable[Sequence[str]]) -> str:
-    """Return a table of texts; its first column is to the left, as names are."""
+    """Return a table of texts; the first column is left-aligned, like names."""
     shown = (
         "".join(
             f'<td style="{_CELL.format("right" if place else "left")}">{escape(cell)}</td>'
@@ -40,7 +40,7 @@ def rows(table: Iterable[Sequence[str]]) -> str:
 
 
 def curve(title: str, values: Sequence[int], width: int = 640, height: int = 70) -> str:
-    """Return numbers as a line that fills its picture."""
+    """Return numbers drawn as a line that fills the picture."""
     low, span = min(values), max(max(values) - min(values), 1)
     across = width / max(len(values) - 1, 1)
     points = " ".join(

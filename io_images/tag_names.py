@@ -2,11 +2,11 @@ r"""Names of a program's tags in all notations.
 
     Run, Fill.ACC              a tag of the controller, a member
     \Main.Step                 a tag of a program; `Program:Main.Step` is the same
-    Step                       the same, if neither the controller nor another program has a Step
+    Step                       the same, if no other program, and not the controller, has a Step
     Ps[1].Count, Grid[1,2]     an element; B[34] of a list
     Word.3                     a bit
     N7:3, T4:0.ACC, T4:0/DN    an element of an SLC's file, a member or bit of it
-    B3:1/4, B3/20              a bit of a file; bits of a file are numbered from its beginning
+    B3:1/4, B3/20              a bit of a file; the second form numbers bits from the file's beginning
 
 Case does not matter. A recorded array has one name for all of its elements: `B`, or `Ps[0..2].Count` if
 the subscript is not at the end, or is not the only one.
@@ -35,11 +35,11 @@ _RANGES = re.compile(r"\[\d+\.\.\d+(?:,\d+\.\.\d+)*+\]|:\d+\.\.\d+")
 
 
 class AmbiguousNameError(ValueError):
-    """A name that several programs declare."""
+    """Several programs declare the name."""
 
 
 def normal(text: str) -> str:
-    r"""Return a name as in rungs: the program with a backslash, a file's bit in its element.
+    r"""Return a name in the form of rungs: a program with a backslash, and a file's bit by its element.
 
     >>> print(normal("Program:Main.Step"), normal("B3/20"), normal(r"\Main.Step"))
     \Main.Step B3:1/4 \Main.Step
@@ -54,7 +54,7 @@ def normal(text: str) -> str:
 
 @lru_cache(maxsize=65_536)
 def key_of(text: str) -> str | None:
-    r"""Return the canonical form of a name, None if it is not a tag name.
+    r"""Return the canonical form of a name; None if it is not a tag name.
 
     >>> key_of(r"\Main.Ps[ 1 ].Count"), key_of("Program:Main.Ps[1].COUNT"), key_of("N7:3"), key_of("N7[3]")
     ('\\main.ps[1].count', '\\main.ps[1].count', 'n7[3]', 'n7[3]')
@@ -86,7 +86,7 @@ def _key_of_step(step: re.Match[str]) -> str:
 
 
 def in_scope(text: str, known: Iterable[str]) -> str:
-    r"""Return a name with its program, if it lacks one.
+    r"""Return a name; if it lacks its program, the program is added.
 
     >>> in_scope("Step.3", ["Run", r"\Main.Step"]), in_scope("Run", ["Run", r"\Main.Run"])
     ('\\Main.Step.3', 'Run')
@@ -152,7 +152,7 @@ def element_of(name: str, place: int) -> str:
 
 
 class NamesByPattern:
-    """Names, found by patterns with `*` and `?`, which match a name or its part before a dot or a subscript.
+    """Names, found by patterns with `*` and `?` that match a name, or its part before a dot or a subscript.
 
     >>> names = NamesByPattern(["Fill.ACC", "Fill.PRE", "Level"])
     >>> names.places("Fill"), names.places("Fi"), names.places("*.acc"), names.places("*el")
@@ -161,7 +161,7 @@ class NamesByPattern:
     [0]
 
     Args:
-        fold: whether case does not matter.
+        fold: whether case is ignored.
     """
 
     def __init__(self, names: Iterable[str], *, fold: bool = False) -> None:
@@ -173,7 +173,7 @@ class NamesByPattern:
                 self._by_part.setdefault(name[:end], []).append(place)
 
     def places(self, pattern: str) -> list[int]:
-        """Return the places of the names that match, in order."""
+        """Return the indexes of the names that match, in order."""
         pattern = self._fold(pattern)
         if not {"*", "?"} & set(pattern):
             return self._by_part.get(pattern, [])

@@ -1,8 +1,8 @@
 """Limits of untrusted texts, checked before a parser reads them.
 
-Some texts cost a parser disproportionate time: a TOML key of many parts, nested brackets, a long run
-of blanks where a pattern tries each length. This scan is linear and refuses them. The bytes of a file are
-limited where it is read, see `input_files`.
+Some texts take a parser disproportionate time: a TOML key with many parts, nested brackets, a long run
+of blanks where a pattern tries each length. This check is linear, and refuses them. The size of a file is
+limited when it is read, see `input_files`.
 """
 
 from __future__ import annotations
@@ -60,10 +60,10 @@ LIMITS: Mapping[TextKind, TextLimits] = {
     TextKind.EXPORT: TextLimits(64 * MIB),
     TextKind.RESULT: TextLimits(256 * MIB, nesting=16),
 }
-"""Limits by language. Python and exports, which have their own limits, are limited in size only."""
+"""Limits by language. Python and exports have their own limits, and are limited here only in size."""
 
 DIGITS_MAX = 4300
-"""Decimal digits of a number that Python converts; see `sys.get_int_max_str_digits`."""
+"""Maximum decimal digits of a number that Python converts; see `sys.get_int_max_str_digits`."""
 _DIGITS = re.compile(r"[+-]?[0-9_]+")
 
 _REST = (
@@ -91,17 +91,17 @@ _OWN: Mapping[TextKind, str] = {
     TextKind.STATE: _JSON,
     TextKind.RESULT: _JSON,
 }
-"""Comments and strings; no alternative backtracks far."""
+"""Patterns of comments and strings; no alternative backtracks far."""
 
 
 @cache
 def _pattern(own: str) -> re.Pattern[str]:
-    """Return the pattern of comments, strings, and counted tokens."""
+    """Return the pattern of comments, strings and counted tokens."""
     return re.compile(own.replace("\n", "") + _REST, re.DOTALL)
 
 
 class TextLimitError(ValueError):
-    """A text beyond its limits, at a line from 1."""
+    """The text exceeds its limits; lines count from 1."""
 
     def __init__(self, line: int, problem: str) -> None:
         self.line = line
@@ -109,7 +109,7 @@ class TextLimitError(ValueError):
 
 
 def check_text(text: str, kind: TextKind) -> None:
-    r"""Raise a TextLimitError for a text beyond its limits.
+    r"""Raise a TextLimitError if a text exceeds its limits.
 
     >>> check_text("a.b = [[1]]", TextKind.TOML)
     >>> check_text("x = 1\n" + "a." * 16 + "a = 1", TextKind.TOML)
@@ -150,7 +150,7 @@ SHOWN = 2_000
 
 
 def shortened(text: str, most: int = SHOWN) -> str:
-    """Return a text; a longer one truncated, with its length.
+    """Return a text; a text longer than `most` is truncated, and its length is added.
 
     >>> shortened("short"), shortened("a" * 5_000_000, 5)
     ('short', 'aaaaa... (5,000,000 characters)')
@@ -159,4 +159,4 @@ def shortened(text: str, most: int = SHOWN) -> str:
 
 
 EXPORT_MIB, EXPORT_MIB_MOST = 128, 4096
-"""Memory of the tags of an export, MiB: the default bound, and the largest one."""
+"""Memory limit for the tags of an export, MiB: the default, and the largest allowed."""

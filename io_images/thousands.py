@@ -1,4 +1,4 @@
-"""The thousands codec: wide values as two decimal words, MSW and LSW.
+"""The thousands codec, which splits wide values into two decimal words, MSW and LSW.
 
 A value that needs more than 16 bits crosses the backplane as two words:
 
@@ -44,7 +44,7 @@ _MSW_SPAN = 65_536
 
 
 def is_legal_pair(msw: int, lsw: int) -> bool:
-    """Return whether two words are a legal value: |LSW| <= 999, and no opposite signs.
+    """Return whether two words are a legal value: |LSW| <= 999, and without opposite signs.
 
     The printed sign rule ("one word negative and the other not zero and
     positive") can only mean words of opposite signs, since the manual's own
@@ -66,10 +66,10 @@ def split_thousands(value: int) -> tuple[int, int]:
         value: steps, counts or steps/s, |value| <= 32,767,999.
 
     Returns:
-        (msw, lsw), each a signed 16-bit word, neither of the opposite sign.
+        (msw, lsw), two signed 16-bit words without opposite signs.
 
     Raises:
-        ValueError: the thousands do not fit a signed word.
+        ValueError: the thousands do not fit in a signed word.
     """
     magnitude_msw, magnitude_lsw = divmod(abs(value), 1000)
     if magnitude_msw > _MSW_MAX:
@@ -115,7 +115,7 @@ def split_reported(value: int) -> tuple[int, int]:
 
 
 def split_reported_all(values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Split many reported values as `split_reported` does; the MSW is in the low 16 bits."""
+    """Split many reported values, as `split_reported` does; the MSW is in the low 16 bits."""
     if values.min(initial=0) >= 0:
         thousands = values // 1000
     else:
@@ -128,7 +128,7 @@ def join_reported(msw: int, lsw: int) -> int:
     """Join reported words into the value; the inverse of `split_reported` up to 32,767,999.
 
     Beyond that the sign of the LSW distinguishes a wrapped MSW from a negative value.
-    With an LSW of 0 it cannot, and the plain reading is returned.
+    With an LSW of 0 it cannot; then the value that is not wrapped is returned.
 
     >>> join_reported(-1, 999), join_reported(-1, -999), join_reported(16_777, 214)
     (65535999, -1999, 16777214)

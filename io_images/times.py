@@ -1,7 +1,7 @@
-"""Times as text: the one reader and the one writer of rack files, queries, programs, options and messages.
+"""Reads and writes times as text, for rack files, queries, programs, options and messages.
 
-A time is a decimal number and its unit, such as `10 s`, `1.5ms` or `250 us`: digits with or without a
-fraction, spaces or none, and a unit of `UNITS_NS`. Spaces around it are ignored. It is a whole number of
+A time is a decimal number with a unit, such as `10 s`, `1.5ms` or `250 us`: digits with or without a
+fraction, optional spaces, and a unit of `UNITS_NS`. Spaces around it are ignored. It is a whole number of
 nanoseconds, at most `LONGEST_NS`; nothing is rounded.
 """
 
@@ -30,7 +30,7 @@ LONGEST_NS = 2**62
 
 _NUMBER, _UNIT = r"[0-9]+(?:\.[0-9]+)?", "|".join(UNITS_NS)
 TIME = rf"{_NUMBER}\s*(?:{_UNIT})"
-"""Pattern of a time, for grammars that have it among other words."""
+"""Pattern of a time, for use in grammars."""
 
 DEFAULT_RUN = "10 s"
 """Default machine time of a run in virtual time."""
@@ -47,7 +47,8 @@ def parse_time(text: str) -> int:
     (0, 250000, 90000000000)
 
     Raises:
-        ValueError: no number, no unit, no whole number of ns, or longer than `LONGEST_NS`.
+        ValueError: there is no number or no unit, the time is no whole number of ns, or longer than
+            `LONGEST_NS`.
     """
     found = _TIME.fullmatch(str(text).strip())
     if found is None:
@@ -59,13 +60,13 @@ def parse_time(text: str) -> int:
 
 
 def parse_duration(text: str) -> int:
-    """Return a time to run for in ns, 1 or more.
+    """Return a duration of a run in ns, 1 or more.
 
     >>> parse_duration("10 s"), parse_duration("2.5ms"), parse_duration("1 min")
     (10000000000, 2500000, 60000000000)
 
     Raises:
-        ValueError: see `parse_time`; or 0.
+        ValueError: as in `parse_time`, or the duration is 0.
     """
     duration = parse_time(text)
     if duration < 1:
@@ -74,13 +75,13 @@ def parse_duration(text: str) -> int:
 
 
 def exact_ns(value: Decimal | float, unit: str, key: str = "time") -> int:
-    """Return a number of a unit in ns; a float counts as its shortest decimal.
+    """Convert a number in a unit to ns; a float counts as its shortest decimal.
 
     >>> exact_ns(Decimal("0.25"), "ms"), exact_ns(600, "s"), exact_ns(0.1, "ms")
     (250000, 600000000000, 100000)
 
     Raises:
-        SettingError: no whole number of ns, or longer than `LONGEST_NS`.
+        SettingError: it is no whole number of ns, or longer than `LONGEST_NS`.
     """
     number = value if isinstance(value, Decimal) else Decimal(str(value))
     try:
@@ -100,7 +101,7 @@ def _whole_ns(number: Decimal, unit: str, what: str) -> int:
 
 
 def time_text(time_ns: int) -> str:
-    """Return a time, exact, in the largest unit up to seconds that it fills; `parse_time` reads it back.
+    """Return a time as exact text, in the largest unit up to seconds not above it; `parse_time` can read it.
 
     >>> time_text(9_422_000_000), time_text(250_000), time_text(400), time_text(0)
     ('9.422 s', '250 µs', '400 ns', '0 s')
@@ -110,7 +111,7 @@ def time_text(time_ns: int) -> str:
 
 
 def seconds(time_ns: int) -> str:
-    """Return a time in seconds, exact: a moment since power-up.
+    """Return a moment since power-up as exact text, in seconds.
 
     >>> seconds(1_498_174_000_000), seconds(5), seconds(0)
     ('1498.174', '0.000000005', '0')
@@ -119,7 +120,7 @@ def seconds(time_ns: int) -> str:
 
 
 def seconds_column(time_ns: int) -> str:
-    """Return `seconds` with three decimals or more, for a column.
+    """Return a time like `seconds`, but with at least three decimals, for a column.
 
     >>> seconds_column(12_000_000), seconds_column(1_000_250_000)
     ('0.012', '1.00025')
@@ -129,7 +130,7 @@ def seconds_column(time_ns: int) -> str:
 
 
 def milliseconds(time_ns: int) -> str:
-    """Return a time in milliseconds, exact.
+    """Return a time as exact text, in milliseconds.
 
     >>> milliseconds(20_000_000), milliseconds(400)
     ('20', '0.0004')

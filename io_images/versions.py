@@ -1,4 +1,4 @@
-"""Versions of distributions, without `importlib.metadata`: it imports the whole of `email`."""
+"""Versions of distributions, without `importlib.metadata`, which would import all of `email`."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ UNKNOWN = "unknown"
 
 
 def distribution_version(distribution: str) -> str:
-    """Return the version of a distribution; "unknown" for one that is not installed.
+    """Return the version of a distribution; "unknown" if it is not installed.
 
-    That of scanrack is the checkout's if its files are used, whatever is installed.
-    `importlib.metadata` finds what is in no folder of `sys.path`, but in a zip file.
+    The version of scanrack is the checkout's if its files are used, whatever is installed.
+    `importlib.metadata` is used only for distributions in no folder of `sys.path`, as in a zip file.
 
     >>> distribution_version("no such distribution")
     'unknown'
@@ -29,7 +29,7 @@ def distribution_version(distribution: str) -> str:
                 key, colon, value = line.partition(":")
                 if key.lower() == "version":
                     return value.strip()
-                if not colon and not line.strip():  # the end of the head
+                if not colon and not line.strip():  # the end of the header
                     break
     from importlib.metadata import PackageNotFoundError, version
 
@@ -51,11 +51,11 @@ def own_project() -> dict[str, Any] | None:
 
 
 def _metadata_of(name: str) -> Iterator[str]:
-    """Yield the files with the metadata of a distribution, in the order of the search path."""
+    """Yield the paths of a distribution's metadata files, in the order of the search path."""
     for folder in sys.path:  # noqa: TID251 - it stays as it is
         try:
             entries = os.listdir(folder or ".")
-        except OSError:  # none such, or no folder
+        except OSError:  # it does not exist, or is not a folder
             continue
         for entry in entries:
             stem, suffix = os.path.splitext(entry.lower())

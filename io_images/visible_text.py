@@ -1,8 +1,8 @@
-"""Control characters made visible, for terminals and pages.
+"""Makes control characters visible, for terminals and pages.
 
-Names, messages and metadata come out of files and off lines. An escape sequence in them could move
+Names, messages and metadata come from files and serial lines. An escape sequence in them could move
 the cursor, overwrite earlier output, or type at the prompt; an override of the writing
-direction reverses a name. A character without a glyph is therefore printed as in Python.
+direction reverses a name. Therefore a character without a glyph is printed as a Python escape.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ LAYOUT = "\n\t"
 """Control characters that are printed unchanged."""
 
 _INVISIBLE = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
-"""Categories of Unicode: controls, formats, surrogates, private, unassigned, separators of lines."""
+"""Unicode categories: controls, formats, surrogates, private use, unassigned, line separators."""
 
 
 def visible(text: str, keep: str = LAYOUT) -> str:
-    r"""Return a text with visible control characters.
+    r"""Return a text with control characters made visible.
 
     >>> visible("\x1b[2Jline\u202e\n")
     '\\x1b[2Jline\\u202e\n'

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from .format import hooks
 
-TYPE_CHECKING = False  # a type checker takes it for true
+TYPE_CHECKING = False  # type checkers treat it as true
 
 if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
     import pandas

@@ -1,4 +1,4 @@
-"""Optional libraries of recording and reading: the error for a missing one names its extra."""
+"""Optional libraries for recording and reading; the error for a missing library names its extra."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from scanrack.io_images.installing import how_to_install
 
 
 class MissingExtraError(ImportError):
-    """A library of an extra is not installed."""
+    """A library that an extra provides is not installed."""
 
 
 def need(module: str, extra: str) -> ModuleType:
@@ -19,13 +19,13 @@ def need(module: str, extra: str) -> ModuleType:
     'json'
 
     Raises:
-        MissingExtraError: it is not installed; the message names the package to install.
+        MissingExtraError: the library is not installed; the message names the package to install.
     """
     try:
         return import_module(module)
     except ModuleNotFoundError as error:
         library = module.partition(".")[0]
         if error.name is None or error.name.partition(".")[0] != library:
-            raise  # the library is there, but lacks a module itself
+            raise  # the library is installed, but a module that it needs is missing
         says = f"{library} is not installed: {how_to_install(extra)}"
         raise MissingExtraError(says, name=library) from error

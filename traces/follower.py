@@ -1,10 +1,10 @@
-"""Replay: plays a recording to a module, a program or a whole rack, and compares the outcome.
+"""Compares the replay of a recording to a module, a program or a whole rack with the recording.
 
     recording ---> receiver ---> its images in each scan
         |                                |
         +---------- Follower ------------+   stops at the first scan that differs
 
-The receiver knows nothing of traces: its owner runs it scan by scan, and a
+The receiver does not know about traces: its owner runs it scan by scan, and a
 `Follower` listens to that run like a recorder.
 """
 
@@ -27,9 +27,9 @@ class Follower:
         memory: the memory block of the receiver, with the layout of the recording.
 
     Attributes:
-        stop: called at the first scan that differs, without a tolerance; a comparison with tolerance
-            reads the whole recording, since late changes may still be in time. None: continue.
-        stopped: whether it has been called.
+        stop: called at the first scan that differs, if there is no tolerance; a comparison with a tolerance
+            reads the whole recording, since late changes may still be within it. None: continue.
+        stopped: whether `stop` has been called.
     """
 
     def __init__(
@@ -52,12 +52,12 @@ class Follower:
         self._rules: list[tuple[int, object, str]] = []
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, object]) -> None:
-        """Note the rules that fire."""
+        """Record the rules that fire."""
         if fields.get("kind") == "rule":
             self._rules.append((scan, fields.get("slot"), describe(topic, scan, fields)))
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Note a scan, and stop the replay if it differs."""
+        """Record a scan, and stop the replay if it differs."""
         block, recorded = bytes(self._memory), self._recorded[self.scans]
         self._replayed.add(scan, now_ns, flags, block)
         if self.stop is not None and self._tolerance.exact and self._differ(block, recorded):
@@ -68,7 +68,7 @@ class Follower:
         return block != recorded and any(block[span] != recorded[span] for span in self._spans)
 
     def close(self) -> None:
-        """Do nothing: nothing is open."""
+        """Do nothing, because nothing is open."""
 
     @property
     def scans(self) -> int:
@@ -76,9 +76,9 @@ class Follower:
         return len(self._replayed)
 
     def comparison(self) -> Comparison:
-        """Return the comparison, the recording first, the replay second.
+        """Return the comparison, with the recording first and the replay second.
 
-        A replay that was not stopped here and is not at its end is the shorter of the two.
+        A replay that ended early, but was not stopped here, counts as the shorter of the two.
         """
         slots, recorded = self._recording.slots, self._recording.scans.chunks()
         found = compare_parts(

@@ -1,12 +1,12 @@
-"""Completes a trace without an end, or a damaged one: whole records stay, indexes and end are rebuilt.
+"""Completes a trace without an end, or a damaged trace: whole records are kept, indexes and end are rebuilt.
 
     head | chunk | index | chunk | index | chu                      the process was killed here
     head | chunk | index | chunk | index | summary | footer         after repair
 
 Whole records are copied unchanged, so that a trace that only lacks its end becomes
 identical to a complete recording. The repaired trace is written beside the
-original, flushed to the disk, and only then replaces it. The original is kept
-unless the repaired trace begins with all of it but a torn end.
+original and flushed to the disk, and only then replaces it. The original is kept
+unless the repaired trace begins with all of it except a torn end.
 """
 
 from __future__ import annotations
@@ -59,19 +59,19 @@ ORIGINAL_SUFFIX = ".orig"
 class Repair:
     """The result of a repair."""
 
-    notes: list[str] = field(default_factory=list)  # defects of the trace; without any it is unchanged
-    scans: int | None = 0  # their number, without those left out; None for the trace of a line
-    messages: int = 0  # their number, including scans
+    notes: list[str] = field(default_factory=list)  # defects of the trace; if there are none, it is unchanged
+    scans: int | None = 0  # number of scans, without those left out; None for the trace of a serial line
+    messages: int = 0  # number of messages, including scans
     original: Path | None = None  # path of the kept original; None if it is not kept, or still in its place
 
     @property
     def needed(self) -> bool:
-        """Whether there was a defect."""
+        """Whether the trace had a defect."""
         return bool(self.notes)
 
     @property
     def damaged(self) -> int:
-        """Number of chunks or other records that were left out because they can't be read."""
+        """Number of chunks and other records that were left out because they can't be read."""
         return sum(isinstance(note, Damage) for note in self.notes)
 
 
@@ -81,7 +81,7 @@ def repair(
     """Complete a trace.
 
     The original is kept, with the suffix `.orig`, unless the repaired trace begins with
-    all of it but a chunk in which it was cut off.
+    all of it, except a chunk in which it was cut off.
 
     Args:
         path: the trace, of scans or of a serial line.
@@ -90,7 +90,7 @@ def repair(
 
     Raises:
         TraceError: the file is not a trace, or of an unknown version; see `open_trace`.
-        OwnedError: the replaced file is not a recording, or is being recorded.
+        OwnedError: the file to replace is not a recording, or is being recorded.
         OSError: the repaired trace can't be written. The original is unchanged.
     """
     path = Path(realpath(path))
@@ -106,14 +106,14 @@ def repair(
             whole = trace.spans[-1].end
             keep = target == path and (result.damaged > 0 or not begin_alike(draft.place, path, whole))
             result.original = _free_name(path) if keep else None
-            trace.close()  # Windows replaces no open file
+            trace.close()  # Windows can't replace an open file
             _put_in_place(draft, path, result.original)
     return result
 
 
 def _open(path: Path) -> Records:
     try:
-        return open_trace(path, check=False)  # the rewriter sees each byte
+        return open_trace(path, check=False)  # the rewriter reads each byte anyway
     except TraceLimitError:
         raise
     except TraceError:
@@ -132,7 +132,7 @@ def _header(records: Records) -> Header:
 def _misfits(trace: Records, library: str, made: Path, path: Path) -> Iterator[str]:
     """Yield the defects of a trace in which everything could be read.
 
-    Our own are compared with a rewritten version; others are read by the stock reader.
+    Our own traces are compared with a rewritten version; others are read by the stock reader.
     """
     if library.startswith(LIBRARY):
         if made.stat().st_size != path.stat().st_size or not begin_alike(made, path, trace.size):
@@ -147,7 +147,7 @@ def _misfits(trace: Records, library: str, made: Path, path: Path) -> Iterator[s
 
 
 def _put_in_place(draft: Draft, path: Path, original: Path | None) -> None:
-    """Replace the trace by the repaired one; keep the original under another name, if there is one."""
+    """Replace the trace by the repaired one; keep the original as `original`, if that is given."""
     shutil.copymode(path, draft.place)
     if original is not None:
         _give_name(path, original)
@@ -174,10 +174,10 @@ def _free_name(path: Path) -> Path:
 
 
 class Rewriter:
-    """Writes the whole records of a trace, and an end.
+    """Copies the whole records of a trace, and writes a new end.
 
     Args:
-        result: its counts are kept.
+        result: receives counts and notes.
     """
 
     def __init__(
@@ -208,7 +208,7 @@ class Rewriter:
         self._result.notes += self._trace.notes
 
     def _data(self) -> Iterator[Span]:
-        """Yield the records before the end of the data: its first mark that no message follows."""
+        """Yield the records before the end of the data: the first DataEnd that no message follows."""
         last = max(self._sections, default=0)
         for span in self._trace.spans:
             if span.opcode == Opcode.DATA_END and span.offset > last:
@@ -216,10 +216,10 @@ class Rewriter:
             yield span
 
     def _data_crc(self) -> int:
-        """Return the CRC to write; note a different CRC in the trace, though all could be read."""
+        """Return the CRC to write; note a different CRC in the trace, if no other damage is known."""
         stated = data_crc(self._trace.file, self._trace.spans)
         if stated == 0 and ends_whole(self._trace.file, self._trace.spans):
-            return 0  # its writer states none
+            return 0  # its writer states no CRC
         if stated not in (None, self._crc) and not any(
             isinstance(note, Damage) for note in self._trace.notes
         ):
@@ -245,7 +245,7 @@ class Rewriter:
                 self._write(self._trace.raw(span))
 
     def _register(self) -> None:
-        """Write schemas and channels from the checksummed summary, once."""
+        """Write the schemas and channels of the checksummed summary, unless that is done."""
         for record in self._guarded[self._registered :]:
             self._write(encoded(record))
             self._take(record)
@@ -259,7 +259,7 @@ class Rewriter:
             self._summary.channel(record)
 
     def _index(self, span: Span) -> None:
-        """Add a record outside of chunks to the summary; TraceError if it is damaged."""
+        """Add a record outside of chunks to the summary; raise a TraceError if it is damaged."""
         file, place = self._trace.file, (self._file.tell(), span.end - span.offset)
         if span.opcode == Opcode.SCHEMA:
             self._take(read_record(file, span, Schema.read))
@@ -287,7 +287,7 @@ class Rewriter:
             self._result.scans += len(entries.get(self._trace.shape.channel, ())) // 2
 
     def _chunk(self, section: Section, entries: Mapping[int, Entries]) -> None:
-        """Copy a chunk and rebuild its times: no checksum guards them."""
+        """Copy a chunk and rebuild its times, which no checksum protects."""
         chunk = read_record(self._trace.file, section.span, Chunk.read)
         chunk.message_start_time, chunk.message_end_time = _bounds(entries)
         self._write_chunk(chunk, entries)
@@ -297,7 +297,7 @@ class Rewriter:
         self._write(content + self._summary.chunk(start, len(content), chunk, entries))
 
     def _entries(self, parts: Sequence[Part]) -> dict[int, Entries]:
-        """Return times and offsets of the messages, by channel; add other records to the summary."""
+        """Return times and offsets of messages by channel; add schemas and channels to the summary."""
         entries: dict[int, Entries] = {}
         for part in parts:
             what = part.what
@@ -313,7 +313,7 @@ class Rewriter:
 
 
 def _bounds(entries: Mapping[int, Entries]) -> tuple[int, int]:
-    """Return the least and the greatest time of messages; twice 0 without any."""
+    """Return the least and the greatest time of messages; both 0 if there are none."""
     times = [np.frombuffer(each, np.uint64)[::2] for each in entries.values()] or [np.zeros(1, np.uint64)]
     return min(int(each.min()) for each in times), max(int(each.max()) for each in times)
 
@@ -321,7 +321,7 @@ def _bounds(entries: Mapping[int, Entries]) -> tuple[int, int]:
 def _guarded(trace: Records) -> Iterator[Schema | Channel]:
     """Yield the schemas and channels in a trace's summary, each schema before its channels.
 
-    Those at the beginning of the file have no checksum.
+    Schemas and channels at the beginning of the file have no checksum.
     """
     summary = sound_summary(trace.file, trace.spans)
     if summary is None:

@@ -1,4 +1,4 @@
-"""A trace in memory, packed: to be replayed, or to answer questions about it."""
+"""A packed trace in memory, for replay, or for questions about it."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ Image = tuple[int, str]
 
 @dataclass(frozen=True)
 class PackedTrace:
-    """A trace in memory, packed, to be played."""
+    """A packed trace in memory."""
 
     slots: tuple[SlotInfo, ...]
     scans: PackedScans
-    events: tuple[TraceEvent, ...]  # all messages but images, in order
+    events: tuple[TraceEvent, ...]  # all messages except scans, in order
 
     @classmethod
     def of(cls, trace: Trace, more: Columns | None = None) -> PackedTrace:
         """Read a trace.
 
         Args:
-            more: scans that are not written yet; those that are written are left out.
+            more: scans that may not be written yet; scans that the trace already has are left out.
 
         Raises:
             TraceError: the file is damaged beyond what can be left out.
@@ -73,7 +73,7 @@ class PackedTrace:
 
     @cached_property
     def distinct_flags(self) -> frozenset[int]:
-        """The values that the CPU's flags have in any scan."""
+        """All values of the CPU's flags in any scan."""
         return frozenset(flag for each in self.scans.chunks() for flag in np.unique(each.flags).tolist())
 
     @property
@@ -92,5 +92,5 @@ class PackedTrace:
         return block_layout(self.slots)
 
     def span(self, image: Image) -> slice:
-        """Return the bytes of the memory block that hold an image; KeyError for an unknown slot."""
+        """Return the bytes of an image in the memory block; raise a KeyError for an unknown slot."""
         return self.layout.places[image[0]].image(image[1])

@@ -7,7 +7,7 @@ mode, as selected by bit 15 of word 0:
     output     `Configuration`        a `Command`, see `decode`; `BlendHeader`, `BlendSegment`
     input      `ConfigurationStatus`  `Status`; live: `StatusView`
 
-Each has `to_image`, and `from_image` or `decode` as its exact inverse.
+Each has a method `to_image`, whose exact inverse is `from_image` or `decode`.
 
 A configuration with external input, home switch, emergency stop and both end
 limits, all active high, step and direction outputs and a starting speed of
@@ -18,7 +18,7 @@ limits, all active high, step and direction outputs and a starting speed of
 >>> configuration.homing, configuration.starting_speed
 (<HomingKind.HOME_SWITCH: (True, False, False)>, 12345)
 
-A relative move of -12,000 steps, and the module's answer at its end:
+A relative move of -12,000 steps, and the module's response at its end:
 
 >>> Move(MoveKind.RELATIVE, target=-12_000, speed=5_000, acceleration=20, deceleration=10).to_image()
 Image([2, 0, -12, 0, 5, 0, 20, 10])

@@ -165,7 +165,7 @@ _LSW_MASKS = tuple((str(bit.name), bit.value) for bit in StatusLsw)
 
 
 PROFILE_BITS: Mapping[str, int] = {"ConfigError": 13, "ModuleOK": 14, "ConfigMode": 15}
-"""Bits of input word 0 that the profile of RSLogix 5000 V20 names [chapters 3 and 4].
+"""Bits of input word 0 with a name in the profile of RSLogix 5000 V20 [chapters 3 and 4].
 
 Only these three mean the same in configuration mode and in command mode.
 """

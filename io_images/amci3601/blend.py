@@ -14,7 +14,7 @@ The module reads a block when bit 9 of word 1 rises and answers with BLEND_ACK.
 Clearing bit 9 alone (word 1 = 0100h) makes it drop BLEND_ACK and wait for the
 next block; clearing bit 8 as well ends the programming.
 
-Only words that are written here are read here. The module tolerates more (reading A-60).
+Only words as written here can be read here. The module tolerates more (reading A-60).
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _RATE_MASK = (1 << _TYPE_SHIFT) - 1
 
 
 class Acceleration(Enum):
-    """How speed changes; the value is the bit pair, S-curve bit first.
+    """Acceleration type; the value is the pair of bits, with the S-curve bit first.
 
     The pair 10b is invalid: the second bit counts only with the first
     [chapter 5, Command Word LSW bit 1].
@@ -52,7 +52,7 @@ class Acceleration(Enum):
 
 
 def acceleration_of(pair: int) -> Acceleration:
-    """Return the acceleration type of a bit pair; a ValueError for 10b."""
+    """Return the acceleration type of a bit pair; raise a ValueError for 10b."""
     try:
         return Acceleration(pair)
     except ValueError:
@@ -68,13 +68,13 @@ class BlendHeader:
     Image([0, 768, 2, 0, 4, 20, 0, 0])
 
     Raises:
-        ValueError: another number of segments, or a rate out of range.
+        ValueError: the number of segments or a rate is out of range.
     """
 
     types: tuple[Acceleration, ...]  # acceleration type of each segment, 2 to 16 of them
     final_deceleration: int  # 1 to 2000 steps/ms/s, from the last segment's speed to the starting speed
     final_type: Acceleration = Acceleration.CONSTANT
-    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # the module's
 
     def __post_init__(self) -> None:
         require("number of blend segments", self.segments, SEGMENTS_MIN, SEGMENTS_MAX)
@@ -95,7 +95,7 @@ class BlendHeader:
 
     @classmethod
     def from_image(cls, image: Image) -> BlendHeader:
-        """Read the output image of a first block, or raise a ValueError."""
+        """Read the output image of a first block; raise a ValueError if it is not one."""
         words = [word & 0xFFFF for word in image]
         require("number of blend segments", words[2], SEGMENTS_MIN, SEGMENTS_MAX)
         pairs = words[4] | words[3] << 16
@@ -113,13 +113,13 @@ class BlendSegment:
     Image([0, 768, 3, 500, 12, 345, 20, 0])
 
     Raises:
-        ValueError: one of them out of range.
+        ValueError: a value is out of range.
     """
 
-    length: int  # 1 to 8,388,607 steps, the change of speed included
+    length: int  # 1 to 8,388,607 steps, including the change of speed
     speed: int  # 1 to 1,000,000 steps/s
-    rate: int  # of the change of speed, 1 to 2000 steps/ms/s
-    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
+    rate: int  # rate of the change of speed, 1 to 2000 steps/ms/s
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # the module's
 
     def __post_init__(self) -> None:
         require("length of a blend segment", self.length, 1, PARAMETER_MAX)
@@ -134,7 +134,7 @@ class BlendSegment:
 
     @classmethod
     def from_image(cls, image: Image) -> BlendSegment:
-        """Read the output image of a segment's block, or raise a ValueError."""
+        """Read the output image of a segment's block; raise a ValueError if it is not one."""
         words = image.words.tolist()
         segment = cls(join_thousands(words[2], words[3]), join_thousands(words[4], words[5]), words[6])
         _demand_exact(segment.to_image(), image, "segment block of a blend profile")

@@ -9,7 +9,7 @@
     7     deceleration, steps/ms/s
 
 `to_image` and `decode` are exact inverses. `decode` is strict: it
-refuses words that the module would refuse, and words with bits that the module
+refuses words that the module would refuse, and also words with bits that the module
 would overlook. `Parameters.read` accepts any words.
 """
 
@@ -57,8 +57,8 @@ class Idle:
     """No command.
 
     Attributes:
-        rest: words 1 to 7, without meaning here. Clearing word 0 stops a manual move, so they need not be 0,
-            except bits 7 to 10 of word 1, which are commands.
+        rest: words 1 to 7, which have no meaning here. Clearing word 0 stops a manual move, so they need not
+            be 0, except bits 7 to 10 of word 1, which are commands.
     """
 
     rest: tuple[int, ...] = (0,) * 7
@@ -69,7 +69,7 @@ class Idle:
             raise ValueError(f"word 1 of no command is {self.rest[0] & 0xFFFF:04X}h: bits 7 to 10 must be 0")
 
     def to_image(self) -> Image:
-        """Return the output image without a bit of the command MSW."""
+        """Return the output image, with no bit of the command MSW set."""
         return Image((0, *self.rest))
 
 
@@ -103,7 +103,7 @@ class ImmediateStop:
 
 @dataclass(frozen=True, slots=True)
 class PresetPosition:
-    """Set position and diagnostic feedback count, -8,388,608 to 8,388,607 steps; the position gets valid."""
+    """Set position and diagnostic count, -8,388,608 to 8,388,607 steps; the position becomes valid."""
 
     value: int
 
@@ -176,14 +176,14 @@ Command = (
     | Follower
     | StoreMinimumRegistration
 )
-"""Commands of eight output words; `blend` has the blocks of blend programming."""
+"""Commands in eight output words; the blocks of blend programming are in `blend`."""
 
 
 _Reader = Callable[[Sequence[int], Limits], Command]
 
 
 def decode(image: Image, limits: Limits = LIMITS_3601) -> Command:
-    """Return the command of an output image, or raise a ValueError with the reason.
+    """Return the command in an output image; raise a ValueError with the reason if there is none.
 
     >>> decode(Image([0x0002, 0, 12, 345, 5, 0, 20, 10]))  # doctest: +ELLIPSIS
     Move(kind=<MoveKind.RELATIVE: 2>, target=12345, speed=5000, acceleration=20, deceleration=10, ...)

@@ -72,10 +72,10 @@ class Configuration:
         step_and_direction: pulse and direction outputs instead of CW and CCW pulses.
         marker_home: the encoder's marker pulse is home.
         starting_speed: 1 to 1,000,000 steps/s; every move begins and ends at it.
-        limits: of its module.
+        limits: limits of its module.
 
     Raises:
-        ValueError: a mask out of range, or rules of chapter 3 that the newest firmware finds broken.
+        ValueError: a mask is out of range, or a rule of chapter 3 is broken for the newest firmware.
     """
 
     inputs_used: int
@@ -114,7 +114,7 @@ class Configuration:
     def from_image(
         cls, image: Image, firmware: Firmware = FW_4_1, limits: Limits = LIMITS_3601
     ) -> Configuration:
-        """Read an output image in configuration mode, or raise a ValueError with the broken rules."""
+        """Read an output image in configuration mode; raise a ValueError with the broken rules, if any."""
         words = image.words.tolist()
         if not words[0] & _MODE:
             raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: a configuration has bit 15 set")
@@ -150,7 +150,7 @@ class Configuration:
 
 
 def check(words: Sequence[int], firmware: Firmware, limits: Limits = LIMITS_3601) -> tuple[str, ...]:
-    """Return the ids of broken rules of a configuration; none if it is valid.
+    """Return the ids of the rules that a configuration breaks; none if it is valid.
 
     Bit 15 of word 0, the mode flag, is ignored. Words may be signed or unsigned.
 
@@ -177,7 +177,7 @@ INVALID_CONFIGURATIONS: tuple[tuple[str, Callable[[Sequence[int], Firmware, Limi
     ("CFG-11", lambda w, *_: any(w[4:8])),
     ("CFG-29", lambda w, fw, _: _capture_alone(w[0]) and not fw.capture_without_encoder),
 )
-"""Rules of configurations, in the manual's order [chapter 3, Invalid Configurations]."""
+"""Rules for configurations, in the manual's order [chapter 3, Invalid Configurations]."""
 
 
 def _all(word: int, mask: int) -> bool:

@@ -30,10 +30,11 @@ class Firmware:
 
     @classmethod
     def parse(cls, text: str) -> Firmware:
-        """Return the version of a text such as "4.1", or of a serial number such as "serial 96317".
+        """Return the version in a text such as "4.1", or for a serial number such as "serial 96317".
 
         Raises:
-            ValueError: not one of the known versions 2.0, 2.1, 2.2, 3.1 and 4.1, or no serial number.
+            ValueError: it is neither one of the known versions 2.0, 2.1, 2.2, 3.1 and 4.1, nor a serial
+                number.
         """
         name, _, serial = text.strip().partition(" ")
         if name.lower() == "serial" and serial:
@@ -55,7 +56,7 @@ class Firmware:
         ['2.2', '3.1', '4.1']
 
         Raises:
-            ValueError: not a positive decimal number.
+            ValueError: it is not a positive decimal number.
         """
         number = int(serial) if str(serial).strip().isdecimal() else 0
         if number < 1:
@@ -69,22 +70,22 @@ class Firmware:
 
     @property
     def capture_without_encoder(self) -> bool:
-        """Capture stores the position if no encoder is configured (2.1)."""
+        """Whether capture stores the position if no encoder is configured (2.1)."""
         return self >= FW_2_1
 
     @property
     def micrologix(self) -> bool:
-        """The module runs in a MicroLogix 1500 (2.2)."""
+        """Whether the module runs in a MicroLogix 1500 (2.2)."""
         return self >= FW_2_2
 
     @property
     def registration(self) -> bool:
-        """Registration moves and the minimum registration distance (3.1)."""
+        """Whether it has registration moves and the minimum registration distance (3.1)."""
         return self >= FW_3_1
 
     @property
     def follower(self) -> bool:
-        """Encoder follower mode (4.1)."""
+        """Whether it has encoder follower mode (4.1)."""
         return self >= FW_4_1
 
 

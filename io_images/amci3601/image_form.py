@@ -1,9 +1,9 @@
-"""Relatives of a 3601 that have its words in other places, or write its numbers otherwise.
+"""Modules related to the 3601 that have its words in other places, or use another number format.
 
 3601   status, status, position, position, encoder, encoder, captured, captured     thousands
 3401   status, status, position, position                          [3401 manual 2.0, page 34]
 3401   0, 0, status, status, position, position                    of a ControlLogix [page 34]
-3502   as a 3601, numbers by sign and magnitude                     [3502 manual 1.0, page 1]
+3502   as a 3601, numbers as sign and magnitude                     [3502 manual 1.0, page 1]
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ class ImageForm:
 
     Attributes:
         inputs: names of its input words: a 3601's, or any other for a word that is always 0.
-        numbers: the format of values of two words.
+        numbers: the format of two-word values.
 
     Raises:
-        ValueError: a status word is missing, or a name is there twice.
+        ValueError: a status word is missing, or a name occurs twice.
     """
 
     inputs: tuple[str, ...] = WORDS_3601.inputs
@@ -59,7 +59,7 @@ class ImageForm:
         }
 
     def words(self, profile: Profile) -> ModuleWords:
-        """Return the words of a module with this form; the names of its bits go with their words.
+        """Return the words of a module with this form; names of bits move with their words.
 
         >>> words = ImageForm(("zero0", "zero1", "status_msw", "status_lsw")).words(WORDS_3601)
         >>> words.groups["status"]["MODULE_OK"]
@@ -86,7 +86,7 @@ class ImageForm:
         )
 
     def heard(self, outputs: Sequence[int]) -> list[int]:
-        """Return the output words of a 3601 that mean what these signed ones mean."""
+        """Translate a module's signed output words to those of a 3601 with the same meaning."""
         words = list(outputs)
         if self.numbers is NumberFormat.SIGN_MAGNITUDE:
             for msw, lsw in _NUMBERS_OUT[: 1 if words[0] & _CONFIGURES else 2]:
@@ -94,7 +94,7 @@ class ImageForm:
         return words
 
     def shown(self, inputs: Sequence[int]) -> list[int]:
-        """Return the input words of a module whose 3601 has these, signed."""
+        """Translate a 3601's signed input words to those of the module."""
         words = list(inputs)
         if self.numbers is NumberFormat.SIGN_MAGNITUDE and not words[0] & _CONFIGURED:
             for msw, lsw in _NUMBERS_IN:

@@ -1,4 +1,4 @@
-"""Motion commands [chapter 4]; `command` has the others and decodes all."""
+"""Motion commands [chapter 4]; the other commands, and the decoder of all, are in `command`."""
 
 from __future__ import annotations
 
@@ -56,9 +56,9 @@ class Move:
     acceleration: int  # 1 to 2000 steps/ms/s
     deceleration: int  # 1 to 2000 steps/ms/s
     shape: Acceleration = Acceleration.CONSTANT
-    encoder: bool = False  # the target is in encoder counts; the axis begins to stop when they are reached
+    encoder: bool = False  # whether the target is in encoder counts; reaching it begins the stop
     proximity: bool = False  # the backplane home proximity bit, ignored by a move
-    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # the module's
 
     def __post_init__(self) -> None:
         require_member("kind", self.kind, MoveKind)
@@ -73,7 +73,7 @@ class Move:
 
     @classmethod
     def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> Move:
-        """See `command.decode`."""
+        """Read the command from output words; see `command.decode`."""
         return cls(
             MoveKind(words[0]),
             join_thousands(words[2], words[3]),
@@ -101,7 +101,7 @@ class Resume:
     shape: Acceleration = Acceleration.CONSTANT  # not taken from the held move
     proximity: bool = False  # the backplane home proximity bit, ignored by a move
     target_words: tuple[int, int] = (0, 0)  # words 2 and 3, ignored
-    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # the module's
 
     def __post_init__(self) -> None:
         require_member("shape", self.shape, Acceleration)
@@ -117,7 +117,7 @@ class Resume:
 
     @classmethod
     def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> Resume:
-        """See `command.decode`."""
+        """Read the command from output words; see `command.decode`."""
         return cls(
             join_thousands(words[4], words[5]),
             words[6],
@@ -142,7 +142,7 @@ class FindHome:
     acceleration: int  # 1 to 2000 steps/ms/s
     deceleration: int  # 1 to 2000 steps/ms/s
     proximity: bool = False  # the backplane home proximity bit; its rise slows to the starting speed
-    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # the module's
 
     def __post_init__(self) -> None:
         require_member("direction", self.direction, Direction)
@@ -156,7 +156,7 @@ class FindHome:
 
     @classmethod
     def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> FindHome:
-        """See `command.decode`."""
+        """Read the command from output words; see `command.decode`."""
         speed = join_thousands(words[4], words[5])
         proximity = bool(words[1] & _PROXIMITY)
         return cls(_direction(_FIND_HOME, words[0]), speed, words[6], words[7], proximity, limits=limits)
@@ -174,13 +174,13 @@ class Manual:
     """
 
     direction: Direction
-    speed: int  # 0 to 1,000,000 steps/s; 0 makes one step; up to the starting speed no ramp is made
+    speed: int  # 0 to 1,000,000 steps/s; 0 makes one step; up to the starting speed there is no ramp
     acceleration: int = 0  # 0 to 2000 steps/ms/s; above the starting speed the module needs 1 or more
     deceleration: int = 0  # 0 to 2000 steps/ms/s; likewise
     registration: int = 0  # steps after the stop command, 0 to 8,388,607 (firmware 3.1)
     shape: Acceleration = Acceleration.CONSTANT
     proximity: bool = False  # the backplane home proximity bit, ignored by a move
-    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # the module's
 
     def __post_init__(self) -> None:
         require_member("direction", self.direction, Direction)
@@ -198,7 +198,7 @@ class Manual:
 
     @classmethod
     def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> Manual:
-        """See `command.decode`."""
+        """Read the command from output words; see `command.decode`."""
         return cls(
             _direction(_MANUAL, words[0]),
             join_thousands(words[4], words[5]),
@@ -226,24 +226,24 @@ class RunBlend:
 
     @classmethod
     def read(cls, words: Sequence[int]) -> RunBlend:
-        """See `command.decode`."""
+        """Read the command from output words; see `command.decode`."""
         return cls(_direction(_RUN_BLEND, words[0]))
 
 
 @dataclass(frozen=True, slots=True)
 class Follower:
-    """Encoder follower mode: counts times multiplier over divisor give steps (firmware 4.1).
+    """Encoder follower mode: steps are counts * multiplier / divisor (firmware 4.1).
 
     Raises:
         ValueError: a value out of range, or of another type.
     """
 
-    direction: Direction | None  # CW with the encoder, CCW against it, None for rest in this mode
+    direction: Direction | None  # CW with the encoder, CCW against it, None to rest in this mode
     multiplier: int  # 1 to 32,767
     divisor: int  # 1 to 32,767
     acceleration: int = 0  # 0 to 2000 steps/ms/s; 0 jumps to the new speed
     deceleration: int = 0  # 0 to 2000 steps/ms/s; likewise
-    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # the module's
 
     def __post_init__(self) -> None:
         if self.direction is not None:
@@ -261,7 +261,7 @@ class Follower:
 
     @classmethod
     def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> Follower:
-        """See `command.decode`."""
+        """Read the command from output words; see `command.decode`."""
         direction = _direction(_MANUAL, words[0]) if words[0] else None
         return cls(direction, words[2], words[3], words[6], words[7], limits=limits)
 

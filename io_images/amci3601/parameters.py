@@ -16,13 +16,13 @@ from ..thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousa
 class Limits:
     """The largest values of a module's commands; by default a 3601's.
 
-    Distances have the range of their words, `thousands.PARAMETER_MAX`.
+    Distances are limited only by the range of their words, `thousands.PARAMETER_MAX`.
 
     >>> Limits().takes_speed(1_000_001), Limits(speed=2_000_000).takes_speed(1_000_001)
     (False, True)
     """
 
-    speed: int = 1_000_000  # programmed or starting speed, steps/s, from 1; 0 is a one-shot manual move
+    speed: int = 1_000_000  # programmed or starting speed, steps/s, from 1; 0 means a one-shot manual move
     rate: int = 2_000  # acceleration or deceleration, steps/ms/s, from 1
 
     def takes_speed(self, speed: int | None) -> bool:
@@ -52,7 +52,7 @@ class Parameters:
     """
 
     target: int | None  # steps or counts; None for an illegal pair of words (CMD-04)
-    speed: int | None  # steps/s; None likewise
+    speed: int | None  # steps/s; None for an illegal pair of words
     acceleration: int  # steps/ms/s
     deceleration: int  # steps/ms/s
 
@@ -72,7 +72,7 @@ class Parameters:
 
 
 def require(what: str, value: int, least: int, greatest: int) -> None:
-    """Raise a ValueError for a value out of range."""
+    """Raise a ValueError if a value is out of range."""
     if not isinstance(value, int):
         raise ValueError(f"{what} {value!r} is not allowed: must be a whole number, {least} to {greatest}")
     if not least <= value <= greatest:

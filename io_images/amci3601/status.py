@@ -46,7 +46,7 @@ class Status:
     (True, True, False, -12345)
 
     Raises:
-        ValueError: one of the last three out of range.
+        ValueError: one of the last three fields is out of range.
     """
 
     moving_cw: bool = False
@@ -98,11 +98,11 @@ class Status:
     def from_image(cls, image: Image) -> Status:
         """Read an input image in command mode.
 
-        A position beyond ±32,767,999 with an LSW of 0 reads with the other sign; see
+        A position beyond ±32,767,999 with an LSW of 0 is read with the opposite sign; see
         `thousands.join_reported`.
 
         Raises:
-            ValueError: an image in configuration mode, a reserved bit that is set, or an LSW beyond ±999.
+            ValueError: the image is in configuration mode, a reserved bit is set, or an LSW is beyond ±999.
         """
         words = image.words.tolist()
         if words[0] & _MODE:
@@ -129,7 +129,7 @@ class ConfigurationStatus:
     ConfigurationStatus(mirror=(1086, 63, 1, 0), config_error=False, module_ok=True, firmware=...)
 
     Raises:
-        ValueError: not four words, or bits of the first one that are not mirrored.
+        ValueError: the mirror does not have four words, or its first word has bits that are never mirrored.
     """
 
     mirror: tuple[int, int, int, int]  # the configuration in words 0 to 3, without bits 13 to 15 of word 0
@@ -151,7 +151,7 @@ class ConfigurationStatus:
 
     @classmethod
     def from_image(cls, image: Image) -> ConfigurationStatus:
-        """Read an input image in configuration mode, or raise a ValueError."""
+        """Read an input image in configuration mode; raise a ValueError if it is not one."""
         words = image.words.tolist()
         if not words[0] & _MODE:
             raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: the module is in command mode")
@@ -166,7 +166,7 @@ class ConfigurationStatus:
 
 
 def _bit(word: int, mask: int) -> bool:
-    # In configuration mode bits 0 to 12 mirror the configuration: no status bit is set then.
+    # In configuration mode bits 0 to 12 mirror the configuration, so they are no status bits.
     checked = mask if mask & LIVE_BITS else mask | _MODE
 
     def from_msw(view: StatusView) -> bool:
@@ -244,7 +244,7 @@ class StatusView:
 
     @property
     def moving(self) -> bool:
-        """Whether the axis moves."""
+        """Whether the axis is moving."""
         return self.MOVING_CW or self.MOVING_CCW
 
     @property
@@ -264,7 +264,7 @@ class StatusView:
 
 
 def view_with(further: Mapping[str, BitPlace]) -> type[StatusView]:
-    """Return the view of a module with further status bits, as attributes of the same kind."""
+    """Return the view class of a module with further status bits, which become attributes."""
     if not further:
         return StatusView
     bits = {name: _bit(at.word, 1 << at.bit) for name, at in further.items()}

@@ -1,6 +1,6 @@
-"""What a stepper module of the 3601's family has of its own: words, bits, errors, limits, rules.
+"""What distinguishes a stepper module of the 3601's family: words, bits, errors, limits, rules.
 
-Whatever names words or bits, checks a number, or quotes a rule takes them from the `Profile` of its slot.
+Code that names words or bits, checks numbers, or quotes rules takes them from the `Profile` of the slot.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from .rules import RULES, Rule
 from .status import StatusView, view_with
 
 Broken = Callable[[Sequence[int], Parameters], bool]
-"""Whether a move, its eight signed output words and its numbers, breaks a rule."""
+"""Function that returns whether a move breaks a rule, from its eight signed output words and its numbers."""
 
 _KNOWN = flag_places("I", StatusMsw, StatusLsw)
 _WORD = 0xFFFF
@@ -44,22 +44,22 @@ _REFUSED = (StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.HOME
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Profile(ModuleWords):
-    """A module of the family: the 3601's words, with more bits, other limits, and its own rules.
+    """A module of the family: the 3601's words, possibly with more bits, other limits, and rules of its own.
 
     Attributes:
-        limits: the largest values of its commands.
-        rules: its rules by id, a 3601's included.
-        further_refusals: the rules of absolute and relative moves that a 3601 does not have, by id.
-        untold: names of the command bits of which its manual tells nothing: each is refused by name.
-        further: its status bits beyond a 3601's, in its group "status": names and places.
-        further_errors: the errors among them, as a mask of `StatusBits`; Reset Errors clears them.
-        refusals: ids of the rules that refuse a command; others may fire in the same scan by chance.
+        limits: the largest values in its commands.
+        rules: its rules by id, including a 3601's.
+        further_refusals: by id, tests for rules of absolute and relative moves that a 3601 does not have.
+        untold: names of the command bits that its manual does not explain; each is refused by name.
+        further: places, by name, of its status bits beyond a 3601's, in the group "status".
+        further_errors: the errors among these, as a mask of `StatusBits`; Reset Errors clears them.
+        refusals: ids of the rules that refuse a command; unrelated rules may fire in the same scan.
         masks: its status bits by name, as masks of `StatusBits`.
-        view: reads an input image by the names of these bits.
+        view: class that reads an input image by the names of these bits.
 
     Raises:
-        ValueError: a status bit outside of words 0 and 1, one of a 3601 in another place, two names for one
-            bit, an error without a bit, or a refusal without a rule that sets a named bit.
+        ValueError: a status bit is outside of words 0 and 1, a 3601's bit is in another place, there are two
+            names for one bit, an error without a bit, or a refusal without a rule that sets a named bit.
     """
 
     limits: Limits = field(default=LIMITS_3601, compare=False)
@@ -104,7 +104,7 @@ class Profile(ModuleWords):
                 raise ValueError(f"{self.message}: errors: no status bit {name!r}")
 
     def _check_refusals(self) -> None:
-        """Raise a ValueError for a refusal that a user of the module would not see."""
+        """Raise a ValueError for a refusal that a user of the module could not see."""
         named = sum(self.masks.values())
         for rule, _ in self.further_refusals:
             if rule not in self.rules:
@@ -161,12 +161,12 @@ WORDS_3601 = Profile(
 
 
 def is_stepper(words: ModuleWords) -> TypeGuard[Profile]:
-    """Whether a module is of the 3601's family."""
+    """Return whether a module belongs to the 3601's family."""
     return isinstance(words, Profile)
 
 
 def may_be_stepper(words: ModuleWords) -> bool:
-    """Whether a module is of the 3601's family, or has unnamed words.
+    """Return whether a module belongs to the 3601's family, or has unnamed words.
 
     A user's own 3601-compatible module need not name them.
 
@@ -177,20 +177,20 @@ def may_be_stepper(words: ModuleWords) -> bool:
 
 
 def profile_of(words: ModuleWords) -> Profile:
-    """Return the profile of a module that may be a stepper; of one without names a 3601's."""
+    """Return the profile of a module that may be a stepper; a module without names has a 3601's."""
     return words if is_stepper(words) else WORDS_3601
 
 
 def family_facts(profile: Profile) -> dict[str, object]:
-    """Return what a recording keeps of a profile beside its words and bits."""
+    """Return what a recording stores of a profile, in addition to its words and bits."""
     return {"errors": list(profile.errors), "speed": profile.limits.speed, "rate": profile.limits.rate}
 
 
 def recorded_profile(message: str, groups: Groups, facts: Mapping[str, Any]) -> Profile:
-    """Return the profile of a recorded module, with the rules of a 3601: events have the text of its own.
+    """Return the profile of a recorded module, with a 3601's rules; events have the text of its own rules.
 
     Raises:
-        ValueError: facts that `family_facts` does not write.
+        ValueError: `family_facts` does not write such facts.
     """
     try:
         limits = Limits(int(facts["speed"]), int(facts["rate"]))

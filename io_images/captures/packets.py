@@ -1,7 +1,7 @@
 """The packets of a capture file, pcap or pcapng, in the order of the file [draft-ietf-opsawg-pcap, -pcapng].
 
-A file that ends within a packet is one whose program was killed: its whole packets count, and
-`Capture.cut_off` says where it ends. Any other nonsense is a `CaptureError` with the place in the file.
+A file ends within a packet if the capturing program was killed: its whole packets count, and
+`Capture.cut_off` says where they end. Any other error is a `CaptureError` with the place in the file.
 """
 
 from __future__ import annotations
@@ -12,10 +12,10 @@ from struct import Struct
 from typing import BinaryIO
 
 BLOCK_MAX = 16 << 20
-"""Bytes of the longest block of pcapng that is read."""
+"""Maximum bytes of a pcapng block."""
 
 PACKET_MAX = 256 << 10
-"""Bytes of the longest packet: the largest snapshot length of tcpdump and Wireshark."""
+"""Maximum bytes of a packet: the largest snapshot length of tcpdump and Wireshark."""
 
 INTERFACES_MAX = 1024
 NS_PER_S = 1_000_000_000
@@ -31,7 +31,7 @@ _DECIMALS_MAX, _BINARY_MAX = 19, 63
 
 
 class CaptureError(ValueError):
-    """A file that is not a capture, or not a sound one."""
+    """The file is not a capture, or is damaged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +40,8 @@ class Packet:
 
     at_ns: int  # since 1970
     link_type: int  # LINKTYPE number of its first bytes
-    data: bytes  # as much of it as was captured
-    cut: int = 0  # bytes after them that were not captured: the frame was longer than the snap length
+    data: bytes  # the captured part of it
+    cut: int = 0  # number of bytes that were not captured, because the frame exceeds the snap length
 
 
 @dataclass(slots=True)
@@ -54,8 +54,8 @@ class CutFrames:
     """
 
     count: int = 0
-    least: int = 0  # bytes of the shortest
-    most: int = 0  # bytes of the longest
+    least: int = 0  # bytes of the shortest frame
+    most: int = 0  # bytes of the longest frame
 
     def add(self, packet: Packet) -> None:
         """Count a packet, if it was cut."""
@@ -84,8 +84,8 @@ class Capture:
     """A capture file, open for reading.
 
     Attributes:
-        cut_off: place in the file at which its last, unfinished packet begins; None for a whole file.
-        cut_frames: the frames so far that are longer than what was captured of them.
+        cut_off: place in the file where an unfinished last packet begins; None for a whole file.
+        cut_frames: counts the frames so far that were captured only in part.
     """
 
     def __init__(self, file: BinaryIO) -> None:
@@ -98,7 +98,7 @@ class Capture:
         """Yield the packets.
 
         Raises:
-            CaptureError: the file is no capture, or a length or number in it is not allowed.
+            CaptureError: the file is not a capture, or a length or number in it is illegal.
             OSError: it can't be read.
         """
         head = self._file.read(4)
@@ -118,7 +118,7 @@ class Capture:
         return packet
 
     def _read(self, size: int, begin: int) -> bytes:
-        """Return that many bytes; b"" at the end of the file, which is noted."""
+        """Read `size` bytes; at the end of the file, note the place and return b""."""
         data = self._file.read(size)
         self._at += len(data)
         if len(data) == size:
@@ -181,7 +181,7 @@ class Capture:
             kind = int.from_bytes(kind_bytes, "little" if order == "<" else "big")
 
     def _body(self, length: int, read: int, order: str, begin: int) -> bytes | None:
-        """Return the rest of a block without its second length; None at the end of the file."""
+        """Return the rest of a block, without its second length; None at the end of the file."""
         if length % 4 or not 12 + read <= length <= BLOCK_MAX:
             said = f"it has to be a multiple of 4, {12 + read} to {BLOCK_MAX:,}"
             raise CaptureError(f"byte {begin}: a block of {length:,} bytes; {said}")
@@ -221,7 +221,7 @@ def _interface(body: bytes, order: str, begin: int) -> _Interface:
 
 
 def _units(resolution: int, begin: int) -> int:
-    """Return units per second of if_tsresol: a power of 10, or with the highest bit of 2."""
+    """Return the units per second of if_tsresol: a power of 10, or of 2 if the highest bit is set."""
     base, power = (2, resolution & 0x7F) if resolution & 0x80 else (10, resolution)
     if power > (_BINARY_MAX if base == 2 else _DECIMALS_MAX):
         raise CaptureError(f"byte {begin}: unsupported unit of time, {base}**-{power} s")

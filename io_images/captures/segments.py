@@ -1,8 +1,8 @@
 """TCP segments in packets: link layer, IPv4 or IPv6, TCP.
 
-What is not TCP is no segment; nothing is refused. The segment in a frame that the capture cut has what its
-header says, and no data. Fragments of IP are no segments: Modbus and the frames of controllers are shorter
-than any path's limit.
+Anything but TCP is skipped; nothing is refused. A segment in a frame that the capture cut has the fields of
+its header, but no data. IP fragments are skipped: Modbus and the frames of controllers are shorter
+than any path's MTU.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ IPV4, IPV6 = 0x0800, 0x86DD
 VLANS = (0x8100, 0x88A8, 0x9100)
 VLANS_MAX = 4
 EXTENSIONS = (0, 43, 60)
-"""IPv6 headers of options that may stand before TCP: hop by hop, routing, destination."""
+"""IPv6 extension headers that may precede TCP: hop by hop, routing, destination."""
 
 EXTENSIONS_MAX = 8
 TCP = 6
@@ -26,7 +26,7 @@ SYN, FIN, RST, ACK = 0x02, 0x01, 0x04, 0x10
 ETHERNET, NULL, LOOP, SLL, SLL2 = 1, 0, 108, 113, 276
 RAW = (12, 14, 101, 228, 229)
 KIND_AT = {ETHERNET: (12, 14), SLL: (14, 16), SLL2: (0, 20)}
-"""Where the type of the packet is, and where the packet begins, by link type."""
+"""By link type: offset of the packet's type, and offset of the packet."""
 
 _KIND = Struct(">H")
 _IPV4 = Struct(">BxHxxHxBxx4s4s")
@@ -47,8 +47,8 @@ class Segment:
     sequence: int  # number of its first byte
     flags: int
     data: bytes
-    acknowledged: int | None = None  # number of the next byte that it expects from the other end
-    cut: bool = False  # the capture has not all of its data: `data` is empty
+    acknowledged: int | None = None  # number of the next byte that the sender expects from the other end
+    cut: bool = False  # whether the capture lacks some of its data, so that `data` is empty
 
 
 def segment_in(packet: Packet) -> Segment | None:
@@ -81,7 +81,7 @@ def _text(address: bytes) -> str:
 
 
 def _network_at(packet: Packet) -> int | None:
-    """Return where the IP packet begins."""
+    """Return the offset of the IP packet; None if there is none."""
     if packet.link_type in RAW:
         return 0
     if packet.link_type in (NULL, LOOP):
@@ -100,7 +100,7 @@ def _network_at(packet: Packet) -> int | None:
 
 
 Found = tuple[bytes, bytes, int, int]
-"""Source, target, and where TCP begins and ends."""
+"""Source, target, and offsets of the beginning and the end of TCP."""
 
 
 def _ipv4(data: bytes, at: int, size: int) -> Found | None:
@@ -108,8 +108,8 @@ def _ipv4(data: bytes, at: int, size: int) -> Found | None:
         return None
     head, total, fragment, protocol, source, target = _IPV4.unpack_from(data, at)
     begin = at + 4 * (head & 0xF)
-    end = at + total if total else size  # 0: the network card cuts it up later
-    whole = not fragment & 0x3FFF  # neither "more fragments" nor an offset
+    end = at + total if total else size  # 0 means that the network card segments it later
+    whole = not fragment & 0x3FFF  # neither the flag "more fragments" nor an offset
     return (source, target, begin, end) if protocol == TCP and whole and begin >= at + 20 else None
 
 

@@ -1,10 +1,10 @@
-"""The bytes of TCP connections in order: retransmitted ones once, early ones after those before them.
+"""Puts the bytes of TCP connections in order: retransmitted bytes occur once, and early bytes wait.
 
     segments   |1..8|      |17..24|9..16|   |9..16|
     bytes      |1..8|             |9..24|             the last one is a retransmission
 
-Bytes that never come, since the capture missed or cut them, are a gap. The other end says so: its next data
-acknowledges them. Else what waits after the gap is passed on when too much waits.
+Bytes that the capture missed or cut are a gap, which the other end reveals: its next segment
+acknowledges them. Otherwise the bytes after a gap are passed on when too many are waiting.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 from .segments import SYN, End, Segment
 
 CONNECTIONS_MAX = 1024
-"""Directions of connections that are followed at once; the longest silent one is forgotten for a new one."""
+"""Maximum directions of connections followed at once; a new one replaces the one silent the longest."""
 
 WAITING_MAX = 64
 WAITING_BYTES_MAX = 1 << 20
@@ -25,13 +25,13 @@ _RING, _HALF = 1 << 32, 1 << 31
 
 @dataclass(frozen=True, slots=True)
 class Chunk:
-    """Bytes of one direction of a connection."""
+    """Successive bytes in one direction of a connection."""
 
-    at_ns: int  # time of the segment that completed them; after a gap of their own
+    at_ns: int  # time of the segment that completed them; after a gap, of their own segment
     source: End
     target: End
     data: bytes
-    after_gap: bool  # bytes before them are missing, or the connection is a new one
+    after_gap: bool  # whether bytes before them are missing, or the connection is new
 
 
 @dataclass(slots=True)
@@ -39,16 +39,16 @@ class _Direction:
     next: int | None = None  # sequence number of the next byte
     waiting: dict[int, tuple[int, bytes]] = field(default_factory=dict)  # time and bytes by sequence number
     fresh: bool = True
-    lacking: bool = False  # the bytes before the next one are missing
+    lacking: bool = False  # whether the bytes before the next one are missing
     passed_ns: int = 0  # time of the bytes before the next one
 
 
 class Streams:
-    """Puts the bytes of connections in order.
+    """Puts the bytes of many connections in order.
 
     Attributes:
-        repeated: bytes that came again, so far.
-        gaps: places so far at which bytes are missing.
+        repeated: number of repeated bytes so far.
+        gaps: number of places so far with missing bytes.
     """
 
     def __init__(self) -> None:
@@ -56,7 +56,7 @@ class Streams:
         self.repeated = self.gaps = 0
 
     def chunks(self, segments: Iterable[Segment]) -> Iterator[Chunk]:
-        """Yield the bytes of segments, as soon as they are in order; at the end those after gaps."""
+        """Yield the bytes of segments as soon as they are in order; at the end, yield bytes after gaps."""
         latest_ns = 0
         for segment in segments:
             latest_ns = max(latest_ns, segment.at_ns)
@@ -80,7 +80,7 @@ class Streams:
             return
         if segment.acknowledged is not None:
             yield from self._acknowledge((segment.target, segment.source), segment.acknowledged)
-        if direction.next is None:  # the capture began later
+        if direction.next is None:  # the capture began after the connection
             direction.next = first
         if segment.data:
             self._keep(direction, first, at_ns, segment.data)
@@ -90,7 +90,7 @@ class Streams:
                 yield from self._taken(key, direction)
 
     def _acknowledge(self, key: tuple[End, End], expected: int) -> Iterator[Chunk]:
-        """Yield what waits in a direction before a byte up to which the other end has all."""
+        """Yield the waiting bytes in a direction up to `expected`, which the other end has acknowledged."""
         direction = self._directions.get(key)
         while direction and direction.next is not None and 0 < _ahead(expected, direction.next) < _HALF:
             if any(_ahead(expected, first) < _HALF for first in direction.waiting if first != expected):
@@ -102,7 +102,7 @@ class Streams:
     def _keep(self, direction: _Direction, first: int, at_ns: int, data: bytes) -> None:
         assert direction.next is not None
         ahead = _ahead(first, direction.next)
-        if ahead >= _HALF:  # it begins before the next byte
+        if ahead >= _HALF:  # the data begin before the next byte
             old = min(_RING - ahead, len(data))
             self.repeated += old
             first, data = direction.next, data[old:]
@@ -110,7 +110,7 @@ class Streams:
             direction.waiting[first] = at_ns, data
 
     def _taken(self, key: tuple[End, End], direction: _Direction) -> Iterator[Chunk]:
-        """Yield what is next, if it has come: one chunk for all that comes to be in order at a time."""
+        """Yield the waiting bytes that are now in order; bytes completed at the same time are one chunk."""
         data, following = bytearray(), direction.next or 0
         while direction.waiting:
             first = _nearest(direction.waiting, following)
@@ -118,7 +118,7 @@ class Streams:
             if 0 < ahead < _HALF:
                 break
             at_ns, held = direction.waiting.pop(first)
-            if data and at_ns > direction.passed_ns:  # what came later is a chunk of its own
+            if data and at_ns > direction.passed_ns:  # later bytes are a chunk of their own
                 yield self._chunk(key, direction, data)
                 data = bytearray()
             old = (_RING - ahead) % _RING
@@ -145,12 +145,12 @@ class Streams:
 
 
 def _ahead(number: int, following: int) -> int:
-    """Return how far a sequence number is ahead of the next one; half of the ring and more is behind."""
+    """Return how far a sequence number is ahead of the next one; half of the ring or more means behind."""
     return (number - following) % _RING
 
 
 def _nearest(waiting: Iterable[int], following: int) -> int:
-    """Return the number that comes first, seen from the next one: what is old comes before what is new."""
+    """Return the first of the waiting sequence numbers; numbers before `following` come before later ones."""
     return min(waiting, key=lambda each: (each - following + _HALF) % _RING)
 
 

@@ -6,10 +6,10 @@
 | `models` | a row for each model: words, bits, ranges, functions |
 | `configuration` | the words of configuration mode, and their checks |
 | `command` | the words of command mode |
-| `translation` | the words of a 3601 that axes and motion blocks write, in those of a drive, and back |
-| `status` | the status by the names of a drive's bits |
+| `translation` | translates the words of a 3601 to those of a drive, and back, for axes and motion blocks |
+| `status` | the status, with a drive's own names of bits |
 | `rules` | what a drive refuses or reports, a row for each rule, with its page |
-| `readings` | where the pages are silent: the choice, with its confidence |
+| `readings` | choices where the manuals are silent, with our confidence in them |
 
 Sources by short names: "SMD" is the manual 940-0S15x of SMD23E2 and SMD24E2, "17" that of the SMD17E2, "SD"
 that of the SD17060E, "SD2" that of SD17060E2 and SD31045E2, "K" that of SD17060E-K, "EDS" the vendor's EDS

@@ -1,4 +1,4 @@
-"""Bits of the words, at the places of the SMD family; a model's row moves those that it has elsewhere."""
+"""Bits of the words, at their places in the SMD family; a model's row moves bits that it has elsewhere."""
 
 from __future__ import annotations
 

@@ -18,12 +18,12 @@ from .bits import CommandBit, Modifier
 from .models import Model
 
 TARGET_MIN, TARGET_MAX = -8_388_608, 8_388_607
-"""Range of positions and distances that the host writes, in each format [SD p. 55; reading R-12]."""
+"""Range of positions and distances that the host writes, in any format [SD p. 55; reading R-12]."""
 
 
 @dataclass(frozen=True)
 class DriveCommand:
-    """Ten output words, read as a model of the family reads them in a format of numbers."""
+    """Ten output words, as a model of the family reads them in a number format."""
 
     words: tuple[int, ...]  # unsigned
     model: Model
@@ -38,7 +38,7 @@ class DriveCommand:
 
     @property
     def configures(self) -> bool:
-        """Whether the words are those of configuration mode."""
+        """Whether the words are in configuration mode."""
         return bool(self.words[0] & CommandBit.MODE_CONFIG)
 
     @cached_property
@@ -48,12 +48,12 @@ class DriveCommand:
 
     @cached_property
     def modifiers(self) -> Modifier:
-        """The modifiers that are on, of those that the model knows."""
+        """The modifiers that are on and known to the model."""
         return Modifier(self.words[1]) & self.model.modifiers
 
     @property
     def lsw(self) -> int:
-        """The backplane proximity at its place in a 3601's word 1, for the home search of a 3601."""
+        """The backplane proximity bit at its place in a 3601's word 1, for a 3601's home search."""
         return 1 << 12 if self.modifiers & Modifier.BACKPLANE_PROXIMITY else 0
 
     @property
@@ -74,13 +74,13 @@ class DriveCommand:
 
     @cached_property
     def target(self) -> int | None:
-        """Target, distance or preset of words 2 and 3; None for words out of range."""
+        """Target, distance or preset in words 2 and 3; None if they are out of range."""
         value = self.format.join(self.words[2], self.words[3])
         return value if value is not None and TARGET_MIN <= value <= TARGET_MAX else None
 
     @cached_property
     def speed(self) -> int | None:
-        """Programmed speed, steps/s; None for words that are no value."""
+        """Programmed speed, steps/s; None if the words have no value."""
         return self.format.join(self.words[4], self.words[5])
 
     @property
@@ -101,12 +101,12 @@ class DriveCommand:
 
     @property
     def jerk(self) -> int:
-        """Jerk, % of the rate per 10 ms; 0 = constant acceleration. None of a registration move."""
+        """Jerk, % of the rate per 10 ms; 0 = constant acceleration. A registration move has no jerk."""
         registers = self.modifiers & Modifier.REGISTRATION_MOVE
         return 0 if registers or not self.model.jerk else self.words[9]
 
     def ranges_hold(self, starting_speed: int) -> bool:
-        """Whether speed, rates and jerk are within their ranges [EDS; SD p. 55]."""
+        """Return whether speed, rates and jerk are within their ranges [EDS; SD p. 55]."""
         limits, speed = self.model.limits, self.speed
         return (
             speed is not None

@@ -10,7 +10,7 @@
     8          motor current, 0.1 A                      0
     9          0                                         0
 
-[EDS; SMD p. 59; the order of words from the client SMD_Control_Server; the ANF2's from EPICS's driver]
+[EDS; SMD p. 59; order of words: the client SMD_Control_Server; ANF2: EPICS's driver]
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from .bits import InputFunction, Settings
 from .models import WORDS, Layout, Model
 
 RESERVED = 0b0001_0011_1100_0000
-"""Bits of configuration word 0 without a name: 6 to 9, and 12 [EDS]."""
+"""Nameless bits of configuration word 0: 6 to 9, and 12 [EDS]."""
 
 INDEXED = 1 << 6
-"""The input that starts an indexed move, in masks of active inputs beside the bits of `InputBit`."""
+"""The input that starts an indexed move, in masks of active inputs; not a bit of `InputBit`."""
 
 ROLES: dict[InputFunction, int] = {
     InputFunction.GENERAL_PURPOSE: 0,
@@ -40,7 +40,7 @@ ROLES: dict[InputFunction, int] = {
     InputFunction.EMERGENCY_STOP: InputBit.ESTOP.value,
     InputFunction.HOME: InputBit.HOME.value,
 }
-"""The input of a 3601 that has the function, as a mask."""
+"""The input of a 3601 with the same function, as a mask."""
 
 ANF2_USED = (0b1, 0b10, 0b100, 0b1_1000, 0b110_0000)
 """Bits of an ANF2's configuration word 0 that use each input [driver of EPICS]."""
@@ -48,14 +48,14 @@ ANF2_USED = (0b1, 0b10, 0b100, 0b1_1000, 0b110_0000)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Build:
-    """A unit: its encoder, and how it reads the bits of a configuration whose pages are not known.
+    """A unit: its encoder, and how it reads configuration bits whose documentation is unknown.
 
     Attributes:
         encoder: whether it has an encoder.
         input_codes: code of each of `InputFunction` [reading R-01].
         low_word_first: whether Binary_Endian at 0 means the low word first [reading R-02].
-        save_bit: of configuration word 1: save to flash [reading R-06].
-        read_back_bit: of configuration word 1: show the present configuration [reading R-06].
+        save_bit: bit of configuration word 1 that saves to flash [reading R-06].
+        read_back_bit: bit of configuration word 1 that shows the current configuration [reading R-06].
     """
 
     encoder: bool = True
@@ -65,7 +65,7 @@ class Build:
     read_back_bit: int = 11
 
     def functions(self, words: Sequence[int]) -> tuple[InputFunction, InputFunction]:
-        """Return the functions of both inputs, in configuration word 0."""
+        """Return the functions of both inputs, from configuration word 0."""
         first, second = (self.input_codes.index(words[0] >> shift & 7) for shift in (0, 3))
         return InputFunction(first), InputFunction(second)
 
@@ -78,17 +78,17 @@ class DriveConfiguration:
     """A valid configuration.
 
     Attributes:
-        words: as they were written, unsigned.
+        words: the words as they were written, unsigned.
         roles: mask of the function of each input, see `ROLES`.
         active_high: whether each input is active when it is energized.
         stall_detection: whether a shaft that does not follow stops a move.
-        output_format: of the numbers that the host writes.
-        input_format: of the numbers that it reads.
+        output_format: format of the numbers that the host writes.
+        input_format: format of the numbers that the host reads.
         starting_speed: steps/s.
         counts_per_turn: x4 counts of the encoder.
-        homing_timeout_s: longest home search of an ANF2, s; 0 is without end.
+        homing_timeout_s: longest home search of an ANF2, s; 0 = no limit.
         idle_percent: current at rest, % of `current`.
-        current: 0.1 A.
+        current: motor current, 0.1 A.
     """
 
     words: tuple[int, ...]
@@ -109,12 +109,12 @@ class DriveConfiguration:
 
     @property
     def diagnostic_feedback(self) -> bool:
-        """False: no drive counts its own steps."""
+        """Whether it counts its own steps: always False, since no drive does."""
         return False
 
     @property
     def homing(self) -> HomingKind:
-        """The homing of a 3601 that has the same signals."""
+        """The homing of a 3601 with the same signals."""
         return HomingKind.HOME_SWITCH_PROXIMITY if self.backplane_proximity else HomingKind.HOME_SWITCH
 
     def active(self, levels: int) -> tuple[int, int]:
@@ -136,7 +136,7 @@ class ConfigurationRule:
     """A row of the list of invalid configurations.
 
     Attributes:
-        broken: whether words of configuration mode, unsigned, break the rule on a unit.
+        broken: returns whether unsigned words of configuration mode break the rule on a unit.
     """
 
     id: str
@@ -241,7 +241,7 @@ SMD_RULES: tuple[ConfigurationRule, ...] = (
         ("R-05",),
     ),
 )
-"""What makes a configuration of the SMD family invalid."""
+"""Rules that a configuration of the SMD family must keep."""
 
 ANF2_RULES: tuple[ConfigurationRule, ...] = (
     SMD_RULES[1],
@@ -266,7 +266,7 @@ def broken_rules(words: Sequence[int], model: Model, build: Build = USUAL) -> li
     """Return the rules that words of configuration mode break; a valid configuration breaks none.
 
     Args:
-        words: ten, unsigned.
+        words: ten unsigned words.
     """
     return [row for row in configuration_rules(model) if row.broken(words, model, build)]
 
@@ -321,7 +321,7 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
 
 
 def stored_words(words: Sequence[int], build: Build = USUAL) -> tuple[int, ...]:
-    """Return ten words as the flash keeps them: unsigned, without the requests of word 1."""
+    """Return ten words as the flash stores them: unsigned, without the requests in word 1."""
     kept = [word & 0xFFFF for word in words[:WORDS]]
     kept[1] &= ~(1 << build.save_bit | 1 << build.read_back_bit)
     return tuple(kept)

@@ -1,8 +1,8 @@
-"""What a program for a 3601 meets on a networked drive: a row for each bit or word of another meaning.
+"""Differences between a 3601 and a networked drive: a row for each bit or word with another meaning.
 
-A row names the bits of the 3601 (image, word, mask), what they mean there, what the drive does with them, and
-what to write. Sources are pages of the drive's manuals, or readings (R-nn) where these are silent. Bits that
-are in no row mean the same on both.
+A row has the bits on the 3601 (image, word, mask), their meaning there, what the drive does with them, and
+what to write instead. Sources are pages of the drive's manuals, or readings (R-nn) where these are silent.
+Bits that are in no row mean the same on both.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Difference:
         on_drive: what they mean on the drive.
         write: what to write instead.
         source: page or reading.
-        layouts: the models that it holds for, by the layout of their words.
+        layouts: layouts of the words of the models to which the row applies.
     """
 
     id: str
@@ -45,7 +45,7 @@ class Difference:
     layouts: frozenset[Layout] = _SMD
 
     def names(self, bits_used: int) -> str:
-        """Return the names of its bits on a 3601 that are among some bits, such as "RESET_ERRORS"."""
+        """Return the names on a 3601, such as "RESET_ERRORS", of those of its bits that are in use."""
         bits = {
             ("O", 0): CommandMsw,
             ("O", 1): CommandLsw,
@@ -420,7 +420,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         _ANF2,
     ),
 )
-"""The rows, in the order of the words."""
+"""The rows, in order of the words."""
 
 CONFIGURATION = (
     "the configuration words of a 3601",
@@ -428,9 +428,9 @@ CONFIGURATION = (
     "the drive's own configuration, ten words",
     "EDS; SMD p. 59",
 )
-"""What a configuration meets on every drive: meaning, meaning there, what to write, source."""
+"""Differences of every drive's configuration: meaning on a 3601, on the drive, what to write, source."""
 
 
 def differences(model: Model) -> Iterator[Difference]:
-    """Yield the rows that hold for a model."""
+    """Yield the rows that apply to a model."""
     return (row for row in DIFFERENCES if model.layout in row.layouts)

@@ -1,8 +1,8 @@
 """The models of the family: a row for each, with its words, bits, ranges and functions.
 
-A model differs from its neighbors by its row only. Sources of the rows: SMD and EDS for the SMD models; the
+Models differ only by their rows. Sources of the rows: SMD and EDS for the SMD models; the
 manual of the SD17060E2 (p. 42, 59, 83) and of its EtherCAT version; for ANG1 and ANF2 the registers that the
-drivers of EPICS use, since only title pages of their manuals are known.
+drivers of EPICS use, since only the title pages of their manuals are known.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ WORDS = 10
 
 
 class Layout(Enum):
-    """The words of configuration mode."""
+    """Layouts of the words of configuration mode."""
 
     SMD = "two words of bits, starting speed, steps, 0, counts, idle current, current, 0"
     ANF2 = "two words of bits, starting speed, homing time-out, zeros"
@@ -30,7 +30,7 @@ class Layout(Enum):
 
 @dataclass(frozen=True, slots=True)
 class DriveLimits:
-    """Ranges of parameters, from the least to the greatest value."""
+    """Ranges of parameters, from least to greatest value."""
 
     speed: int = 2_999_999  # steps/s, from the starting speed on [SD p. 55; EDS]
     starting_speed: int = 1_999_999  # steps/s, from 1 [EDS; reading R-07]
@@ -55,20 +55,21 @@ class Model:
         name: as in rack files and commands.
         title: as the vendor writes it.
         layout: of the configuration words.
-        axes: most axes in a stack.
+        axes: maximum axes in a stack.
         limits: ranges of its parameters.
-        terminals: its inputs in their order, where they have functions of their own; none for a model whose
+        terminals: its inputs in order, if they have fixed functions; none for a model whose
             configuration gives two inputs their functions.
-        moved_commands: bits of command word 0 that it has at another place than the SMD family.
-        missing_commands: bits that it lacks; a command with one is refused.
-        modifiers: bits of command word 1 that it knows; a command with another one is refused.
-        moved_status: status bits at another place; 0 for one that it lacks.
-        number_format: the fixed format of its numbers; None where the configuration selects it.
-        current_keys: bits of command word 1 that must be on, and off, for a current in the command.
+        moved_commands: bits of command word 0 that are at other places than in the SMD family.
+        missing_commands: bits of command word 0 that it lacks; a command with such a bit is refused.
+        modifiers: bits of command word 1 that it knows; a command with any other bit is refused.
+        moved_status: status bits at other places; 0 for a bit that it lacks.
+        number_format: the fixed format of its numbers; None if the configuration selects it.
+        current_keys: bits of command word 1 that must be on, and bits that must be off, for a current in the
+            command.
         enable_bit: whether the driver needs its enable bit in every command.
         jerk: whether word 9 is the jerk of a move.
-        flash: whether it keeps a configuration without power.
-        leaves_configuration: whether it returns to command mode by itself with a valid configuration.
+        flash: whether it keeps its configuration without power.
+        leaves_configuration: whether it returns to command mode by itself after a valid configuration.
         identity: vendor, device type, product code and revision of its EtherNet/IP identity, if known.
     """
 
@@ -123,7 +124,7 @@ class Model:
         return found
 
     def unknown_commands(self, word_0: int) -> int:
-        """Return the bits of command word 0 that no command has."""
+        """Return the bits of command word 0 that belong to no command."""
         known = 0
         for bit in CommandBit:
             known |= self.moved_commands.get(bit, 0 if bit in self.missing_commands else bit.value)
@@ -186,7 +187,7 @@ _ERRORS = (
 
 
 def _places(image: str, bits: Iterable[tuple[str, int]]) -> dict[str, BitPlace]:
-    """Return the places of bits over two words, the second word from bit 16."""
+    """Return the places of bits that are numbered over two words; the second word begins at bit 16."""
     return {
         name: BitPlace(image, (mask.bit_length() - 1) // 16, (mask.bit_length() - 1) % 16)
         for name, mask in bits

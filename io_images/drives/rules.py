@@ -22,9 +22,9 @@ class DriveRule:
     Attributes:
         id: prefix and number, such as "CMD-04".
         section: source and page.
-        text: what is wrong, or has happened.
+        text: what is wrong, or what has happened.
         sets: the status bits.
-        reading: readings that it rests on.
+        reading: readings on which it is based.
     """
 
     id: str
@@ -125,7 +125,7 @@ RULES: Mapping[str, DriveRule] = {row.id: row for row in ROWS}
 
 
 def rules_of(model: Model) -> list[DriveRule]:
-    """Return the rules that a model can report: those of its configuration words and of its status bits."""
+    """Return the rules that a model can report, for its configuration words and its status bits."""
     others = {row.id for row in CONFIGURATION_RULES} - {row.id for row in configuration_rules(model)}
     lacks = sum(bit for bit, place in model.moved_status.items() if not place)
     return [row for row in ROWS if row.id not in others and row.sets & ~lacks]

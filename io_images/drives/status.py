@@ -1,4 +1,4 @@
-"""The status of a drive by the names of its own bits."""
+"""The status of a drive, with its own names of bits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..module_words import BitPlace
 from .models import MODELS, Model
 
 NumberReader = Callable[[Sequence[int], int], int]
-"""Returns the number in two words of an image, from the index of the first."""
+"""Function that returns the number in two words of an image, from the index of the first word."""
 
 
 class DriveStatusView(StatusView):
@@ -56,7 +56,7 @@ def status_view(image: Image, model: Model, number: NumberReader) -> DriveStatus
 
 @cache
 def _view_of(model_name: str) -> type[DriveStatusView]:
-    """Return the view with a model's bits; the bits of a 3601 that it lacks are no attributes."""
+    """Return the view class with a model's bits; bits of a 3601 that the model lacks are not attributes."""
     model = MODELS[model_name]
     own = {name: _bit(at) for name, at in model.words.groups["status"].items()}
     lacking = {name: _missing(name, model) for name in StatusView._names if name not in own}
@@ -65,7 +65,7 @@ def _view_of(model_name: str) -> type[DriveStatusView]:
 
 
 def _bit(at: BitPlace) -> property:
-    """Return a status bit; in configuration mode, whose words are a mirror, only bit 15 of word 0 counts."""
+    """Return a property for a status bit; in configuration mode only bit 15 of word 0 is not a mirror."""
     mode = at.word == 0 and at.bit == 15
 
     def is_on(view: StatusView) -> bool:

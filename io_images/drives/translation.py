@@ -1,7 +1,7 @@
-"""The words of a 3601 that axes and motion blocks write, in the words of a drive, and back.
+"""Translates the words of a 3601, which axes and motion blocks write, to those of a drive, and back.
 
-An axis knows the commands and the status bits of a 3601. Of a drive it has this translation: a row for each
-bit that means the same. What is not in a row has a rule of its own below.
+An axis knows the commands and the status bits of a 3601. For a drive it uses this translation: a row for each
+bit with the same meaning. Everything else has a rule of its own below.
 
     to the drive     commands, blend handshake, format of numbers, S-curve as a jerk, enable bit
     from the drive   status bits, number format, configuration mode, blend handshake
@@ -28,7 +28,7 @@ from .models import MODELS, Layout, Model
 Bit = TypeVar("Bit", CommandBit, StatusBit)
 
 HEADER = -1
-"""Word 7 of the first block of a blend profile; of a segment it is the deceleration."""
+"""Word 7 of a blend profile's first block; in a segment's block, word 7 is the deceleration."""
 
 COMMANDS: Mapping[int, CommandBit] = {
     CommandMsw.ABSOLUTE_MOVE: CommandBit.ABSOLUTE_MOVE,
@@ -44,7 +44,7 @@ COMMANDS: Mapping[int, CommandBit] = {
     CommandMsw.RUN_BLEND_CW: CommandBit.RUN_ASSEMBLED_MOVE,
     CommandMsw.RUN_BLEND_CCW: CommandBit.RUN_ASSEMBLED_MOVE,
 }
-"""Command word 0 of a 3601, and the command of the drive."""
+"""Commands of the drive by bit of a 3601's command word 0."""
 
 STATUS: Mapping[int, StatusBit] = {
     StatusMsw.MOVING_CW: StatusBit.MOVING_CW,
@@ -62,13 +62,13 @@ STATUS: Mapping[int, StatusBit] = {
     StatusMsw.CONFIG_ERROR: StatusBit.CONFIG_ERROR,
     StatusMsw.MODULE_OK: StatusBit.MODULE_OK,
 }
-"""Status word 0 of a 3601, and the bit of the drive."""
+"""Status bits of the drive by bit of a 3601's status word 0."""
 
 UNFIT = StatusBit.DRIVER_FAULT | StatusBit.STALL_DETECTED
-"""Status bits that end a command; a 3601 has no such bits."""
+"""Status bits that end a command, and that a 3601 does not have."""
 
 PARTS = {CommandLsw.S_CURVE.value: 1, (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value: 3}
-"""Shapes: the time at the peak rate alone, divided by the time in which the rate rises."""
+"""By shape: the time of a change of speed at peak rate only, divided by the time in which the rate rises."""
 
 JERK_SCALE = 100_000
 """A rate in steps/ms/s reaches its peak in 100 / jerk seconds."""
@@ -79,7 +79,7 @@ _CONFIGURING = signed_word((StatusMsw.MODE_CONFIG | StatusMsw.MODULE_OK).value)
 
 
 def model_of(words: ModuleWords) -> Model | None:
-    """Return the model whose words a slot has; None for another module.
+    """Return the model with a slot's words; None for any other module.
 
     >>> from .models import ANF2
     >>> model_of(ANF2.words).title
@@ -97,8 +97,8 @@ class DriveTranslation:
         enabled: whether it last reported that it is enabled.
 
     Args:
-        model: a row of the family's models.
-        configuration: ten words, valid for the model.
+        model: model of the drive.
+        configuration: ten words that are valid for the model.
     """
 
     def __init__(self, model: Model, configuration: Sequence[int]) -> None:
@@ -116,7 +116,7 @@ class DriveTranslation:
     def reset(self) -> None:
         """Forget the words sent, and the stored minimum distance."""
         self._minimum = 0
-        self._words: Sequence[int] = (0,) * 8  # of a 3601, as last sent
+        self._words: Sequence[int] = (0,) * 8  # a 3601's words, as last sent
         self.unfit, self.enabled = False, True
 
     # -- from the drive
@@ -127,11 +127,11 @@ class DriveTranslation:
         return self._set.starting_speed
 
     def number(self, inputs: Sequence[int], first: int) -> int:
-        """Return the number in input words `first` and the next one."""
+        """Return the number in input words `first` and `first + 1`."""
         return self._set.input_format.join(inputs[first], inputs[first + 1]) or 0
 
     def status(self, inputs: Sequence[int]) -> list[int]:
-        """Return the eight input words of a 3601 for the drive's ten, signed."""
+        """Translate the drive's ten input words to the eight of a 3601, signed."""
         word0, word1 = inputs[0] & 0xFFFF, inputs[1] & 0xFFFF
         sends_configuration = self._words[0] < 0
         if word0 & StatusBit.MODE_CONFIG or (self.model.leaves_configuration and sends_configuration):
@@ -153,7 +153,7 @@ class DriveTranslation:
         return [name for name, at in names.items() if inputs[at.word] >> at.bit & 1]
 
     def _acknowledges(self, bits: int) -> bool:
-        """Whether the drive has taken the present block of a blend profile, as BLEND_ACK says it."""
+        """Return whether the drive has accepted the current block of a blend profile, as BLEND_ACK means."""
         if not bits & StatusBit.ASSEMBLED_MODE or self.model.layout is not Layout.SMD:
             return False
         waits = bool(bits & StatusBit.WAITING_FOR_SEGMENT)
@@ -164,7 +164,7 @@ class DriveTranslation:
     # -- to the drive
 
     def command(self, words: Sequence[int]) -> list[int]:
-        """Return the drive's ten output words for a 3601's eight, signed."""
+        """Translate a 3601's eight output words to the drive's ten, signed."""
         self._words = words
         if words[0] < 0:
             return [signed_word(word) for word in self.configuration]
@@ -206,7 +206,7 @@ class DriveTranslation:
         return found.value
 
     def _jerk(self, words: Sequence[int]) -> int:
-        """Return the jerk of an S-curve, rounded down to the gentler one, 1 at least; 0 without S-curve."""
+        """Return the jerk of an S-curve, rounded down to be gentler, but at least 1; 0 without S-curve."""
         parts = PARTS.get(words[1] & _SHAPE, 0)
         change = 1000 * words[4] + words[5] - self._set.starting_speed
         if not parts or change <= 0:
@@ -216,10 +216,10 @@ class DriveTranslation:
 
 
 def _places(rows: Mapping[int, Bit], moved: Mapping[Bit, int]) -> tuple[tuple[int, int], ...]:
-    """Return the rows with the places that a model has; a bit that it lacks is 0."""
+    """Return the rows with the bits at a model's places; a bit that it lacks is 0."""
     return tuple((int(at), int(moved.get(bit, bit))) for at, bit in rows.items())
 
 
 def _mask_of(functions: Iterable[InputFunction], selected: InputFunction) -> int:
-    """Return the inputs that have a function, bit n = input n + 1."""
+    """Return a mask of the inputs with a function, bit n = input n + 1."""
     return sum(1 << at for at, each in enumerate(functions) if each is selected)

@@ -5,5 +5,5 @@
 | `codes.py` | numbers of types, services, statuses |
 | `frames.py` | frames of the encapsulation and their items |
 | `paths.py` | paths of requests: names, subscripts, numbers |
-| `listing.py` | what a server offers: tags, their types, and the bytes of both |
+| `listing.py` | a server's tags and their types, and the layout of both in bytes |
 """

@@ -61,20 +61,20 @@ READ, WRITE, MODIFY, READ_PART, WRITE_PART, LISTING = 0x4C, 0x4D, 0x4E, 0x52, 0x
 CLOSE, OPEN, LARGE_OPEN, UNCONNECTED, EXECUTE_PCCC = 0x4E, 0x54, 0x5B, 0x52, 0x4B
 
 FRAME_MOST = 4_600
-"""Bytes of a frame's body: a large connection's 4,002, with items and headers."""
+"""Maximum bytes of a frame's body: 4,002 of a large connection, plus items and headers."""
 
 UNCONNECTED_MOST = 504
-"""Bytes of an unconnected reply."""
+"""Maximum bytes of an unconnected reply."""
 
 CONNECTION_LEAST, CONNECTION_MOST = 32, 4_002
-"""Bytes of a connection's packets."""
+"""Minimum and maximum bytes of a connection's packets."""
 
 PORT = 44_818
 """TCP and UDP port of EtherNet/IP."""
 
 
 class CipRefusedError(ValueError):
-    """A request that gets an error status."""
+    """The request gets an error status as reply."""
 
     def __init__(self, status: int, *more: int) -> None:
         super().__init__(f"status {status:02X}h {' '.join(f'{each:04X}h' for each in more)}".rstrip())

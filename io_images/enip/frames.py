@@ -10,7 +10,7 @@ import struct
 HEAD = struct.Struct("<HHII8sI")
 
 COMMAND_MOST = 0x1FF
-"""Commands beyond this are noise."""
+"""Largest number of a command; a larger one is noise."""
 
 NO_ADDRESS, CONNECTED_ADDRESS, UNCONNECTED_DATA, CONNECTED_DATA = 0, 0xA1, 0xB2, 0xB1
 """Types of items."""
@@ -19,7 +19,7 @@ _ITEMS_MOST = 4
 
 
 def items_in(body: bytes) -> list[tuple[int, bytes]]:
-    """Return the items of a body, type and data; none if it is damaged."""
+    """Return the items in a body, as type and data; none if the body is damaged."""
     items: list[tuple[int, bytes]] = []
     if len(body) < 8:
         return items
@@ -36,6 +36,6 @@ def items_in(body: bytes) -> list[tuple[int, bytes]]:
 
 
 def body_of(*items: tuple[int, bytes]) -> bytes:
-    """Return the body that has these items."""
+    """Return a body with these items."""
     parts = (struct.pack("<HH", kind, len(data)) + data for kind, data in items)
     return struct.pack("<IHH", 0, 0, len(items)) + b"".join(parts)

@@ -1,4 +1,4 @@
-"""Class 1 connections as bytes: path of the open request, packets [ODVA volume 1, 3-5.5; volume 2, 3-2].
+"""Bytes of class 1 connections: path of the open request, and packets [ODVA volume 1, 3-5.5; volume 2, 3-2].
 
 Path of an open request: an electronic key, class and instance of the configuration assembly, the consumed
 and the produced assembly, configuration data.
@@ -17,7 +17,7 @@ from .codes import BAD_SEGMENT, CipRefusedError
 
 SEQUENCED_ADDRESS, IO_DATA = 0x8002, 0x00B1
 SOCKET_TO_TARGET, SOCKET_TO_ORIGINATOR = 0x8000, 0x8001
-"""Items with a socket's address: where the target, and where the originator, gets its packets."""
+"""Items with the socket addresses at which the target, and the originator, receive packets."""
 
 IO_PORT = 2222
 """UDP port of class 1 packets."""
@@ -32,12 +32,12 @@ _INTERNET = 2
 
 @dataclass(frozen=True, slots=True)
 class IoPath:
-    """What the path of an open request says."""
+    """The content of the path in an open request."""
 
-    key: tuple[int, ...]  # vendor, device type, product code, major revision and flag, minor; empty without
+    key: tuple[int, ...]  # vendor, device type, product code, major revision and flag, minor; or empty
     numbers: dict[str, int]  # class and instance
     points: tuple[int, ...]
-    data: bytes | None  # of the configuration; None without
+    data: bytes | None  # of the configuration; None if there are none
 
 
 def io_path(data: bytes) -> IoPath:
@@ -48,7 +48,7 @@ def io_path(data: bytes) -> IoPath:
     ({'class': 4, 'instance': 110}, (150, 100), b'\x00\x04')
 
     Raises:
-        CipRefusedError: it is none.
+        CipRefusedError: it is not such a path.
     """
     key: tuple[int, ...] = ()
     numbers: dict[str, int] = {}
@@ -71,7 +71,7 @@ def io_path(data: bytes) -> IoPath:
                 points.append(value)
             else:
                 numbers[_LOGICAL[kind & ~1]] = value
-        elif not 0 < kind < 0x10:  # a port: the way here
+        elif not 0 < kind < 0x10:  # a port: part of the route to this device
             raise CipRefusedError(BAD_SEGMENT)
         at += size
     if at != len(data):
@@ -85,8 +85,8 @@ class IoPacket:
 
     Attributes:
         connection: its number at the receiver.
-        count: of packets, 32 bits.
-        sequence: of data, 16 bits; the same number means the same data.
+        count: count of packets, 32 bits.
+        sequence: count of data, 16 bits; the same number means the same data.
     """
 
     connection: int
@@ -106,7 +106,7 @@ class IoPacket:
 
 
 def io_packet(datagram: bytes) -> IoPacket | None:
-    r"""Read a datagram; None for one that is no packet of data.
+    r"""Read a datagram; return None if it is not a packet of data.
 
     >>> io_packet(IoPacket(1, 2, 3, b"\4\0").encoded()) == IoPacket(1, 2, 3, b"\4\0")
     True
@@ -123,12 +123,12 @@ def io_packet(datagram: bytes) -> IoPacket | None:
 
 
 def socket_item(port: int) -> tuple[int, bytes]:
-    """Return the item that names the UDP port of a target, at the address of its TCP connection."""
+    """Return the item with a target's UDP port; its address is that of the TCP connection."""
     return SOCKET_TO_TARGET, _SOCKET.pack(_INTERNET, port, bytes(4))
 
 
 def port_in(items: list[tuple[int, bytes]]) -> int:
-    """Return the UDP port at which an originator gets its packets; the usual one if no item names it."""
+    """Return the UDP port at which an originator receives packets; the usual port if no item has one."""
     for kind, data in items:
         if kind == SOCKET_TO_ORIGINATOR and len(data) == _SOCKET.size:
             return int(_SOCKET.unpack(data)[1])

@@ -1,4 +1,4 @@
-"""What a server offers: tags with their types, and the bytes of both, as clients see them."""
+"""The tags that a server offers, with their types, and the layout of both in bytes, as clients see them."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class PlainKind:
 
     @cached_property
     def bits(self) -> int:
-        """Addressable bits: those of an integer."""
+        """Number of addressable bits; 0 unless it is an integer."""
         return 0 if self.name in ("BOOL", "REAL", "LREAL") else 8 * self.size
 
 
@@ -42,13 +42,13 @@ class Part:
     kind: Kind
     dims: tuple[int, ...]
     offset: int  # byte
-    bit: int | None = None  # of that byte, for a BOOL
-    hidden: bool = False  # a host of packed bits: no path names it
+    bit: int | None = None  # bit in that byte, for a BOOL
+    hidden: bool = False  # whether it is a host of packed bits, which no path names
 
 
 @dataclass(frozen=True)
 class StructuredKind:
-    """A structure; two are the same if all is the same."""
+    """A structure; two are equal if all their fields are."""
 
     name: str
     size: int  # bytes
@@ -56,7 +56,7 @@ class StructuredKind:
 
     @cached_property
     def by_name(self) -> Mapping[str, Part]:
-        """Members that paths may name, in capitals."""
+        """Members that paths may name, by name in capitals."""
         return {each.name.upper(): each for each in self.parts if not each.hidden}
 
 
@@ -64,7 +64,7 @@ Kind = PlainKind | StructuredKind
 
 
 class ExternalAccess(StrEnum):
-    """What clients may do with a tag [1756-PM004, External Access]; the values are those of an L5X."""
+    """What clients may do with a tag [1756-PM004, External Access]; values are as in an L5X."""
 
     READ_WRITE = "Read/Write"
     READ_ONLY = "Read Only"
@@ -109,13 +109,13 @@ class ListedTag:
 
 
 def part_at(tag: ListedTag, offset: int, size: int, keep: bytes = b"", *, files: bool = False) -> str:
-    """Return the part of a tag that some bytes are in: `.Steps[2].Time`, `[3]`, `.5`; "" for all of it.
+    """Return the part of a tag that contains some bytes: `.Steps[2].Time`, `[3]`, `.5`; "" for all of it.
 
-    It is an array if several of its elements are meant, and a structure if several members are.
+    If several elements or members contain the bytes, the part is their array or structure.
 
     Args:
-        keep: bits of the bytes that are not meant.
-        files: the tag is a data file: `:3`, `:3/5`, `:0.PRE`, of an image `.0`.
+        keep: mask of the bits in these bytes that do not count.
+        files: whether the tag is a data file, with parts such as `:3`, `:3/5`, `:0.PRE`, or `.0` of an image.
     """
     kind, dims = _in_words(tag.kind, tag.dims)
     path, mask = "", int.from_bytes(keep or bytes(size), "little") ^ (1 << 8 * size) - 1
@@ -144,12 +144,12 @@ def part_at(tag: ListedTag, offset: int, size: int, keep: bytes = b"", *, files:
 
 
 def _numbered(tag: ListedTag, number: int) -> str:
-    """Return the text for an element of a data file, or of a word of an image."""
+    """Return the text for an element of a data file, or for a word of an image."""
     return f".{number}" if ":" in tag.name else f":{number}"
 
 
 def _subscripts(number: int, dims: Sequence[int]) -> str:
-    """Return the subscripts of an element, counted in the order of memory."""
+    """Return the subscripts of an element from its number in memory order."""
     found: list[int] = []
     for length in reversed(dims):
         number, index = divmod(number, length)
@@ -158,12 +158,12 @@ def _subscripts(number: int, dims: Sequence[int]) -> str:
 
 
 def _bit(mask: int, offset: int) -> int:
-    """Return the number of the only bit of a mask after some bytes."""
+    """Return the number of a mask's only bit, counted from `offset` bytes before the mask."""
     return 8 * offset + mask.bit_length() - 1
 
 
 def _part_with(kind: StructuredKind, offset: int, size: int, mask: int) -> Part | None:
-    """Return the member that has bytes of a structure; None if several have them."""
+    """Return the member that contains some bytes of a structure; None if no single member does."""
     for part in kind.by_name.values():
         if part.bit is not None:
             if mask.bit_count() == 1 and _bit(mask, offset) == 8 * part.offset + part.bit:
@@ -176,13 +176,13 @@ def _part_with(kind: StructuredKind, offset: int, size: int, mask: int) -> Part 
 
 
 def _in_words(kind: Kind, dims: tuple[int, ...]) -> tuple[Kind, tuple[int, ...]]:
-    """Return type and dimensions as clients see them: BOOLs of an array are bits of words."""
+    """Return type and dimensions as clients see them: an array of BOOLs is an array of words."""
     return (DWORD, (-(-prod(dims) // 32),)) if kind == BOOL and dims else (kind, dims)
 
 
 @dataclass(frozen=True)
 class ListedAlias:
-    """A second name of a tag or a part of one."""
+    """A second name for a tag or for a part of one."""
 
     name: str  # without its program
     program: str  # "" for the controller
@@ -192,10 +192,10 @@ class ListedAlias:
 
 @dataclass(frozen=True)
 class Listing:
-    """All that a server offers.
+    """All tags that a server offers.
 
     Attributes:
-        files: the tags are data files of an SLC 500 or MicroLogix.
+        files: whether the tags are data files of an SLC 500 or MicroLogix.
     """
 
     tags: tuple[ListedTag, ...]
@@ -210,7 +210,7 @@ class Listing:
 
 
 def patched(old: bytes, data: bytes, keep: bytes) -> bytes:
-    r"""Return bytes with others put over them; bits in `keep` stay as they are.
+    r"""Return bytes overwritten by others; bits in `keep` are not changed.
 
     >>> patched(b"\x0f", b"\x80", b"\x7f").hex()
     '8f'

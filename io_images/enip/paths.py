@@ -11,7 +11,7 @@ from .codes import BAD_SEGMENT, SYMBOL, CipRefusedError
 
 @dataclass(frozen=True, slots=True)
 class Instance:
-    """A symbol by its number, in place of its name."""
+    """A symbol that is given by number instead of by name."""
 
     number: int
 
@@ -33,7 +33,7 @@ def steps_of(text: str) -> list[PathStep]:
     (['Recipe', 'Steps', 2, 'Time'], ['Program:Main', 'Run'])
 
     Raises:
-        ValueError: it is no name.
+        ValueError: it is not a name.
     """
     if text.startswith("\\"):
         text = PROGRAM + text[1:]
@@ -52,7 +52,7 @@ def steps_of(text: str) -> list[PathStep]:
 
 @dataclass(slots=True)
 class Path:
-    """What a path says."""
+    """The content of a path."""
 
     numbers: dict[str, int] = field(default_factory=dict)  # class, instance, point, attribute
     steps: list[PathStep] = field(default_factory=list)
@@ -70,7 +70,7 @@ def parse_path(data: bytes) -> Path:
     ['Run', 7]
 
     Raises:
-        CipRefusedError: it is none.
+        CipRefusedError: it is not a path.
     """
     path, at = Path(), 0
     while at < len(data):
@@ -114,13 +114,13 @@ def _logical(path: Path, data: bytes, at: int) -> int:
 
 
 def split_name(name: str) -> list[PathStep]:
-    """Return the steps of a name: some clients send `A.B[3]` in one segment.
+    """Return the steps of a name, since some clients send `A.B[3]` in one segment.
 
     >>> split_name("Program:Main.Step[2].Time")
     ['Program:Main', 'Step', 2, 'Time']
 
     Raises:
-        CipRefusedError: a subscript is no number.
+        CipRefusedError: a subscript is not a number.
     """
     steps: list[PathStep] = []
     for part in name.split("."):

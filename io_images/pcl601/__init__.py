@@ -1,7 +1,7 @@
 """The PCL601 as data: registers, terminals, command codes, error bits and serial messages.
 
-Everything is one literal row per row of the manual; sections in brackets are
-the manual's. No time, no I/O. Stored programs have their own package,
+Each row of the manual is one literal row here; sections in brackets are
+the manual's. There is no time and no I/O. Stored programs have their own package,
 `program`.
 """
 

@@ -1,6 +1,6 @@
 """The error code register, bit by bit [Section 5, Error Codes].
 
-Values add up; `!`, command code 10 and a reset clear them all. None of them
+Values add up; `!`, command code 10 and a reset clear all errors. No error
 locks the controller.
 """
 

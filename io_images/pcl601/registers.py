@@ -1,7 +1,7 @@
 """The PCL601's 38 data registers, in the order of the memory map [Appendix 1].
 
-A value of 32 bits takes two registers, the low word at the lower address, and
-its range is printed once: the rows of the table below are 32 values. 4x
+A value of 32 bits takes two registers, with the low word at the lower address, and
+its range is printed once, so the table below has 32 rows, one per value. 4x
 reference n is address n - 1 in a frame.
 """
 
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from enum import IntEnum, auto
 
 FIRMWARE = "1.00"
-"""Version in function 0x11 and Appendix 6."""
+"""Firmware version in function 0x11 and Appendix 6."""
 
 
 class Register(IntEnum):
@@ -63,9 +63,9 @@ class Row:
     default: int  # after power-up and reset
     meaning: str  # the manual's name, with the unit
     ascii: str = ""  # the AA ASCII command that writes or reads it, or ""
-    writable: bool = True  # Read/Write in the map
+    writable: bool = True  # whether it is Read/Write in the map
     locked: bool = False  # whether it is read-only during motion
-    kept: bool = False  # non-volatile
+    kept: bool = False  # whether it is non-volatile
 
     @property
     def address(self) -> int:
@@ -73,7 +73,7 @@ class Row:
         return self.reference - 1
 
     def allows(self, value: int) -> bool:
-        """Whether a value is in the printed range."""
+        """Return whether a value is in the printed range."""
         return self.low <= value <= self.high
 
     @property
@@ -83,7 +83,7 @@ class Row:
 
 
 POSITION_LIMIT = 8_388_607
-"""Maximum steps of an index, and maximum position either side of 0 [Functions]."""
+"""Maximum steps of an index, and maximum absolute position [Functions]."""
 
 _FAR = POSITION_LIMIT
 _FIRMWARE_WORDS = int.from_bytes(FIRMWARE.encode(), "big")  # coding not stated: the bytes of function 0x11
@@ -127,14 +127,14 @@ ROWS: dict[Register, Row] = {row.register: row for row in MAP}
 """The rows by value."""
 
 WORDS: tuple[tuple[Row, int], ...] = tuple((row, word) for row in MAP for word in range(row.words))
-"""Row at each address, with 0 for its low or only word, 1 for its high word."""
+"""Row at each address, with 0 for its low or only word, and 1 for its high word."""
 
 WORD_COUNT = len(WORDS)
 """Registers in the map."""
 
 
 def firmware_text(value: int) -> str:
-    """Return the firmware version as text: four characters, or else the number.
+    """Return the firmware version as text, from four characters, else as a number.
 
     >>> firmware_text(0x312E3030), firmware_text(0x00000102)
     ('1.00', '00000102h')
@@ -153,7 +153,7 @@ def word_of(value: int, word: int) -> int:
 
 
 def with_word(row: Row, value: int, word: int, bits: int) -> int:
-    """Return a value with one of its words replaced, signed where the range is.
+    """Return a value with one of its words replaced, as a signed value if the range is signed.
 
     >>> with_word(ROWS[Register.POSITION], 62536, 1, 0xFFFF)
     -3000

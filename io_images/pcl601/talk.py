@@ -26,7 +26,7 @@ VERSION_TEXT = "PCL601 1.00"
 class Action(Enum):
     """The effect of a command with parameters."""
 
-    SET = auto()  # write a register; without parameters, where the row has a code, carry that out
+    SET = auto()  # write a register; without parameters, carry out the row's code, if it has one
     DO = auto()  # carry out the row's code; takes no parameters
     HOME = auto()
     DIRECTION = auto()
@@ -108,4 +108,4 @@ VERIFY: dict[str, Register] = {
     for command in COMMANDS
     if command.register is not None and command.name != "P"
 } | {"EP": Register.ENCODER_POSITION, "F": Register.BUSY, "+": Register.DIRECTION}
-"""Values of V [Verify]; L, O, `:` and `;` are not registers, and P cannot be verified."""
+"""Registers that V can show [Verify]; L, O, `:` and `;` are not registers, and P cannot be verified."""

@@ -10,7 +10,7 @@
 from __future__ import annotations
 
 GENERAL_INPUTS = ("in1", "in2", "in3", "in4", "in5", "in6")
-"""Inputs 1 to 6; 5 and 6 are connected only with SW2 in position IN5/6."""
+"""Inputs 1 to 6; inputs 5 and 6 are connected only if SW2 is in position IN5/6."""
 
 LIMIT_INPUTS = (
     "home",
@@ -27,7 +27,7 @@ LIMIT_INPUTS = (
 INPUTS = (*GENERAL_INPUTS, *LIMIT_INPUTS)
 
 HARD_LIMITS = {1: "hard_plus", -1: "hard_minus"}
-"""Hard limit inputs by direction of motion: the limits are directional [Hard Limit Inputs]."""
+"""Hard limit inputs by direction of motion, since limits are directional [Hard Limit Inputs]."""
 
 SOFT_LIMITS = {1: "soft_plus", -1: "soft_minus"}
 """Soft limit inputs by direction of motion [Soft Limit Inputs]."""

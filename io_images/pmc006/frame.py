@@ -3,10 +3,10 @@
     command   A5  address  instruction  d0 d1 d2 d3  sum        host to controller
     reply     A5  7A       address      d0 d1 d2 d3  sum        controller to host
 
-The data are 32 bits, signed, low byte first: 12345678h travels 78 56 34 12.
-The manual calls that "big-end mode"; its examples are little-endian. The sum is
-that of the seven bytes before it, without carry. A reply does not name its
-instruction: the host pairs them in order.
+The data are 32 bits, signed, low byte first: 12345678h is sent as 78 56 34 12.
+The manual calls this "big-end mode", but its examples are little-endian. The sum is
+that of the preceding seven bytes, without carry. A reply does not name its
+instruction; the host matches replies to commands by order.
 """
 
 from __future__ import annotations
@@ -24,10 +24,10 @@ FACTORY_ADDRESS = 0xFF
 """Default address of a controller [4.1.2]."""
 
 STATE_ERROR = 6
-"""Reply data: invalid state, or value out of range [4.1.1]."""
+"""Reply data for an invalid state, or a value out of range [4.1.1]."""
 
 UNKNOWN_ERROR = 7
-"""Reply data: unknown instruction, or a step toward a reached limit [4.1.1]."""
+"""Reply data for an unknown instruction, or a step toward a reached limit [4.1.1]."""
 
 BAUD = 9600
 """Speed of the line, 8N1; no instruction changes it [6.1.1]."""
@@ -54,7 +54,7 @@ def encode(second: int, third: int, data: int = 0) -> bytes:
         data: -2**31 to 2**32 - 1, sent as 32 bits.
 
     Raises:
-        ValueError: a value that does not fit.
+        ValueError: a value does not fit.
     """
     if not 0 <= second <= 255 or not 0 <= third <= 255:
         raise ValueError(f"frame bytes {second} and {third}: must be 0 to 255")
@@ -70,7 +70,7 @@ def command(address: int, code: int, data: int = 0) -> bytes:
 
 
 def reply(address: int, data: int = 0) -> bytes:
-    """Return the frame of an answer from the controller at `address`.
+    """Return the frame of a reply from the controller at `address`.
 
     >>> reply(0x02, 4).hex(" ")  # 4.3.2: microstepping is 4
     'a5 7a 02 04 00 00 00 25'
@@ -79,7 +79,7 @@ def reply(address: int, data: int = 0) -> bytes:
 
 
 def decode(frame: bytes) -> Frame | None:
-    """Return the content of eight bytes, None if the head or the sum is wrong.
+    """Return the content of an eight-byte frame; None if the head or the sum is wrong.
 
     >>> decode(bytes.fromhex("a5 02 6d 04 00 00 00 18"))
     Frame(second=2, third=109, data=4)
@@ -92,18 +92,18 @@ def decode(frame: bytes) -> Frame | None:
 class Framer:
     """Finds the frames in a stream of bytes.
 
-    Bytes before a head are skipped. Of eight bytes with a wrong sum the first is dropped and the rest
-    searched again, so that a good frame after noise is found.
+    Bytes before a head are skipped. If eight bytes have a wrong sum, the first is dropped and the rest is
+    searched again, so that a valid frame after noise is found.
     """
 
     __slots__ = ("_bytes", "passed_over")
 
     def __init__(self) -> None:
         self._bytes = bytearray()
-        self.passed_over = 0  # skipped bytes so far
+        self.passed_over = 0  # number of skipped bytes so far
 
     def __len__(self) -> int:
-        """Return the number of bytes of an unfinished frame."""
+        """Return the number of bytes in an unfinished frame."""
         return len(self._bytes)
 
     def feed(self, data: bytes) -> list[Frame]:
@@ -120,7 +120,7 @@ class Framer:
         return frames
 
     def drop(self) -> None:
-        """Drop an unfinished frame after a silence."""
+        """Drop an unfinished frame, as after a silence."""
         self._pass_over(len(self._bytes))
 
     def _seek_head(self) -> bool:

@@ -1,12 +1,12 @@
-"""The instructions of a PMC006x3s, one row each as in the manual's summary table [4.2].
+"""The instructions of a PMC006x3s, with one row each, as in the manual's summary table [4.2].
 
-`Kind.SET` instructions write a parameter, `Kind.READ` ones return something,
-`Kind.ACTION` ones do something. A parameter of `ParameterStorage.SAVED` goes into the
-EEPROM with `t` and comes back at power-up, one of `ParameterStorage.EEPROM` is written
-there at once, one of `ParameterStorage.VOLATILE` has its default after every power-up.
+`Kind.SET` instructions write a parameter, `Kind.READ` instructions return a value, and
+`Kind.ACTION` instructions start an action. A parameter of `ParameterStorage.SAVED` is written to the
+EEPROM by `t` and restored at power-up, a parameter of `ParameterStorage.EEPROM` is written
+there at once, and one of `ParameterStorage.VOLATILE` has its default after every power-up.
 
 A value outside its range is refused with error 6 (reading: the manual names no
-error for it); 0 asks for the value of a parameter whose range has no 0
+error for it); 0 reads the value of a parameter whose range does not include 0
 [4.1.1: "some setting instructions can write 0 to read the function"].
 """
 
@@ -18,7 +18,7 @@ from typing import Any
 
 INT32_MAX = 0x7FFFFFFF
 MICROSTEPS = (0, 2, 4, 8, 16, 32, 64, 128)
-"""Microsteppings; 0 is the full step [4.3.2]."""
+"""Microstepping settings; 0 means full steps [4.3.2]."""
 
 ENCODER_CPRS = (200, 400, 500, 600, 800, 1000, 1024, 1200, 1600)
 """Encoder counts per revolution [4.3.10, which prints 1000 twice]."""
@@ -54,12 +54,12 @@ class InstructionRow:
     """One row of the summary table."""
 
     char: str  # the instruction's byte as the manual writes it
-    name: str  # this project's name, also of its parameter
+    name: str  # this project's name for it, and for its parameter
     kind: Kind
     meaning: str
     low: int | None = None  # lowest value, None where the data are ignored
     high: int | None = None  # highest value
-    values: tuple[int, ...] = ()  # the only values, where they are not a range
+    values: tuple[int, ...] = ()  # all allowed values, if they are not a range
     unit: str = ""
     default: int = 0
     keeping: ParameterStorage = ParameterStorage.VOLATILE
@@ -77,7 +77,7 @@ class InstructionRow:
         return self.kind is Kind.SET and not self.allows(0)
 
     def allows(self, value: int) -> bool:
-        """Whether a value may be sent."""
+        """Return whether a value may be sent."""
         if self.values:
             return value in self.values
         return self.low is None or self.high is None or self.low <= value <= self.high

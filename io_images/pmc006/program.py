@@ -8,10 +8,10 @@
     CMP  1 3
     JNE  0 2
 
-The manual has no text form (its tool shows a table); this one is the project's.
-The meaning of the options of WAIT and CMP is not printed either: "refer to the
-tool". The interpreter's `WAIT_OPTIONS` and `CMP_OPTIONS` are the readings; the manual's
-table (1-7 and 1-6) precedes its text ("9 options").
+The manual has no text form, since its tool shows a table; this one is the project's.
+It does not explain the options of WAIT and CMP either: "refer to the
+tool". The interpreter's `WAIT_OPTIONS` and `CMP_OPTIONS` are our readings; the manual's
+table (1-7 and 1-6) takes precedence over its text ("9 options").
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class UserOp:
     meaning: str
     options: tuple[int, int] = (0, 0)  # first and last option
     data: tuple[int, int] | None = None  # first and last value of the data, or None
-    values: tuple[int, ...] = ()  # the only data, where they are not a range
+    values: tuple[int, ...] = ()  # all allowed data, if they are not a range
     usual: tuple[int, int] | None = None  # the manual's range; other accepted values get a warning
 
     @property
@@ -47,7 +47,7 @@ class UserOp:
         return "none, or 0" if self.data is None else f"{self.data[0]} to {self.data[1]}"
 
     def allows(self, value: int) -> bool:
-        """Whether a value is allowed as data."""
+        """Return whether a value is allowed as data."""
         low, high = self.data or (0, 0)
         return value in self.values if self.values else low <= value <= high
 
@@ -91,14 +91,14 @@ SPELLINGS = {"CNTI": "CNT1"}
 
 @dataclass(frozen=True, slots=True)
 class UserInstruction:
-    """A line of a user program: `op` of `USER_OPS`, its port, condition or value, and data (0 without)."""
+    """A line of a user program: `op` of `USER_OPS`, its port, condition or value, and data (0 if none)."""
 
     op: str
     option: int
     data: int
 
     def __str__(self) -> str:
-        """Return its line of text."""
+        """Return its line in the text form."""
         data = "" if USER_OPS[self.op].data is None else f" {self.data}"
         return f"{self.op} {self.option}{data}"
 
@@ -112,7 +112,7 @@ class UserProgram:
 
 
 def assemble(text: str) -> UserProgram:
-    """Return the program of a text, or raise a ValueError.
+    """Return the program in a text; raise a ValueError if it is invalid.
 
     >>> assemble("DIR 0 1 # forward" + chr(10) + "ROT 0 287").lines[1]
     UserInstruction(op='ROT', option=0, data=287)

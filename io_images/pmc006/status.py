@@ -8,7 +8,7 @@ from enum import IntFlag
 class Status1(IntFlag):
     """Status register 1, instruction j [4.3.16]."""
 
-    BUSY = 1 << 0  # the motor is moving; says nothing about the end of a zero-back
+    BUSY = 1 << 0  # the motor is moving; does not show the end of a zero-back
     EXT1 = 1 << 1  # emergency stop by EXT1, until `b` clears it
     EXT2 = 1 << 2  # emergency stop by EXT2, until `l` clears it
     AUTO_DEC = 1 << 3
@@ -31,7 +31,7 @@ class Status2(IntFlag):
 
 
 def firmware_text(value: int) -> str:
-    """Return the firmware version as text, with the number: its coding is a reading.
+    """Return the firmware version as text, with the number, since its coding is a reading.
 
     >>> firmware_text(0x0001_0000)
     'V0.1.0 (00010000h)'
@@ -50,7 +50,7 @@ class Level(IntFlag):
 
 
 class Gpio(IntFlag):
-    """The GPIO word of instruction y [4.3.14]; uncommented bits have no effect."""
+    """The GPIO word of instruction y [4.3.14]; bits without a comment have no effect."""
 
     AN = 1 << 0
     GPIO8 = 1 << 1  # level of the 5 V output
@@ -67,4 +67,4 @@ class Gpio(IntFlag):
 
 
 GPIO_EFFECTIVE = Gpio.GPIO8 | Gpio.AN_EN | Gpio.AN_PUD
-"""Effective bits of the GPIO word; the others are inputs or without effect."""
+"""Bits of the GPIO word that have an effect; the others are inputs or have none."""

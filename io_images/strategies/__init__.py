@@ -1,4 +1,4 @@
-"""Strategies for Hypothesis: a PLC's words for a 3601, and serial traffic, valid and invalid.
+"""Hypothesis strategies: a PLC's words for a 3601, and serial traffic, valid and invalid.
 
     from hypothesis import given
     from scanrack.io_images import strategies as images
@@ -6,11 +6,11 @@
     @given(images.output_images(starting_speed=1000))
     def test_my_gateway_passes_words_on(image): ...
 
-The rule of this package: every strategy states its validity (legal, wrong by exactly one named rule, or
-anything), the rule table and the classes of `amci3601` decide what that is, and the first value of
+The rule of this package: every strategy states its validity (legal, breaking exactly one named rule, or
+anything), the rule table and the classes of `amci3601` define validity, and the first value of
 every list is the plainest, so that a failing example shrinks to a natural one.
 
-It is imported by tests and searches only; nothing else here needs Hypothesis.
+Only tests and searches import it; nothing else in `io_images` needs Hypothesis.
 
 >>> from hypothesis import find
 >>> find(moves(1000), lambda move: True).to_image()

@@ -1,8 +1,8 @@
-"""Blend profiles and their handshake: valid ones, and ones with exactly one fault.
+"""Blend profiles and their handshake, valid or with exactly one fault.
 
-A segment is made long enough for its change of speed. The least length of a ramp is reckoned here
-with a margin (an S-curve takes no more than twice the distance of a constant acceleration), since
-this package knows nothing of motion.
+A segment is long enough for its change of speed. The minimum length of a ramp is calculated here
+with a margin (an S-curve takes at most twice the distance of a constant acceleration), since
+this package does not simulate motion.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SEGMENT_SPEED_MAX = 250_000
 
 @dataclass(frozen=True, slots=True)
 class BlendProfile:
-    """A legal blend profile: the first block and as many segments as it says."""
+    """A legal blend profile: the first block, and as many segments as it states."""
 
     header: BlendHeader
     segments: tuple[BlendSegment, ...]
@@ -50,7 +50,7 @@ class FaultyBlend(NamedTuple):
 def handshake(blocks: Sequence[Image]) -> list[Image]:
     """Return the images that send blocks: bits 8 and 9, then bit 8 alone, for each; finally neither.
 
-    Show each until the module has answered: BLEND_ACK set, and reset.
+    Show each image until the module has responded by setting, or resetting, BLEND_ACK.
     """
     images: list[Image] = []
     for block in blocks:
@@ -69,7 +69,7 @@ def blend_profiles(starting_speed: int, *, most: int = SEGMENTS_MAX) -> st.Searc
 
 @cache
 def _headers(most: int) -> st.SearchStrategy[tuple[int, int, Acceleration]]:
-    """Number of segments, final deceleration and its type."""
+    """Return a strategy of number of segments, final deceleration and its type."""
     return pick(_together, range(SEGMENTS_MIN, most + 1), SEGMENT_RATES, tuple(Acceleration))
 
 
@@ -78,7 +78,7 @@ def _together(*values: Any) -> tuple[Any, ...]:
 
 
 _LEGS = pick(_together, tuple(Acceleration), (2, 3, 5, 4, 1), SEGMENT_RATES, LENGTHS)
-"""Type of a segment, its speed in starting speeds, its rate, and its length if it fits."""
+"""A segment's type, speed as a multiple of the starting speed, rate, and length, if that is enough."""
 
 
 @st.composite
@@ -133,7 +133,7 @@ BLEND_FAULTS: dict[str, tuple[_Damage, ...]] = {
     "PRF-06": (),
     "CMD-05": (),
 }
-"""How to break each rule of blend programming; two need the speeds."""
+"""Ways to break each rule of blend programming; two rules need the speeds."""
 
 
 def faulty_blends(
@@ -142,12 +142,12 @@ def faulty_blends(
     """Return a strategy of blocks with exactly one fault, some with the last block missing.
 
     Args:
-        starting_speed: of the configuration, 2 to 100,000 steps/s.
-        rules: ids of the rules to break, of `BLEND_FAULTS`; by default any, and missing blocks.
+        starting_speed: starting speed of the configuration, 2 to 100,000 steps/s.
+        rules: ids in `BLEND_FAULTS` of the rules to break; by default any rule, and missing blocks.
         most: maximum number of segments.
 
     Raises:
-        ValueError: an unsuitable starting speed or rule.
+        ValueError: the starting speed or a rule is unsuitable.
     """
     require("starting_speed", starting_speed, 2, START_MAX)
     unknown = [rule for rule in rules if rule not in BLEND_FAULTS]

@@ -23,14 +23,14 @@ FAULTY_RATES = ((0, 10), (10, 0), (2001, 10), (10, -1))
 """Pairs with one rate out of range."""
 
 DISTANCES = (1000, 200, -300, 3000, -5000, 20_000, 77, 10, 2, 1, -1, 0, PARAMETER_MAX)
-"""Distances of short, long, triangular, empty and longest moves, steps."""
+"""Distances of short, long, triangular, empty and the longest moves, steps."""
 
 
 def pick(make: Callable[..., Made], *lists: Sequence[Any]) -> st.SearchStrategy[Made]:
     """Return a strategy of `make` applied to one value of each list, in a single draw.
 
-    Hypothesis takes time per draw. Here a byte selects each value, so that it shrinks toward the first
-    value of each list; no list has more than 256.
+    Hypothesis takes time for each draw. Here a byte selects each value, so that it shrinks toward the first
+    value of each list; no list may have more than 256 values.
     """
 
     def made(drawn: bytes) -> Made:
@@ -56,7 +56,7 @@ def plain_speeds(starting_speed: int) -> tuple[int, ...]:
 
 
 def speeds(starting_speed: int) -> st.SearchStrategy[int]:
-    """Return a strategy of programmed speeds from `starting_speed` on, steps/s."""
+    """Return a strategy of programmed speeds of at least `starting_speed`, steps/s."""
     return st.sampled_from((*plain_speeds(starting_speed), LIMITS_3601.speed)) | st.integers(
         starting_speed, LIMITS_3601.speed
     )
@@ -68,7 +68,7 @@ def rates() -> st.SearchStrategy[tuple[int, int]]:
 
 
 def targets() -> st.SearchStrategy[int]:
-    """Return a strategy of legal positions and distances, steps, negative ones and limits included."""
+    """Return a strategy of legal positions and distances, steps, including negative values and limits."""
     return st.sampled_from((*DISTANCES, PARAMETER_MIN)) | st.integers(PARAMETER_MIN, PARAMETER_MAX)
 
 

@@ -36,7 +36,7 @@ RELATIVE_FIRST = (MoveKind.RELATIVE, MoveKind.ABSOLUTE)
 
 
 def moves(starting_speed: int, *, encoder: bool = False) -> st.SearchStrategy[Move]:
-    """Return a strategy of absolute and relative moves; with `encoder` in encoder counts."""
+    """Return a strategy of absolute and relative moves; if `encoder` is set, in encoder counts."""
     return st.builds(
         lambda kind, target, speed, pair, shape: Move(kind, target, speed, pair[0], pair[1], shape, encoder),
         st.sampled_from(RELATIVE_FIRST),

@@ -1,4 +1,4 @@
-"""Configurations: legal ones, and ones that break exactly one rule of chapter 3."""
+"""Configurations that are legal, or break exactly one rule of chapter 3."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CAPTURE = InputBit.CAPTURE.value
 INPUTS = ALL_INPUTS + 1
 LIMITS = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
 PLAIN_INPUTS = (InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP).value | LIMITS
-"""Inputs of the manual's own example [chapter 3]."""
+"""Inputs used in the manual's own example [chapter 3]."""
 
 
 class FaultyConfiguration(NamedTuple):
@@ -37,7 +37,7 @@ def configurations(
     """Return a strategy of legal configurations.
 
     Args:
-        firmware: the version that accepts them.
+        firmware: the version that accepts the configurations.
         homing: None = any of the four kinds.
         starting_speed: steps/s; None = any legal one.
     """
@@ -64,7 +64,7 @@ _OTHER_BITS = pick(
 def _configuration(
     draw: st.DrawFn, firmware: Firmware, kinds: st.SearchStrategy[HomingKind], starts: st.SearchStrategy[int]
 ) -> Configuration:
-    """Draw all parts, used or not: fewer draws make an example look simpler to Hypothesis."""
+    """Draw all parts, even unused ones, since Hypothesis treats examples with fewer draws as simpler."""
     switch, proximity, marker = draw(kinds).value
     has_encoder, feedback, steps, some_limits, used, active_high = draw(_OTHER_BITS)
     encoder = marker or has_encoder
@@ -96,7 +96,7 @@ def faulty_configurations(
         rules: ids of the rules to break; by default any of this version.
 
     Raises:
-        ValueError: no words break one of these rules with this firmware.
+        ValueError: with this firmware, no words break one of these rules.
     """
     known = [rule for rule, _ in INVALID_CONFIGURATIONS if _can_break(rule, firmware)]
     for rule in rules:
@@ -164,7 +164,7 @@ FAULTS: dict[str, st.SearchStrategy[_Fault]] = {
     "CFG-11": _UNUSED_WORDS,
     "CFG-29": st.just(_Fault(clear=_ENCODER, set=CAPTURE)),
 }
-"""How to break each rule of `INVALID_CONFIGURATIONS`."""
+"""Ways to break each rule of `INVALID_CONFIGURATIONS`."""
 
 BASES = dict.fromkeys(("CFG-04", "CFG-09", "CFG-10"), HomingKind.MARKER_HOME_SWITCH)
-"""Homing kind of rules that can't be broken alone with a home switch."""
+"""Homing kind for rules that can't be broken singly with a home switch."""

@@ -27,11 +27,11 @@ EDGES = (0, 1, 5, -1, 500, 1000, -999, 2000, 2001, WORD_MAX, WORD_MIN)
 """Boundary values of output words."""
 
 COMMAND_LSWS = (0, 0, 1, 2, 3, 4)
-"""Command words LSW that leave a command legal."""
+"""Values of the command word LSW that keep a command legal."""
 
 
 def parameter_words(msw: int, lsw: int, target: int, speed: int, rates: tuple[int, int]) -> Words:
-    """Return eight output words of any command bits and parameters.
+    """Return eight output words with any command bits and parameters.
 
     >>> parameter_words(2, 0, -12_345, 5_000, (20, 10))
     (2, 0, -12, -345, 5, 0, 20, 10)
@@ -47,12 +47,12 @@ def parameter_words(msw: int, lsw: int, target: int, speed: int, rates: tuple[in
 
 
 def plausible_images(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Image]:
-    """Return a strategy of images that command something legal; see `commands`."""
+    """Return a strategy of images with a legal command; see `commands`."""
     return commands(starting_speed, firmware).map(lambda command: command.to_image())
 
 
 def nearly_right_images(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Image]:
-    """Return a strategy of images that differ from a legal one in at most one word."""
+    """Return a strategy of images that differ from a legal image in at most one word."""
 
     def changed(image: Image, change: tuple[int, int]) -> Image:
         index, value = change
@@ -69,7 +69,7 @@ def _command_words(single: bool, bit: int, high: int, low: int, lsw: int) -> Wor
 
 
 _ANY_COMMANDS = pick(_command_words, (True, False), range(15), range(0x80), range(0x100), COMMAND_LSWS)
-"""A single command bit, or any combination, equally often."""
+"""A single command bit or any combination, equally often."""
 
 _ANY_NUMBERS = pick(lambda *words: words, *[EDGES] * 6)
 

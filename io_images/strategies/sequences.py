@@ -1,8 +1,8 @@
-"""Sequences of commands of a PLC program: configure, home, move, hold, blend, follow, err.
+"""Sequences of a PLC program's commands: configure, home, move, hold, blend, follow, and mistakes.
 
-A single command seldom reaches a deep state: homing, a hold or a blend move takes several
-images in order, with waits between them. An `Act` is such a series, complete in itself: it begins with
-Reset Errors, so that a mistake before it does not lock the module, and ends with a command word of 0.
+A single command rarely reaches a deep state: homing, a hold or a blend move takes several
+images in order, with waits between them. An `Act` is such a series, and self-contained: it begins with
+Reset Errors, so that an earlier mistake does not lock the module, and ends with a command word of 0.
 
     act = Act("held move", showings)
     showing       image       until
@@ -12,8 +12,8 @@ Reset Errors, so that a mistake before it does not lock the module, and ends wit
     4             HOLD        a completion or error bit is set, or 20 s have passed
     5             0           4 ms have passed
 
-Every draw is one of fewer than 100 values. Hypothesis mixes constants of 100 and more, which it finds
-in the loaded modules, into larger ranges: these draws do not depend on them.
+Every draw is one of fewer than 100 values. Into larger ranges, Hypothesis mixes constants of 100 and more
+that it finds in the loaded modules; these draws do not depend on such constants.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ LONGEST_MS = 20_000
 """Maximum wait for the end of a motion."""
 
 START_MAX = 100_000
-"""Maximum starting speed, steps/s: ten times it is still a legal speed."""
+"""Maximum starting speed, steps/s: ten times that is still a legal speed."""
 
 MOVE_ENDED = COMPLETION_BITS | ERROR_BITS & ~StatusMsw.POSITION_INVALID
 
@@ -69,11 +69,11 @@ class Showing(NamedTuple):
     """An output image and how long it is shown."""
 
     image: Image
-    ms: int = SETTLE_MS  # duration, or its maximum with `waits`
-    waits: bool = False  # whether it ends when the module shows the end of a motion, or an error
+    ms: int = SETTLE_MS  # duration, or maximum duration if `waits` is set
+    waits: bool = False  # whether it ends when the module shows the end of a motion or an error
 
     def is_over(self, inputs: Image, shown_ms: float) -> bool:
-        """Whether the next image follows, after `shown_ms` with these inputs; at least after `SETTLE_MS`."""
+        """Return whether the next image follows after `shown_ms`, at least `SETTLE_MS`, with these inputs."""
         ended = self.waits and shown_ms >= SETTLE_MS and bool(inputs[0] & MOVE_ENDED)
         return ended or shown_ms >= self.ms
 
@@ -107,14 +107,15 @@ def acting(name: str, *showings: Showing) -> Act:
 
 
 def waiting(image: Image) -> Showing:
-    """Show an image until the end of a motion."""
+    """Return the showing of an image until the end of a motion."""
     return Showing(image, LONGEST_MS, waits=True)
 
 
 def configuring(starting_speed: int = 1000) -> Act:
     """Return the act that configures an axis for `acts`, with 1 to 100,000 steps/s.
 
-    Home switch, emergency stop, external input and both end limits, active high; quadrature encoder.
+    It has a home switch, emergency stop, external input and both end limits, active high, and a quadrature
+    encoder.
     """
     require("starting_speed", starting_speed, 1, START_MAX)
     configuration = Configuration(
@@ -129,8 +130,8 @@ def configuring(starting_speed: int = 1000) -> Act:
 def acts(starting_speed: int = 1000, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Act]:
     """Return a strategy of acts on a configured axis, the plainest first.
 
-    Waits, moves with and without a hold, homing, manual moves, presets, blend moves, mistakes;
-    from firmware 3.1 on registration moves, from 4.1 on the encoder follower.
+    There are waits, moves with and without a hold, homing, manual moves, presets, blend moves, and mistakes;
+    from firmware 3.1 on also registration moves, and from 4.1 on the encoder follower.
     """
     require("starting_speed", starting_speed, 1, START_MAX)
     speeds = tuple(starting_speed * times for times in TIMES_STARTING_SPEED)
@@ -254,7 +255,10 @@ def _presets() -> st.SearchStrategy[Act]:
 
 
 def _blends(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
-    """Two segments long enough for their ramps: v * v / 2a at 1000 steps/ms/s, and twice that in S."""
+    """Return a strategy of blends of two segments that are long enough for their ramps.
+
+    A ramp takes v * v / 2a, at 1000 steps/ms/s, and twice that with an S-curve.
+    """
 
     def blend(direction: Direction, first: int, second: int, shape: Acceleration) -> Act:
         other = second if second != first else first + (1 if first < LIMITS_3601.speed else -1)
@@ -284,7 +288,7 @@ def _mistakes(starting_speed: int) -> st.SearchStrategy[Act]:
     for changes in (
         {0: 0x0003},  # two commands at once
         {4: 0, 5: 0},  # no speed
-        {4: 0, 5: 1000},  # no value
+        {4: 0, 5: 1000},  # an illegal pair
         {6: 0},  # no acceleration
         {7: 2001},
         {2: 1, 3: -1},  # opposite signs

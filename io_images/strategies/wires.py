@@ -1,4 +1,4 @@
-"""Serial traffic: legal frames, damaged ones, noise, and sequences of them."""
+"""Serial traffic: legal frames, damaged frames, noise, and sequences of these."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from ..pmc006.frame import FACTORY_ADDRESS, command
 from ..pmc006.instructions import INSTRUCTIONS, InstructionRow, Kind
 
 READ_FUNCTIONS = {1: OUTPUT_COUNT, 2: INPUT_COUNT, 3: WORD_COUNT, 4: 1}
-"""Modbus functions that read, with the number of items of the PCL601 [Appendix 3]."""
+"""Modbus functions that read, with the number of items in a PCL601 [Appendix 3]."""
 
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """Bytes on a line without a pause; `whole` marks a legal frame."""
+    """Bytes on a line without a pause; `whole` means a legal frame."""
 
     data: bytes
     whole: bool
@@ -53,7 +53,7 @@ def _reads() -> st.SearchStrategy[bytes]:
 
 
 def _writes() -> st.SearchStrategy[bytes]:
-    """Values for registers other than commands, the address and behavior selectors."""
+    """Return a strategy of writes to registers other than commands, the address and behavior selectors."""
     quiet = [row for row in MAP if row.writable and row.ascii and not row.kept and not row.locked]
     plain = [row for row in quiet if row.high > 1]
 
@@ -102,7 +102,7 @@ def noise(most: int = 40) -> st.SearchStrategy[bytes]:
 
 @st.composite
 def damaged(draw: st.DrawFn, frames: st.SearchStrategy[bytes]) -> bytes:
-    """Return a frame with one defect: a bit, a byte lost, doubled or added, or its end cut off."""
+    """Return a frame with one defect: a wrong bit, a byte lost, doubled or added, or the end cut off."""
     frame = draw(frames)
     at = draw(st.integers(0, len(frame) - 1))
     how = draw(st.sampled_from(["bit", "lost", "doubled", "added", "cut"]))
@@ -119,7 +119,7 @@ def damaged(draw: st.DrawFn, frames: st.SearchStrategy[bytes]) -> bytes:
 
 
 def line_traffic(frames: st.SearchStrategy[bytes], most: int = 8) -> st.SearchStrategy[list[Piece]]:
-    """Return a strategy of at most `most` pieces: whole frames, damaged ones, noise."""
+    """Return a strategy of at most `most` pieces: whole frames, damaged frames, and noise."""
     whole = frames.map(lambda data: Piece(data, whole=True))
     broken = (damaged(frames) | noise()).map(lambda data: Piece(data, whole=False))
     return st.lists(whole | broken, max_size=most)

@@ -1,18 +1,18 @@
-"""Comparison of two versions of an export: what a reviewer asks for first.
+"""Comparison of two versions of an export, for review.
 
 | file | content |
 |---|---|
 | `outline` | an export as items with fields, sequences and inner items |
-| `pruning`, `l5x` | an L5X as an outline with all its attributes and texts, less what two versions share |
+| `pruning`, `l5x` | an L5X as an outline with all its attributes and texts, except what both versions share |
 | `slc` | the text of RSLogix 500 as an outline |
 | `alignment` | two sequences side by side in nearly linear time |
 | `renames` | tags with a new name, by their uses |
 | `comparison` | the differences of two outlines |
-| `opening` | which of the two formats; two files to their comparison |
+| `opening` | detects the format and compares two files |
 | `page`, `page_style`, `rung_pictures` | the comparison as one HTML file |
-| `pairing` | rungs and lines: the same, moved, changed |
+| `pairing` | pairs unchanged, moved and changed rungs and lines |
 
-Neither version needs to run: refused parts are compared as well.
+Neither version has to run: parts that an import refuses are compared, too.
 """
 
 from .comparison import Comparison, Difference

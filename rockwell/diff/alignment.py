@@ -1,11 +1,11 @@
-"""Two sequences side by side: what is the same, and in which order, in nearly linear time.
+"""Align two sequences in nearly linear time.
 
-1. What both begin and end with is the same.
+1. The common beginning and the common end are matched.
 2. Keys that both have once are anchors; the longest chain of anchors in both orders stays, and the stretches
    between them are aligned in the same way.
 3. A short stretch without an anchor is aligned by `difflib`; a long one by the first, second, … of each key.
 
-Thousands of equal rungs have no anchor, and `difflib` would compare each with each.
+Thousands of equal rungs have no anchor, and `difflib` would compare every pair of them.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from collections.abc import Hashable, Iterator, Sequence
 from difflib import SequenceMatcher
 
 SMALL = 1_024
-"""Longest product of two lengths for `difflib`."""
+"""Largest product of two lengths that `difflib` aligns."""
 
 DEEPEST = 40
-"""Levels of anchors between anchors."""
+"""Maximum depth of anchors between anchors."""
 
 Pair = tuple[int, int]
 
 
 def aligned(old: Sequence[Hashable], new: Sequence[Hashable]) -> list[Pair]:
-    """Return the places of equal keys in both orders, each place once.
+    """Return ascending pairs of places with equal keys.
 
     >>> aligned("abcd", "axcbd")
     [(0, 0), (2, 2), (3, 4)]
@@ -82,7 +82,7 @@ def _without_anchor(
 
 
 def longest_chain(pairs: Sequence[Pair]) -> list[Pair]:
-    """Return the longest part of pairs, which ascend in the first place, that ascends in the second one.
+    """Return the longest subsequence of pairs that ascends in both places; `pairs` ascend in the first.
 
     >>> longest_chain([(0, 5), (1, 1), (2, 2), (3, 9)])
     [(1, 1), (2, 2), (3, 9)]

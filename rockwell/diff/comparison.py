@@ -4,10 +4,10 @@
 |---|---|
 | added, removed | an item or a step that one version has |
 | changed | fields of an item; a step that is alike; a comment |
-| moved | a rung or a line in another order, which logic is executed in |
+| moved | a rung or a line at another place in the order of execution |
 | renamed | an item with the same content, a tag with the same uses |
 
-The order of what has a name, dates, authors, blanks and places on a sheet are apart: they change nothing
+The order of named items, dates, authors, blanks and places on a sheet are listed apart: they change nothing
 that runs.
 """
 
@@ -26,43 +26,43 @@ from .renames import TAGS, renamed, with_new_names
 ADDED, REMOVED, CHANGED, MOVED, RENAMED = "added", "removed", "changed", "moved", "renamed"
 
 MOST_LINES = 100
-"""Lines of a difference that are printed."""
+"""Maximum lines of a difference that are printed."""
 
 ORDERED = frozenset({"parameter"})
-"""Items whose order is that of operands in a call."""
+"""Items whose order is the order of a call's operands."""
 
 ORDER, DATES, LAYOUT = (
     "the order of",
     "dates, authors and options of",
     "blanks and places on the sheet of",
 )
-"""What is apart."""
+"""Changes that are listed apart from the differences."""
 
 
 @dataclass(frozen=True, slots=True)
 class Difference:
-    """A difference of two versions."""
+    """A difference between two versions."""
 
     kind: str  # `ADDED`, `REMOVED`, `CHANGED`, `MOVED` or `RENAMED`
     what: str  # "rung", "line", "element", "comment", or what an item is: "tag", "routine", "data type", …
-    owner: str  # program or add-on and routine that it is in, "" for the controller's
+    owner: str  # program or add-on, and routine; "" for the controller
     name: str  # its name, or "rung 3"
-    line: int  # its line in the new file, for removals in the old one
+    line: int  # its line in the new file; of a removal, in the old file
     before: str  # the old text, "" for additions
     after: str  # the new text, "" for removals
-    was: str = ""  # the old name of a renamed item, the old place of a moved or changed step if it is another
+    was: str = ""  # the old name of a renamed item, or the old place of a moved step if that differs
     old: tuple[Step, ...] = ()  # steps of the old version that are drawn
     new: tuple[Step, ...] = ()
-    head: str = ""  # of an added or removed item: its text without these steps
+    head: str = ""  # text of an added or removed item, without these steps
 
     @property
     def where(self) -> str:
-        """Its owner and its name."""
+        """Its owner and its name, as text."""
         return ", ".join(filter(None, (self.owner, self.name)))
 
     @property
     def heading(self) -> str:
-        """What it is, in a line."""
+        """A line that says what differs."""
         numbered = self.name.startswith(f"{self.what} ")
         thing = self.name if numbered else " ".join(filter(None, (self.what, self.name)))
         if self.what == "comment":
@@ -80,7 +80,7 @@ class Difference:
         yield from _some("  + ", self.after)
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for `--json`."""
+        """Return the data for `--json`."""
         return {
             **{name: getattr(self, name) for name in ("kind", "what", "where", "line", "was")},
             "before": self.before,
@@ -97,7 +97,7 @@ def _some(mark: str, text: str) -> Iterator[str]:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """All differences of two versions, and what is apart."""
+    """All differences between two versions, and the changes that are listed apart."""
 
     differences: tuple[Difference, ...]
     apart: tuple[str, ...]
@@ -112,11 +112,11 @@ class Comparison:
         yield from (f"not counted: {each}" for each in self.apart)
 
     def as_json(self) -> dict[str, Any]:
-        """Return it for `--json`."""
+        """Return the data for `--json`."""
         return {"differences": [each.as_json() for each in self.differences], "apart": list(self.apart)}
 
     def by_owner(self) -> dict[str, list[Difference]]:
-        """Return the differences by program and routine, those of the controller first."""
+        """Return the differences by program and routine, starting with the controller's."""
         found: defaultdict[str, list[Difference]] = defaultdict(list)
         for each in self.differences:
             found[each.owner].append(each)
@@ -124,7 +124,7 @@ class Comparison:
 
     @property
     def summary(self) -> str:
-        """The differences in a line: `3 differences: 1 tag added, 2 rungs changed`."""
+        """The differences in one line: `3 differences: 1 tag added, 2 rungs changed`."""
         counts = Counter((each.what, each.kind) for each in self.differences)
         parts = [f"{count} {what}{'s'[: count > 1]} {kind}" for (what, kind), count in counts.items()]
         total = len(self.differences)
@@ -140,7 +140,7 @@ def compared(old: Item, new: Item) -> Comparison:
 
 @dataclass(slots=True)
 class _Scope:
-    """What a program, an add-on or the controller has, until its renamed tags are known."""
+    """Items and steps of a program, an add-on or the controller, kept until its renamed tags are known."""
 
     old: list[Item] = field(default_factory=list)  # removed items
     new: list[Item] = field(default_factory=list)  # added items
@@ -150,7 +150,7 @@ class _Scope:
 
 @dataclass(frozen=True, slots=True)
 class _Routine:
-    """A pair of routines whose steps are compared last."""
+    """A pair of routines; their steps are compared last."""
 
     owner: str
     old: Item
@@ -159,7 +159,7 @@ class _Routine:
 
 @dataclass(frozen=True, slots=True)
 class _One:
-    """An item of one version."""
+    """An item that only one version has."""
 
     owner: str
     kind: str
@@ -177,7 +177,7 @@ class _Comparer:
     # --- items
 
     def item(self, old: Item, new: Item, owner: str) -> None:
-        """Compare two items of one name, or renamed ones."""
+        """Compare two items with the same name, or an item and its renamed version."""
         place = place_of(owner, new)
         self._fields(old, new, owner)
         if old.dates != new.dates:
@@ -293,7 +293,7 @@ class _Comparer:
             self._apart[what].append(where)
 
     def apart_lines(self) -> Iterator[str]:
-        """Yield what is apart, a line for each kind."""
+        """Yield a line for each kind of change that is listed apart."""
         yield from (f"{what} {', '.join(where)}" for what, where in self._apart.items())
 
 
@@ -302,7 +302,7 @@ def _by_place(parts: Sequence[Item | CommonPart]) -> dict[int, Item]:
 
 
 def _same_key(ours: Mapping[int, Item], theirs: Mapping[int, Item]) -> dict[int, int]:
-    """Pair items of one kind and name in their order: new places with old ones."""
+    """Map new places to old ones: items with the same kind and name are paired in order."""
     by_key: defaultdict[tuple[str, str], list[int]] = defaultdict(list)
     for i in sorted(ours, reverse=True):
         by_key[ours[i].key].append(i)
@@ -312,7 +312,7 @@ def _same_key(ours: Mapping[int, Item], theirs: Mapping[int, Item]) -> dict[int,
 def _without_shared(
     old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart]
 ) -> tuple[list[Item | CommonPart], list[Item | CommonPart], dict[int, int]]:
-    """Return two lists that share all that is still shared, and the places of it: new ones with old ones."""
+    """Open common parts that one list lacks; return both lists, and old places of shared parts by new."""
     counts = Counter(each.content for each in old if isinstance(each, CommonPart)) & Counter(
         each.content for each in new if isinstance(each, CommonPart)
     )
@@ -330,7 +330,7 @@ def _without_shared(
 
 
 def _opened(items: Sequence[Item | CommonPart], counts: Counter[bytes]) -> list[Item | CommonPart]:
-    """Open what the other list does not share."""
+    """Replace each common part that the other list lacks by its items."""
     found: list[Item | CommonPart] = []
     for each in items:
         if isinstance(each, Item):
@@ -346,7 +346,7 @@ def _opened(items: Sequence[Item | CommonPart], counts: Counter[bytes]) -> list[
 def _same_content(
     ours: dict[int, Item], removed: Sequence[int], theirs: dict[int, Item], added: Sequence[int]
 ) -> dict[int, int]:
-    """Return the places of added items whose content is that of one removed item, with its place."""
+    """Map the place of each added item to the place of the only removed item with the same content."""
     if not removed or not added:
         return {}
     old, new = (_by_content(items, places) for items, places in ((ours, removed), (theirs, added)))
@@ -397,7 +397,7 @@ def _name(item: Item | CommonPart) -> str:
 
 
 def _one(each: _One, names: dict[str, Item]) -> Iterator[Difference]:
-    """Yield an item of one version; a renamed tag once, with what else is different."""
+    """Yield the difference of an item; for both names of a renamed tag only one, with its changed fields."""
     item = each.item
     if each.kind == REMOVED and item.what in TAGS and (new := names.get(item.name.upper())) is not None:
         before, after = _different(item.fields, new.fields)

@@ -1,6 +1,6 @@
 """An L5X as an outline: every attribute and every text is a field or a step of some item.
 
-What is not known here is a field with the path of its elements as its label, so that nothing differs unseen.
+An unknown element becomes a field labeled with its path, so that no difference is missed.
 
     <Tag Name="Fill" DataType="TIMER"> … Name="PRE" Value="5000"/>     DataType = TIMER, .PRE = 5000
     <Port Id="1" Address="3"/> of a module                             Port 1.Address = 3
@@ -44,10 +44,10 @@ DATES = frozenset(
         *("TargetLastEdited", "Owner", "CreatedBy", "EditedBy", "ExportOptions"),
     }
 )
-"""Attributes that say when, by whom and how it was exported."""
+"""Attributes that say when, by whom and how a file was exported."""
 
 PLACES = frozenset(("X", "Y", "HideDesc", "DescX", "DescY", "DescWidth", "Show", "ShowActions", "Width"))
-"""Attributes of a chart's elements that are of its picture only."""
+"""Attributes of a chart's elements that affect only its picture."""
 
 _KEYS = ("Name", "Id", "ID", "Operand", "Index", "Number", "Format", "Lang")
 """Attributes that name an element among its siblings."""
@@ -59,16 +59,16 @@ _GROUPS = frozenset(
         *("ScheduledPrograms", "Dependencies", "QuickWatchLists", "ParameterConnections", "DataLogs"),
     }
 )
-"""Elements that group others: an empty one says nothing."""
+"""Elements that group others: an empty group is no field."""
 
 _VALUES = {"Data": "", "DefaultData": "default", "ForceData": "force"}
 _TEXTS = re.compile(r"('(?:[^'$]++|\$.)*+')")
 
 
 def outlines(old: bytes, new: bytes, files: tuple[str, str]) -> tuple[Item, Item]:
-    """Read two L5X files, without what both have; an L5xError for one that can't be read."""
+    """Read two L5X files without what both have in common; raise an L5xError if one can't be read."""
     documents = [checked(data, file) for data, file in zip((old, new), files, strict=True)]
-    root = parsed(documents[1], files[1])  # all that is cut out of either is in it
+    root = parsed(documents[1], files[1])  # it contains everything that was cut out of either file
     if documents[0] == documents[1]:
         same = Item("export", "", _checked_root(root, files[1]))
         return same, same
@@ -80,7 +80,7 @@ def outlines(old: bytes, new: bytes, files: tuple[str, str]) -> tuple[Item, Item
 
 
 def outline(data: bytes, file: str) -> Item:
-    """Read an L5X file; an L5xError for one that can't be read."""
+    """Read an L5X file; raise an L5xError if it can't be read."""
     return _L5xOutline(file, PrunedDocument(checked(data, file), [])).root()
 
 
@@ -95,7 +95,7 @@ def rung_key(text: str) -> str:
 
 
 def _checked_root(root: Any, file: str) -> int:
-    """Return the line of a root, or raise an L5xError if it is not that of an L5X."""
+    """Return the line of a root element; raise an L5xError if it is not the root of an L5X."""
     line = int(root.sourceline or 1)
     if root.tag != ROOT:
         raise L5xError(file, line, f"its root is {root.tag}, that of an L5X is {ROOT}")
@@ -103,7 +103,7 @@ def _checked_root(root: Any, file: str) -> int:
 
 
 def _marks(rung: Any) -> Iterator[str]:
-    """Yield what a rung has besides its number, text and comment."""
+    """Yield a rung's attributes and elements other than its number, text and comment."""
     if rung.get("Type", "N") != "N":
         yield rung.get("Type")
     yield from (f"{name}={text}" for name, text in rung.attrib.items() if name not in ("Number", "Type"))
@@ -111,12 +111,12 @@ def _marks(rung: Any) -> Iterator[str]:
 
 
 def _add(item: Item, name: str, label: str, text: str) -> None:
-    """Add an attribute; dates are no difference."""
+    """Add an attribute; dates do not count as differences."""
     (item.dates if name in DATES else item.fields).append((label, text))
 
 
 def _label(label: str, seen: Counter[str]) -> str:
-    """Count a label; return it with its number from the second one on."""
+    """Count a label, and return it; the second and later ones get a number."""
     seen[label] += 1
     return label if seen[label] == 1 else f"{label} #{seen[label]}"
 
@@ -147,7 +147,7 @@ class _L5xOutline:
 
     def _item(self, element: Any) -> Item:
         what = KINDS[element.tag]
-        named = what not in ("export", "controller")  # there is one of them
+        named = what not in ("export", "controller")  # a file has only one of each
         item = Item(what, element.get("Name", "") if named else "", self._line(element))
         skipped = {"Name"} if named else set()
         for name, text in element.attrib.items():
@@ -186,9 +186,9 @@ class _L5xOutline:
                 self._other(child, path, item, seen)
 
     def _other(self, element: Any, path: str, item: Item, seen: Counter[str]) -> None:
-        """Add an element that nothing is known of: its attributes and its text, by its path.
+        """Add the attributes and the text of an unknown element, labeled with its path.
 
-        One without either only holds others together.
+        An element without either only groups others.
         """
         text = _own_text(element)
         given = element.attrib
@@ -205,7 +205,7 @@ class _L5xOutline:
         self._inside(element, label, item, seen)
 
     def _member(self, element: Any, item: Item, seen: Counter[str]) -> None:
-        """Add a member of a data type: its type, and what else it has."""
+        """Add a member of a data type: its type and its other attributes."""
         given = dict(element.attrib)
         label = f"member {given.pop('Name', '')}"
         kind, dims = given.pop("DataType", ""), given.pop("Dimension", given.pop("Dimensions", "0"))
@@ -216,7 +216,7 @@ class _L5xOutline:
         self._inside(element, label, item, seen)
 
     def _values(self, element: Any, path: str, item: Item, *, repeated: bool) -> None:
-        """Add the values of a tag by their members; what repeats them is a detail."""
+        """Add the values of a tag by member; a repeated form of the values is a detail."""
         form, begin = element.get("Format", ""), f"{path} {_VALUES[element.tag]}".strip()
         if form == "Decorated":
             for value, member in _decorated(element, ""):
@@ -244,7 +244,7 @@ class _L5xOutline:
             yield Step(RUNG, place, shown, rung_key(shown), comment, line)
 
     def lines(self, content: Any, number: int) -> Iterator[Step]:
-        """Yield the lines of a structured text that are not blank."""
+        """Yield the lines of structured text that are not blank."""
         kind = content.get("OnlineEditType", "")
         printed = list(content.iterchildren("Line")) or [content]
         blanks = place = 0
@@ -261,7 +261,7 @@ class _L5xOutline:
                 blanks = 0
 
     def chart(self, content: Any, number: int) -> Iterator[Step]:
-        """Yield the elements of a chart or of the sheets of a diagram, their connections by name."""
+        """Yield the elements of a chart or of a diagram's sheets, with connections by name."""
         head = content.get("OnlineEditType", "")
         place = number
         for sheet in [content, *content.iterchildren("Sheet")]:
@@ -297,7 +297,7 @@ def _text(element: Any) -> str:
 
 
 def _own_text(element: Any) -> str:
-    """Return the text of an element without that of those inside it."""
+    """Return an element's own text, without the text of elements inside it."""
     if not len(element):
         return (element.text or "").strip()
     return " ".join(
@@ -306,7 +306,7 @@ def _own_text(element: Any) -> str:
 
 
 def _markup(element: Any) -> str:
-    """Return all of an element on one line: for what is only shown if nothing else differs."""
+    """Return an element's full markup on one line; it is only shown if nothing else differs."""
     parts = []
     for each in element.iter("*"):
         given = " ".join(f'{name}="{text}"' for name, text in sorted(each.attrib.items()))
@@ -315,7 +315,7 @@ def _markup(element: Any) -> str:
 
 
 def _decorated(element: Any, path: str) -> Iterator[Field]:
-    """Yield decorated values and their paths: `.PRE`, `[3].Name`; a force has its own."""
+    """Yield decorated values with their paths, such as `.PRE` or `[3].Name`; a force has its own path."""
     for each in element.iterchildren("*"):
         index = each.get("Index")
         name = each.get("Name")
@@ -330,7 +330,7 @@ def _decorated(element: Any, path: str) -> Iterator[Field]:
 
 
 def _outside_of_sheets(content: Any) -> Iterator[Any]:
-    """Yield a content and what is in it, without the sheets."""
+    """Yield a content element and all elements in it, except sheets."""
     yield content
     for each in content.iterchildren("*"):
         if each.tag != "Sheet":
@@ -338,7 +338,7 @@ def _outside_of_sheets(content: Any) -> Iterator[Any]:
 
 
 def _names(sheet: Any) -> dict[str, str]:
-    """Return what each element of a sheet is called: by its operand, else by its place among its kind."""
+    """Return names of a sheet's elements by ID: operand, else name, else the number among its kind."""
     found: dict[str, str] = {}
     counts: Counter[str] = Counter()
     for each in sheet.iter("*"):
@@ -351,7 +351,7 @@ def _names(sheet: Any) -> dict[str, str]:
 
 
 def _element_text(element: Any, names: Mapping[str, str]) -> str:
-    """Return what an element of a chart is, "" for one that only holds others together."""
+    """Return an element of a chart as text; "" if it only groups others."""
     said = [
         f"{name}={names.get(text, text) if name.endswith('ID') else text}"
         for name, text in element.attrib.items()

@@ -1,4 +1,4 @@
-"""Two files to their comparison: both L5X, or both the text of RSLogix 500."""
+"""Compare two files: both L5X, or both RSLogix 500 text."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def compare_exports(old: Path, new: Path) -> Comparison:
 
 
 def text_of_export(path: Path) -> str:
-    """Return an export as text without order and dates; a LadderError if it can't be read."""
+    """Return an export as text that ignores order and dates; raise a LadderError if it can't be read."""
     data = _bytes_of(path)
     item = outline(data, str(path)) if _is_xml(data) else _slc(data, path)
     return "\n".join(canonical_lines(item))

@@ -1,12 +1,12 @@
 """An export as items: programs, routines, tags, types, modules, each with fields, steps and inner items.
 
     item       what, name, line
-      fields     label and text: what a reader looks at
-      details    label and text: the same values in another form, radixes; only shown if no field differs
+      fields     label and text: shown to a reader
+      details    label and text: radixes, and the same values in another form; only shown if no field differs
       steps      rungs, lines of structured text, or elements of a chart, in order
       items      inner items, in order
 
-What two versions have in common may be left out of both, see `CommonPart`.
+Content that both versions have may be left out of both outlines, see `CommonPart`.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ class Step:
     """A rung, a line of structured text, or an element of a chart or a diagram."""
 
     what: str  # `rung`, `line` or `element`
-    number: int  # a rung's from 0, a line's from 1
+    number: int  # rungs count from 0, lines from 1
     text: str
-    key: str  # what decides whether two are the same: the text without blanks
+    key: str  # the text without blanks: two steps with equal keys are the same
     comment: str
     line: int
-    name: str = ""  # what connections call an element
-    layout: str = ""  # its place on a sheet, or its blanks: no difference
+    name: str = ""  # the name by which connections refer to an element
+    layout: str = ""  # its place on a sheet, or its blanks: these are no difference
 
     def lines(self) -> Iterator[str]:
         """Yield the comment, each line after `//`, and the text."""
@@ -51,22 +51,22 @@ class Item:
     details: list[Field] = field(default_factory=list)
     dates: list[Field] = field(
         default_factory=list
-    )  # dates, authors and options of the export: no difference
+    )  # dates, authors and options of the export: these are no difference
     steps: list[Step] = field(default_factory=list)
     items: list[Item | CommonPart] = field(default_factory=list)
 
     @property
     def key(self) -> tuple[str, str]:
-        """What pairs it with the item of the other version."""
+        """Kind and name: an item of the other version with the same key is its counterpart."""
         return self.what, self.name.upper()
 
     def opened(self) -> Iterator[Item]:
-        """Yield the inner items, shared ones too."""
+        """Yield the inner items, including shared ones."""
         for each in self.items:
             yield from each.open() if isinstance(each, CommonPart) else (each,)
 
     def lines(self, *, steps: bool = True) -> Iterator[str]:
-        """Yield fields and perhaps steps as lines."""
+        """Yield fields as lines, then steps unless left out."""
         for label, text in self.fields:
             yield from f"{label} = {text}".splitlines()
         if steps:
@@ -99,7 +99,7 @@ def place_of(owner: str, item: Item) -> str:
 
 
 def canonical_lines(item: Item, owner: str = "", *, steps: bool = True) -> Iterator[str]:
-    """Yield an outline as text in which order and dates are no difference, for git; perhaps without steps."""
+    """Yield an outline as text for git, independent of order and dates; steps only if `steps` is set."""
     place = place_of(owner, item)
     yield " ".join(filter(None, (item.what, place)))
     yield from (f"  {line}" for line in item.lines(steps=steps))

@@ -1,7 +1,7 @@
-"""A comparison as one HTML file: both versions side by side, changed rungs drawn, what differs marked.
+"""A comparison as one HTML file: both versions side by side, with changed rungs drawn and differences marked.
 
-It loads nothing and runs nothing: its content policy allows its own style sheet and no script. Every text of
-the files is escaped, and characters without a glyph are printed as in Python.
+It loads nothing and runs nothing: its content policy allows its own style sheet and no script. Every text
+from the files is escaped, and characters without a glyph are printed as in Python.
 """
 
 from __future__ import annotations
@@ -23,13 +23,13 @@ from .pairing import tokens_of
 from .rung_pictures import picture, pictures
 
 MOST_PICTURES = 600
-"""Rungs that are drawn; the others have their text."""
+"""Maximum rungs that are drawn; the others are shown as text."""
 
 MOST_ROWS = 200
-"""Lines of a difference that the page has."""
+"""Maximum lines of a difference on the page."""
 
 MOST_CHARACTERS = 20_000
-"""Characters of a line that the page has."""
+"""Maximum characters of a line on the page."""
 
 SIGNS = {ADDED: "+", REMOVED: "−", CHANGED: "≠", MOVED: "↕", RENAMED: "→"}
 
@@ -52,7 +52,7 @@ def page_of(comparison: Comparison, old: str, new: str) -> str:
 
 
 def _shown(text: str) -> str:
-    """Escape a text of a file."""
+    """Escape text from a file."""
     cut = text if len(text) <= MOST_CHARACTERS else f"{text[:MOST_CHARACTERS]}… {len(text):,} characters"
     return escape(visible(cut))
 
@@ -135,7 +135,7 @@ def _sides(old: str, new: str) -> str:
 
 
 def _rows(before: str, after: str) -> str:
-    """Return fields side by side, those of one label in one row."""
+    """Return fields side by side, with equal labels in the same row."""
     if not before or not after:
         return _sides(*(f"<pre>{_some(each)}</pre>" if each else "" for each in (before, after)))
     olds, news = before.splitlines(), after.splitlines()
@@ -166,7 +166,7 @@ def _row(old: str | None, new: str | None) -> str:
 
 
 def _marked(old: str, new: str) -> tuple[str, str]:
-    """Return two texts with the words marked that the other one does not have."""
+    """Return both texts, with the words marked that the other one lacks."""
     if max(len(old), len(new)) > MOST_CHARACTERS:
         return _shown(old), _shown(new)
     before, after = tokens_of(old), tokens_of(new)
@@ -178,7 +178,7 @@ def _marked(old: str, new: str) -> tuple[str, str]:
 
 
 def _slid(tokens: Sequence[str], same: set[int]) -> set[int]:
-    """Let what differs end with its bracket: `XIC(Guard)`, not `)XIC(Guard`."""
+    """Shift each difference so that it ends with its bracket: `XIC(Guard)`, not `)XIC(Guard`."""
     for at, token in enumerate(tokens):
         if token in ")]" and at not in same:
             end = next((n for n in range(at, len(tokens)) if n in same), len(tokens))

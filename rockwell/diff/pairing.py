@@ -2,7 +2,7 @@
 
 the same     the longest chain in both orders, see `alignment`
 moved        the same key elsewhere in the routine
-changed      of those left between two that are the same: the most similar ones, or those with one comment
+changed      of the rest between two unchanged ones: the most similar, or those with the same comment
 """
 
 from __future__ import annotations
@@ -17,34 +17,34 @@ from .alignment import Pair, aligned
 from .outline import LINE, Step
 
 TOKEN = re.compile(r"'(?:[^'$]++|\$.)*+'|\"[^\"]*+\"|[\w.:#\\$%/?]++|\S")
-"""A word of a rung or a line: a mnemonic, an operand, a sign."""
+"""A token of a rung or a line: a mnemonic, an operand, or a sign."""
 
 _NAMED = re.compile(r"ID=((?:(?! \w+=).)*+)")
 """The name of an element in a connection."""
 
 ALIKE = 0.5
-"""Least similarity of a changed rung."""
+"""Minimum similarity of a changed rung's two versions."""
 
 WINDOW = 20
-"""Rungs before and after the same place of a stretch that a changed one is looked for in."""
+"""Number of rungs before and after the corresponding place in which a changed rung is searched for."""
 
 MOST_TOKENS = 200_000
-"""Tokens of a stretch beyond which only rungs at the same place are compared."""
+"""Maximum tokens of a stretch; beyond it only rungs at the same place are compared."""
 
 SHORTEST = 8
-"""Characters of a line that is looked for elsewhere: `END_IF;` is everywhere."""
+"""Minimum characters of a moved line: `END_IF;` is everywhere."""
 
 
 class Pairing(NamedTuple):
-    """Two steps; None in the version that does not have it."""
+    """A step in both versions; None in a version that lacks it."""
 
     old: Step | None
     new: Step | None
-    moved: bool = False  # the same in another order
+    moved: bool = False  # whether the same step is at another place
 
 
 def tokens_of(text: str) -> list[str]:
-    """Split a rung or a line.
+    """Split a rung or a line into tokens.
 
     >>> tokens_of("XIC(Motor.Run)EQU(S,'a b');")
     ['XIC', '(', 'Motor.Run', ')', 'EQU', '(', 'S', ',', "'a b'", ')', ';']
@@ -67,7 +67,7 @@ def paired(old: Sequence[Step], new: Sequence[Step]) -> list[Pairing]:
 
 
 def without_followers(pairs: Sequence[Pairing]) -> list[Pairing]:
-    """Return pairs without connections that only follow a renamed element: it is the difference."""
+    """Leave out connections that changed only because an element was renamed."""
     names = {
         each.old.name: each.new.name
         for each in pairs
@@ -84,7 +84,7 @@ def _follows(pair: Pairing, names: Mapping[str, str]) -> bool:
 
 
 def _in_order(found: list[Pairing], removed: list[Step]) -> list[Pairing]:
-    """Sort by the new version; a removed step comes after the one that it followed."""
+    """Sort in the order of the new version; a removed step comes after its predecessor in the old one."""
     found.sort(key=lambda each: each.new.number if each.new is not None else -1)
     followed: defaultdict[int, list[Pairing]] = defaultdict(list)
     places = sorted(each.old.number for each in found if each.old is not None and not each.moved)
@@ -116,7 +116,7 @@ class _Free:
         self.new.discard(k)
 
     def moved(self) -> Iterator[Pair]:
-        """Yield what stands elsewhere; of lines only long ones that are there once."""
+        """Yield moved steps; a line must be long and unique in both versions."""
         places: defaultdict[str, list[int]] = defaultdict(list)
         for i in sorted(self.old, reverse=True):
             places[self._old[i].key].append(i)
@@ -148,7 +148,7 @@ class _Free:
                 self.changed.append((i, k))
 
     def _similarities(self, before: list[int], after: list[int]) -> Iterator[tuple[int, int, float]]:
-        """Yield pairs of about the same place with their similarity; the same comment makes two equal."""
+        """Yield pairs at about the same place with their similarity, which is full for equal comments."""
         olds = {i: _weights(self._old[i].key) for i in before}
         news = {k: _weights(self._new[k].key) for k in after}
         words = sum(map(len, (*olds.values(), *news.values())))
@@ -162,7 +162,7 @@ class _Free:
 
 
 def _weights(key: str) -> Counter[str]:
-    """Return the words of a rung: an operand counts twice, a sign not at all."""
+    """Return the weights of a rung's words: an operand counts twice, a sign not at all."""
     tokens = tokens_of(key)
     words: Counter[str] = Counter()
     for token, after in zip(tokens, [*tokens[1:], ""], strict=True):

@@ -1,11 +1,11 @@
-"""Two documents without what both have: the rest is all that is parsed and compared.
+"""Cut out what two documents have in common, so that only the rest is parsed and compared.
 
     <Tag Name="A" ...> ... </Tag>     in both, byte for byte, and perhaps
     <Tag Name="B" ...> ... </Tag>     its neighbor, too:                        <Cut N="5"/>
 
-Most of two versions is the same, and comparing its bytes takes a tenth of the time of reading its elements.
-Line numbers stay: a cut leaves its newlines. Programs, tags and so on are compared first; of those that
-differ, their tags and routines.
+Most of two versions is the same, and comparing bytes takes a tenth of the time of parsing elements.
+Line numbers do not change: a cut keeps its newlines. Programs, tags and so on are compared first; in those
+that differ, their tags and routines are compared.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 CUT = "Cut"
-"""The element that replaces what both documents have."""
+"""Name of the element that replaces common content."""
 
 _WHOLE = "|".join(
     (
@@ -28,7 +28,7 @@ _WHOLE = "|".join(
 """Elements that are replaced."""
 
 _LEVELS = 2
-"""Levels of them: a program, and a routine of it."""
+"""Nesting levels of them: a program, and a routine in it."""
 
 _CDATA = r"<!\[CDATA\[(?:[^\]]++|\](?!\]>))*+\]\]>"
 _GIVEN = r"""(?:[^<>"']++|"[^"]*+"|'[^']*+')*+"""
@@ -36,22 +36,22 @@ _INNER = rf"[^<]*+(?:(?:<(?![!?]|/?+\1[\s/>])|{_CDATA})[^<]*+)*+"
 _ELEMENT = re.compile(
     rf"{_CDATA}|<({_WHOLE})(?=[\s/>]){_GIVEN}(?:(?<=/)>|>{_INNER}</\1\s*+>)|(<[!?])".encode()
 )
-"""One of those elements with no other of its name in it; characters, in which there is none; or a comment."""
+"""An element that may be replaced, without a nested one of the same name; a CDATA section; or a comment."""
 
 Span = tuple[int, int]
 Joint = tuple[bytes, bytes, bytes]
-"""Two elements and what is between them."""
+"""Two elements and the bytes between them."""
 
 
 class PrunedDocument(NamedTuple):
-    """A document, and what was cut out of it: by the number in it."""
+    """A document and the contents cut out of it; each cut in the document has the index of its content."""
 
     data: bytes
     cuts: list[bytes]
 
 
 class _Element(NamedTuple):
-    """An element: where it begins and ends, and its text."""
+    """An element: where it begins and ends, and its bytes."""
 
     begin: int
     end: int
@@ -59,7 +59,7 @@ class _Element(NamedTuple):
 
 
 def pruned(old: bytes, new: bytes) -> tuple[PrunedDocument, PrunedDocument]:
-    """Return two documents without the elements that both have; whole ones if one has comments."""
+    """Return two documents without the elements that both have; unchanged if either has comments."""
     whole = PrunedDocument(old, []), PrunedDocument(new, [])
     one, other = _Cutting(old), _Cutting(new)
     for _ in range(_LEVELS):
@@ -79,7 +79,7 @@ class _Cutting:
 
     def __init__(self, data: bytes) -> None:
         self._data = data
-        self._spans: list[Span] = [(0, len(data))]  # in which the next level is
+        self._spans: list[Span] = [(0, len(data))]  # spans that contain the next level
         self.cut: list[_Element] = []
 
     def elements(self) -> list[_Element] | None:
@@ -99,7 +99,7 @@ def _has_own_cuts(document: PrunedDocument) -> bool:
 
 
 def _elements(data: bytes, spans: Iterable[Span]) -> list[_Element] | None:
-    """Return the outermost elements inside of spans; None if there are comments or unended characters."""
+    """Return the outermost elements in spans; None if there are comments or unterminated CDATA."""
     if data.rfind(b"<![CDATA[") > data.rfind(b"]]>"):
         return None
     elements: list[_Element] = []
@@ -115,7 +115,7 @@ def _elements(data: bytes, spans: Iterable[Span]) -> list[_Element] | None:
 
 
 def _joints(data: bytes, parts: list[_Element]) -> set[Joint]:
-    """Return neighbors with only blanks between them, of elements that are there once."""
+    """Return neighboring elements with only blanks between them, where each element occurs once."""
     parts.sort()
     counts = Counter(each.content for each in parts)
     return {
@@ -127,7 +127,7 @@ def _joints(data: bytes, parts: list[_Element]) -> set[Joint]:
 
 
 def _without(data: bytes, parts: list[_Element], joints: set[Joint]) -> PrunedDocument:
-    """Replace elements; those that follow each other in both documents by one cut."""
+    """Replace elements by cuts; elements that are neighbors in both documents become one cut."""
     runs: list[list[int]] = []
     before: _Element | None = None
     for each in parts:

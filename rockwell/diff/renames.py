@@ -1,9 +1,9 @@
-"""Tags with a new name: a removed one and an added one of the same type that rungs use in the same way.
+"""Find renamed tags: a removed tag and an added one of the same type that rungs use in the same way.
 
     - Start BOOL     XIC(Start)OTE(Run);  ->  XIC(Begin)OTE(Run);     + Begin BOOL
 
-Both are used equally often, at the same places of rungs with the same instructions, and no other pair is.
-Anything less is a removed tag and an added one.
+Both are used equally often, at the same places of rungs with the same instructions, and no other tag matches.
+Otherwise they count as a removed and an added tag.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from dataclasses import replace
 from .outline import Item, Step
 
 _WORD = re.compile(r"(?<![\w.:\\#$])([A-Za-z_]\w*+)(?![\w(:])|'(?:[^'$]++|\$.)*+'")
-"""The name of a tag in a key; a string has none."""
+"""The name of a tag in a key; strings are skipped."""
 
 _MNEMONIC = re.compile(r"([A-Za-z_]\w*+)\(")
 
 TAGS = frozenset(("tag", "local tag", "parameter"))
 
 Use = tuple[str, int]
-"""A rung, or what is alike of it, and a place among its names."""
+"""The text or the mnemonics of a rung, and a place among its names."""
 
 
 def renamed(
     old: Iterable[Item], new: Iterable[Item], before: Sequence[Step], after: Sequence[Step]
 ) -> dict[str, Item]:
-    """Return the new tags of removed ones by the old name in capitals.
+    """Return renamed tags, in their new version, by old name in capitals.
 
     Args:
         old: removed tags of a scope.
-        new: added ones.
+        new: added tags of the scope.
         before: steps of the scope in the old version that may use them.
-        after: those of the new one.
+        after: steps of the scope in the new version.
     """
     removed, added = _tags_of(old), _tags_of(new)
     if not removed or not added:
@@ -44,7 +44,7 @@ def renamed(
         for name in {each for step in other for each in _names_in(step)} & tags.keys():
             del tags[name]
     names: dict[str, Item] = {}
-    for shape in (_rest, _mnemonics):  # rungs that are the same but for the names; then those alike
+    for shape in (_rest, _mnemonics):  # rungs equal except for names; then rungs with equal mnemonics
         gone, come = _by_use(removed, before, shape), _by_use(added, after, shape)
         for use, ours in gone.items():
             theirs = come.get(use, [])
@@ -59,7 +59,7 @@ def _tags_of(items: Iterable[Item]) -> dict[str, Item]:
 
 
 def _rest(key: str, names: Mapping[str, Item]) -> str:
-    """Return a rung without the names of tags that only its version has."""
+    """Return a rung with `?` in place of the tags that only its version has."""
     return _WORD.sub(lambda word: "?" if (word[1] or "").upper() in names else word[0], key)
 
 
@@ -70,7 +70,7 @@ def _mnemonics(key: str, _names: Mapping[str, Item]) -> str:
 def _by_use(
     tags: Mapping[str, Item], steps: Iterable[Step], shape: Callable[[str, Mapping[str, Item]], str]
 ) -> dict[object, list[str]]:
-    """Return the names of tags by type and uses, without those that are not used."""
+    """Return the names of used tags by type and uses."""
     uses: defaultdict[str, list[Use]] = defaultdict(list)
     for step in steps:
         words = _names_in(step)
@@ -92,7 +92,7 @@ def _names_in(step: Step) -> list[str]:
 
 
 def with_new_names(step: Step, names: Mapping[str, Item]) -> Step:
-    """Return a step whose key has the new names."""
+    """Return a step with new names in its key."""
     if not names:
         return step
 

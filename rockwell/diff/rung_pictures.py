@@ -1,6 +1,6 @@
-"""Rungs of two versions as SVG: what one of them does not have is marked.
+"""Draw both versions of a rung as SVG, with the differences marked.
 
-A rung that can't be read, or is longer than a picture helps, has none: its text is shown alone.
+A rung that can't be read, or is too long to draw, has no picture: only its text is shown.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ WIDTH = 50
 """Columns between the rails."""
 
 MOST_INSTRUCTIONS = 150
-"""Instructions of a rung that is drawn."""
+"""Maximum instructions of a rung that is drawn."""
 
 ROW = 20
 _EDGE = 1
@@ -55,7 +55,7 @@ def rung_of(step: Step) -> Rung | None:
 
 
 class _SpecsOf(Mapping[str, Spec]):
-    """The instructions of a rung by name; one that is unknown is the call of an add-on, with any operands."""
+    """Instruction specs by name; an unknown name counts as an add-on with any operands."""
 
     def __init__(self, text: str) -> None:
         self._calls = {name.upper(): name for name in _CALLED.findall(text)}
@@ -75,7 +75,7 @@ class _SpecsOf(Mapping[str, Spec]):
 
 
 def pictures(old: Step, new: Step) -> tuple[str, str] | None:
-    """Return both versions of a rung as SVG, what differs in the class `edit`; None if one can't be drawn."""
+    """Return both versions of a rung as SVG, differences in class `edit`; None if either can't be drawn."""
     rungs = rung_of(old), rung_of(new)
     if rungs[0] is None or rungs[1] is None:
         return None

@@ -15,7 +15,7 @@ from .outline import LINE, RUNG, Item, Step
 
 
 def outline_of_slc(data: bytes, file: str) -> Item:
-    """Read an export of RSLogix 500; an SlcError for what has no rung."""
+    """Read an export of RSLogix 500; raise an SlcError if it has no rung."""
     document = document_in(data, file, "")
     root = Item("export", "", 1)
     root.fields += [("project", document.name), ("processor", document.processor)]

@@ -22,16 +22,16 @@ r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 | `unknown` | undefined types |
 | `mnemonics` | names of all instructions of Logix, known here or not |
 | `schedule` | tasks |
-| `assembly` | all of that to a `Controller` |
+| `assembly` | assembles all of that to a `Controller` |
 | `completing` | declarations missing in a partial export |
 | `widening` | members that the types of the file lack |
-| `building` | builds it, refusing rung by rung |
-| `importer` | all of this for one document |
+| `building` | builds it, and refuses rungs that can't be built |
+| `importer` | does all of this for one document |
 | `unread` | what is not read, for the report |
-| `spans` | where elements stand in the text, so that an edit replaces them only |
+| `spans` | places of elements in the text, so that an edit replaces only them |
 | `rewriting` | edited rungs in the text of a file |
-| `partial` | a program or a routine of a file as a file |
-| `export` | a program that was made here as an L5X |
+| `partial` | extracts a program or a routine of a file |
+| `export` | exports a program as an L5X |
 | `trial` | runs it: interpreter and compiler in lockstep |
 """
 

@@ -27,11 +27,11 @@ _WAYS = {"INPUT": ParameterMode.INPUT, "OUTPUT": ParameterMode.OUTPUT, "INOUT": 
 
 
 class AddOns:
-    """The add-on instructions of a document, made on demand."""
+    """The add-on instructions of a document, built on demand."""
 
     def __init__(self, records: tuple[AddOnRecord, ...], types: Types, report: Report) -> None:
-        self.records: dict[str, AddOnRecord] = {}  # by name in capitals, the first of each name
-        self.again: list[AddOnRecord] = []  # further ones of the same names, which are refused
+        self.records: dict[str, AddOnRecord] = {}  # by name in capitals; the first with each name
+        self.again: list[AddOnRecord] = []  # others with a name in `records`; they are refused
         for each in records:
             if self.records.setdefault(each.name.upper(), each) is not each:
                 self.again.append(each)
@@ -39,16 +39,16 @@ class AddOns:
         self._shapes: dict[str, AddOn] = {}
         self._wrong: dict[str, str] = {}
         self._routines: dict[str, list[Routine]] = {}
-        self._generated: dict[str, list[Tag]] = {}  # of diagrams
+        self._generated: dict[str, list[Tag]] = {}  # tags generated for diagrams
         self.made: dict[str, AddOn] = {}  # by name in capitals
         types.add_on = self.structure
 
     def structure(self, name: str) -> Structure | None:
-        """Return the type of an add-on's instances, None without such an add-on."""
+        """Return the type of an add-on's instances; None if there is no such add-on."""
         return self.shape(name).structure if name in self.records else None
 
     def shape(self, name: str) -> AddOn:
-        """Return an add-on, in capitals, with parameters but without logic, or raise a LadderError."""
+        """Return an add-on by name in capitals, without logic; raise a LadderError if it is unusable."""
         if name in self._wrong:
             raise LadderError(self._wrong[name])
         if name not in self._shapes:
@@ -124,7 +124,7 @@ class AddOns:
             yield from ((self.records[name].name, each) for each in routines)
 
     def make(self, reader: RoutineReader) -> Mapping[str, str]:
-        """Make the add-ons, encoded ones of parameters only; return the unusable ones with the reason."""
+        """Build the add-ons, encoded ones with parameters only; return the unusable ones with reasons."""
         withheld: dict[str, str] = {}
         self._wrong.clear()  # types may have been defined since
         self._shapes.clear()
@@ -159,7 +159,7 @@ class AddOns:
         return shape.with_routines(tuple(routines))
 
     def _allowed(self, shape: AddOn, routine: Routine, reader: RoutineReader) -> Routine:
-        """Drop from a routine what an add-on instruction can't contain; refuse that."""
+        """Refuse and remove everything in a routine that an add-on instruction can't contain."""
         for at, text in list(shape.wrong_in(routine)):
             number = at.rung or 0
             if routine.statements is None:
@@ -179,12 +179,12 @@ class AddOns:
 
 
 def arguments_of(record: AddOnRecord) -> Iterator[TagRecord]:
-    """Yield the parameters with an argument, in call order."""
+    """Yield the parameters that take an argument, in call order."""
     yield from (each for each in _own(record) if each.required or _way_of(each) is ParameterMode.INOUT)
 
 
 def _own(record: AddOnRecord) -> Iterator[TagRecord]:
-    """Yield the parameters of a definition without EnableIn and EnableOut."""
+    """Yield the parameters of a definition, except EnableIn and EnableOut."""
     enables = [each.upper() for each in ENABLES]
     yield from (each for each in record.parameters if each.name.upper() not in enables)
 

@@ -32,7 +32,7 @@ FAULT_RECORD = 11
 """Words of a MajorFaultRecord [1756-PM014]."""
 
 MADE = 256
-"""Elements of a generated array for an InOut of any length."""
+"""Length of a generated array for an InOut of any length."""
 
 MOST_MADE = 1_000_000
 """Maximum values of all tags generated for add-on instructions."""
@@ -45,7 +45,7 @@ class ProgramPart:
     """A program, ready for a controller."""
 
     name: str
-    main: str | None = None  # its main routine, None for the first
+    main: str | None = None  # its main routine; None for the first routine
     fault: str | None = None
     declarations: list[Declaration] = field(default_factory=list)
     routines: dict[str, Routine] = field(default_factory=dict)  # by name in capitals
@@ -72,11 +72,11 @@ class Parts:
     name: str
     declarations: list[Declaration] = field(default_factory=list)
     programs: dict[str, ProgramPart] = field(default_factory=dict)  # by name in capitals
-    tasks: list[Task] = field(default_factory=list)  # none for one task with all programs
+    tasks: list[Task] = field(default_factory=list)  # empty: one task runs all programs
     add_ons: dict[str, AddOn] = field(default_factory=dict)  # by name in capitals
     stubs: dict[str, Stub] = field(default_factory=dict)  # replacements of instructions, by name in capitals
     uncalled: set[str] = field(default_factory=set)  # add-ons that `harness_of` omits, in capitals
-    modules: Mapping[int, ModuleWords] = field(default_factory=dict)  # words of the rack's modules by slot
+    modules: Mapping[int, ModuleWords] = field(default_factory=dict)  # words of the rack's modules, by slot
     motion: MotionData = field(default_factory=MotionData)
     chart_options: ChartOptions = DEFAULT_OPTIONS
     remotes: dict[str, Remote] = field(default_factory=dict)  # of consumed tags and messages
@@ -108,18 +108,18 @@ class Parts:
         return [(part.name, each) for part in self.programs.values() for each in part.routines.values()]
 
     def operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
-        """Return the operand types and dimensions of an add-on instruction; none for another one."""
+        """Return types and dimensions of an add-on instruction's operands; none for other instructions."""
         return self.add_ons[name.upper()].operand_types if name.upper() in self.add_ons else ()
 
     def with_fault_routines(self) -> Parts:
-        """Return the same parts, with a clearing fault routine in every program without one."""
+        """Return the same parts; each program without a fault routine gets one that clears faults."""
         programs = {
             name: each if each.fault else each.with_fault_routine() for name, each in self.programs.items()
         }
         return replace(self, programs=programs, _indexes={})
 
     def known(self, program: str, address: Address) -> DataType | None:
-        """Return the type of an address in a program, None if it is undeclared."""
+        """Return the type of an address in a program; None if it is undeclared."""
         address = self.without_aliases(program, address)
         tag = self.declaration(program, address.name)
         return type_at(tag, address) if isinstance(tag, Tag) else None
@@ -185,7 +185,7 @@ def without(routine: Routine, *places: int) -> Routine:
 
 
 def harness_of(parts: Parts) -> Parts:
-    """Return a controller that calls every add-on once, in a program of its name, if that is possible."""
+    """Return a controller with a program for each add-on that calls it once, as far as memory allows."""
     programs: dict[str, ProgramPart] = {}
     counts: dict[int, int] = {}
     left = MOST_MADE
@@ -214,7 +214,7 @@ def _arguments(definition: AddOn) -> list[Tag]:
 
 
 def _values(kind: DataType, counts: dict[int, int]) -> int:
-    """Count the values in an element of a type; `counts` caches by identity."""
+    """Count the values in an element of a type; `counts` is a cache by the type's identity."""
     if isinstance(kind, Elementary):
         return 1
     if id(kind) not in counts:
@@ -243,11 +243,11 @@ def does_nothing(name: str) -> Callable[..., Any]:
 
 
 def trial_tasks(parts: Parts, programs: Iterable[str]) -> list[Task]:
-    """Return a task of these programs, and the tasks that EVENT may trigger, without programs."""
+    """Return a task with these programs, and empty tasks that EVENT instructions may trigger."""
     events = (each for each in parts.tasks if each.kind is TaskKind.EVENT)
     return [*implicit_task(programs), *(replace(each, programs=()) for each in events)]
 
 
 def implicit_task(programs: Iterable[str]) -> list[Task]:
-    """Return a continuous task of these programs."""
+    """Return a continuous task with these programs."""
     return [Task("Trial", TaskKind.CONTINUOUS, tuple(programs))]

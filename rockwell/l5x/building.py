@@ -1,4 +1,4 @@
-"""Builds a controller from parts, refusing rung by rung what can't be built."""
+"""Builds a controller from parts, and refuses each rung that can't be built."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .report import Report
 from .routines import RoutineReader
 
 STAND_IN, DECLARE = "--stand-in", '[stubs] missing_tags = "declare"'
-"""What gives stand-ins: to a trial, and to a rack."""
+"""The option of a trial, and the setting of a rack, that declare stand-ins."""
 
 _LACKS = re.compile(r"(?:^|: )no routine |(?<! and) has no member ")
 
@@ -32,10 +32,10 @@ class Builder:
     def __init__(self, parts: Parts, reader: RoutineReader, report: Report) -> None:
         self._parts, self._reader, self._report = parts, reader, report
         self._emptied: dict[tuple[str, str], set[int]] = {}
-        self.offers = ""  # what would give a stand-in to something that the export lacks; "" if that is given
+        self.offers = ""  # the option that would declare stand-ins; "" if it is on already
 
     def build(self, of: Callable[[Parts], Parts] = lambda parts: parts) -> Controller | None:
-        """Return a controller of the parts as `of` selects them, None if nothing can be built."""
+        """Return a controller of the parts that `of` selects; None if nothing can be built."""
         for _ in range(ROUNDS):
             parts = of(self._parts)
             controller = parts.assemble(self._report)
@@ -52,7 +52,7 @@ class Builder:
         return None
 
     def _refuse_all(self, problems: Iterable[Problem], parts: Parts) -> bool:
-        """Refuse the rungs and objects of problems; return whether any was refused."""
+        """Refuse the rungs and objects with problems; return whether any was refused."""
         something = False
         for each in problems:
             owner, routine = owner_of(each.site.routine)
@@ -84,8 +84,8 @@ class Builder:
     def refuse(
         self, owner: str, routine: str, number: int, text: str, remedy: str, site: Site = NOWHERE
     ) -> bool:
-        """Refuse a rung or a text routine, removed by `empty`; return whether there was one."""
-        routine, _, body = routine.partition(".")  # `Sequence.Step.Action` is a part of Sequence
+        """Refuse a rung, which `empty` removes, or a text or chart routine; return whether it existed."""
+        routine, _, body = routine.partition(".")  # `Sequence.Step.Action` is a part of routine Sequence
         found = self._routine(owner, routine)
         record = self._reader.record(owner, routine)
         emptied = self._emptied.setdefault((owner.upper(), routine.upper()), set())
@@ -120,7 +120,7 @@ class Builder:
             self._replace(owner, routine, without(found))
 
     def _explained(self, owner: str, text: str, remedy: str, site: Site) -> tuple[str, str]:
-        """Return text and remedy of a refusal with what the import knows: a tag that it lost, a stand-in."""
+        """Add to a refusal's text and remedy why a tag is undeclared, or that a stand-in is possible."""
         if site.tag and (why := self._report.why_not(owner, site.tag)):
             return f"tag {site.tag} is not declared: {why}", "correct the tag, or stub the instruction"
         if self.offers and (site.tag or _LACKS.search(text)):
@@ -165,7 +165,7 @@ class Builder:
         self._parts.add_ons[owner.upper()] = _with_routine(definition, new)
 
     def _drop_initial(self, tag: str, text: str, parts: Parts) -> bool:
-        """Start a tag with zeros if its initial value does not fit; return whether there was one."""
+        """Start a tag with zeros if its initial value does not fit; return whether it had one."""
         owner, name = owner_of(tag) if program_of(tag) else ("", tag)
         scope = parts.programs[owner.upper()].declarations if owner else parts.declarations
         for place, each in enumerate(scope):

@@ -1,4 +1,4 @@
-"""A sequential function chart as the content of a routine in an L5X; branches come from its links."""
+"""Writes a sequential function chart as a routine's content in an L5X; links determine branches."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ class _Writer:
         return int(number), [int(each) for each in legs]
 
     def _sides(self, transition: Transition, number: int) -> None:
-        """Link a transition to its steps, through simultaneous branches if there are several."""
+        """Link a transition to its steps; several steps are linked through a simultaneous branch."""
         row = self._layout.steps[transition.sources[0].upper()][1] + 1
         if len(transition.sources) > 1:
             branch, legs = self._branch("Simultaneous", "Converge", row, len(transition.sources))
@@ -143,7 +143,7 @@ class _Writer:
         self._links += zip((self._ids[name.upper()] for name in names), legs, strict=True)
 
     def _selections(self, step: ChartStep, numbers: Sequence[int]) -> None:
-        """Link a step to the single transitions around it, several through a selection branch."""
+        """Link a step to the transitions around it; several are linked through a selection branch."""
         key = step.name.upper()
         own, row = self._ids[key], self._layout.steps[key][1]
         leaving = list(self._single(key, numbers, "sources"))

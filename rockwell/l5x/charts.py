@@ -3,7 +3,7 @@
     Step, Stop -- DirectedLink --> Transition -- DirectedLink --> Step
     a diverging Branch is entered at its ID and left at the IDs of its legs, a converging one the other way
 
-Legs of a selection stand from left to right, by X of what they lead to, or in their order in the document if
+Legs of a selection are ordered from left to right, by X of their targets; or as in the document, if
 the branch has its own priority.
 """
 
@@ -40,7 +40,7 @@ NAMES: Mapping[Qualifier, str] = {
     Qualifier.SD: "StoredTimeDelayed",
     Qualifier.DS: "TimeDelayedStored",
 }
-"""Qualifiers as a document names them."""
+"""Names of qualifiers in a document."""
 
 QUALIFIERS: Mapping[str, Qualifier] = {
     **{name.upper(): each for each, name in NAMES.items()},
@@ -48,17 +48,17 @@ QUALIFIERS: Mapping[str, Qualifier] = {
     "SET": Qualifier.S,
     "DELAYEDSTORED": Qualifier.DS,
 }
-"""Qualifiers by name in capitals, without `And`; also their letters, and what other programs write."""
+"""Qualifiers by name in capitals, without `And`; also by letter, and by names that other programs write."""
 
 _NODES = ("Step", "Stop", "Transition", "Branch", "Leg")
 
 
 class ChartRefusedError(LadderError):
-    """A chart that can't be read; its site has the line."""
+    """The chart can't be read; the error's site has the line."""
 
 
 class _Graph:
-    """The elements of a chart by ID, with what precedes and follows each."""
+    """The elements of a chart by ID, with the predecessors and successors of each."""
 
     def __init__(self, content: ElementRecord, file: str) -> None:
         self._file = file
@@ -113,7 +113,7 @@ class _Graph:
         self.before.setdefault(b, []).append(a)
 
     def _diverges(self, branch: int) -> bool:
-        """Whether a branch diverges: as it says, else whether links leave its legs."""
+        """Whether a branch diverges: by its own attribute, else by whether links leave its legs."""
         flow = self.elements[branch].attributes.get("BranchFlow", "")
         if flow in ("Diverge", "Converge"):
             return flow == "Diverge"
@@ -121,7 +121,7 @@ class _Graph:
         return any(self.after.get(leg) for leg in legs)
 
     def reached(self, start: int, way: dict[int, list[int]]) -> list[int]:
-        """Return the steps, stops and transitions next to an element, past branches, in order of priority."""
+        """Return the steps, stops and transitions next to an element, through branches, by priority."""
         found: list[int] = []
         seen: set[int] = set()
         todo = list(reversed(self._ordered(start, way)))
@@ -185,7 +185,12 @@ class ChartBuilder:
         self._graph = _Graph(content, file)
 
     def chart(self) -> Chart:
-        """Return it, or raise a ChartRefusedError, or the RungTextError of a text."""
+        """Return the chart.
+
+        Raises:
+            ChartRefusedError: an element or a link is invalid.
+            RungTextError: the text of an element is invalid.
+        """
         steps = {key: self._step(key, each) for key, each in self._of("Step", "Stop")}
         ends = {key: self._ends(key, each) for key, each in self._of("Transition")}
         leaving = {key: self._leaving(key, each) for key, each in self._of("Step", "Stop")}
@@ -226,7 +231,7 @@ class ChartBuilder:
         )
 
     def _preset(self, element: ElementRecord, name: str) -> Operand | None:
-        """Return the expression of a preset, None if the tag's value counts."""
+        """Return the expression of a preset; None if the tag's value is the preset."""
         if element.attributes.get(f"{name}UsesExpr", "").lower() != "true":
             return None
         texts, lines = _text_in(element.child(name))
@@ -311,7 +316,7 @@ class ChartBuilder:
 
 
 def in_order(chart: Chart) -> Chart:
-    """Return a chart with its steps as they are executed: from top to bottom, branches from left to right."""
+    """Return a chart with its steps in order of execution: top to bottom, branches left to right."""
     cells = layout_of(chart).steps
     steps = sorted(chart.steps, key=lambda each: (cells[each.name.upper()][1], cells[each.name.upper()][0]))
     after = {each.name: [*chart.after(each.name)] for each in steps}
@@ -322,7 +327,7 @@ def in_order(chart: Chart) -> Chart:
 
 
 def _text_in(element: ElementRecord | None) -> tuple[list[str], list[int]]:
-    """Return the structured text of an element: lines and their numbers."""
+    """Return the lines of an element's structured text, and their numbers."""
     content = None if element is None else element.child("STContent")
     lines = [each for each in content.children if each.tag == "Line"] if content is not None else []
     return lines_of((each.text, each.line) for each in lines)

@@ -1,4 +1,4 @@
-"""Declares tags, routines, labels and tasks that rungs name and the file lacks, and reports them."""
+"""Declares and reports tags, routines, labels and tasks that rungs name but the file lacks."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .widening import widen
 
 
 class Completion:
-    """Completes parts: declares all missing tags, or those of modules."""
+    """Completes parts: declares all missing tags, or only those of modules."""
 
     def __init__(
         self,
@@ -40,7 +40,7 @@ class Completion:
         self._all = all_of_it
 
     def tags(self) -> None:
-        """Declare tags from their use."""
+        """Declare missing tags, with types inferred from their use."""
         guesses = Guesses(self._missing, self._parts.known, self._parts.operands_of, self._reader.specs)
         guesses.read_all((owner, self._to_guess(owner, each)) for owner, each in self._parts.owned())
         for guess in guesses.found.values():
@@ -49,7 +49,7 @@ class Completion:
             widen(self._parts, self._reader.specs, self._report)
 
     def _to_guess(self, owner: str, routine: Routine) -> Routine:
-        """Return the part of a routine that may name something missing; of a whole controller, a module."""
+        """Return the part of a routine that may name missing tags; a controller lacks only module tags."""
         if self._all or self._aliases_of_modules or routine.block:
             return routine
         record = self._reader.record(owner, routine.name)
@@ -117,7 +117,7 @@ class Completion:
         return replace(routine, rungs=routine.rungs + rungs) if rungs else routine
 
     def tasks(self) -> None:
-        """Declare missing event tasks; without any task, one for all programs."""
+        """Declare missing event tasks; if there is no task at all, declare one for all programs."""
         routines = [each for _, each in self._parts.owned()]
         events = {name.upper(): name for name in named_first(routines, "EVENT")}
         known = {each.name.upper() for each in self._parts.tasks}

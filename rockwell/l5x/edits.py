@@ -1,7 +1,7 @@
 """Online edits in an export: which of its rungs the controller executes [1756-RM084, rung types].
 
 A controller runs the original rungs until it tests the accepted edits (`TestEdits` of the program); pending
-edits exist in the programming software alone.
+edits exist only in the programming software.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ NORMAL = "N"
 
 @dataclass(frozen=True, slots=True)
 class RungType:
-    """A row of the rung types."""
+    """A type of rung: what it is, and when the controller executes it."""
 
     says: str
-    runs: bool  # while the edits are not tested
-    tested: bool  # while they are
+    runs: bool  # executed while the edits are not tested
+    tested: bool  # executed while they are tested
 
 
 RUNG_TYPES = {
@@ -35,7 +35,7 @@ RUNG_TYPES = {
     "r": RungType("a rung with a pending replacement", runs=True, tested=True),
     "d": RungType("a rung to be deleted by a pending edit", runs=True, tested=True),
 }
-"""Rows by the Type of a rung; r before a type is a pending replacement of such a rung."""
+"""Rows by the Type of a rung; an r before a type means that a replacement of such a rung is pending."""
 
 ORIGINAL, PENDING, TESTED = "Original", "PendingEdits", "TestEdits"
 TEXT_TYPES = {
@@ -48,13 +48,13 @@ TEXT_TYPES = {
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """A rung or a text of structured text that takes part in an online edit."""
+    """A rung, or a version of structured text, that is part of an online edit."""
 
     line: int  # in the file
     program: str
     routine: str
-    rung: int | None  # None for structured text
-    type: str  # its letters
+    rung: int | None  # number of the rung; None for structured text
+    type: str  # its letters in the file
     says: str
     runs: bool  # whether the controller executes it
 
@@ -65,7 +65,7 @@ class Edit:
 
 
 def chosen_text(kinds: list[str], *, tested: bool) -> int:
-    """Return the place of the structured text that the controller executes, 0 if none is it.
+    """Return the index of the structured text that the controller executes; 0 if it executes none.
 
     >>> chosen_text(["Original", "PendingEdits", "TestEdits"], tested=True)
     2

@@ -36,7 +36,7 @@ from .xml.records import ElementRecord
 from .xml.spans import escaped
 
 REVISION = "32.02"
-"""Software revision of the written file; later ones import it."""
+"""Software revision of the written file; later revisions can import it."""
 
 _USAGES = {ParameterMode.INPUT: "Input", ParameterMode.OUTPUT: "Output", ParameterMode.INOUT: "InOut"}
 _CONTEXT = {"Use": "Context"}
@@ -44,7 +44,7 @@ _TARGET = {"Use": "Target"}
 
 
 def export_l5x(logic: Program | Controller, name: str) -> bytes:
-    """Return a program (`Main`) or routine (`Main.Sequence`) as an L5X, or raise a LadderError."""
+    """Return a program (`Main`) or routine (`Main.Sequence`) as an L5X; raise a LadderError if impossible."""
     owner, _, routine_name = name.partition(".")
     program = _found("program", owner, logic.programs if isinstance(logic, Controller) else [logic])
     routines = [_found("routine", routine_name, program.routines)] if routine_name else list(program.routines)
@@ -108,7 +108,7 @@ def _cdata(text: str) -> Any:
 
 
 def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]) -> Iterator[Structure]:
-    """Yield the structures that declarations and add-ons use, inner ones first; none of modules."""
+    """Yield the structures that declarations and add-ons use, inner ones first, without those of modules."""
     seen = {*PREDEFINED_TYPES, *(each.name for each in logic.add_ons.values())}
     kinds: list[DataType] = [each.type for each in declarations if isinstance(each, Tag)]
     kinds += [each.type for definition in logic.add_ons.values() for each in definition.parameters]
@@ -228,7 +228,7 @@ def _write_tags(parent: Any, declarations: Iterable[Declaration]) -> None:
             _say(made, "Description", each.comment)
             continue
         if ":" in each.name:
-            continue  # a module's, which has its own place in a controller
+            continue  # a module's tag, which is elsewhere in a controller
         dims = {"Dimensions": " ".join(map(str, each.dims))} if each.dims else {}
         made = _element(
             parent, "Tag", Name=each.name, TagType="Base", DataType=each.type.name, **dims, Constant="false"

@@ -51,7 +51,7 @@ class L5xImport:
 
     document: L5xDocument
     report: Report
-    controller: Controller | None  # None if nothing can be built, or without programs
+    controller: Controller | None  # None if nothing can be built, or there are no programs
     parts: Parts  # its parts, with refused rungs empty
     reader: RoutineReader  # has the document's rungs
 
@@ -64,13 +64,13 @@ def import_l5x(
     trial: bool = False,
     memory_mib: int = EXPORT_MIB,
 ) -> L5xImport:
-    """Import an L5X, or raise an L5xError.
+    """Import an L5X; raise an L5xError if it can't be read.
 
     Args:
         stubs: replacements of instructions and of refused routines, by name.
-        slots: slots of the rack, to which module tags are bound; None without a rack.
+        slots: slots of the rack to which module tags are bound; None without a rack.
         trial: also check uncalled add-on instructions, and complete messages.
-        memory_mib: bound of the memory of all tags, MiB.
+        memory_mib: limit for the memory of all tags, MiB.
     """
     with collector_paused():
         document = read_document(Path(path))
@@ -144,7 +144,7 @@ class Importer:
         self._refuse_callers({name: text for name, text in withheld.items() if name not in stubbed})
 
     def _known(self, owner: str) -> DocumentNames:
-        """Return what the document says about the names in the diagrams of a program or an add-on."""
+        """Return what the document says about the names in diagrams of a program or add-on."""
         names, add_ons = self._names, self._add_ons.records
         modules = {each.name.upper(): each for each in self._parts.declarations}
 
@@ -183,7 +183,7 @@ class Importer:
             seen.add(each.name.upper())
 
     def _define_types(self) -> None:
-        """Define the missing types from their use."""
+        """Define missing types, inferred from their use."""
         unknown = UnknownTypes(self._document, self._types)
         if not unknown:
             return
@@ -205,7 +205,7 @@ class Importer:
         self._builder.empty()
 
     def _stub_absent_add_ons(self, shapes: Mapping[str, Spec]) -> None:
-        """Replace add-on instructions without a definition by stubs; see `_refuse_absent`."""
+        """Replace add-on instructions without a definition with stubs; see `_refuse_absent`."""
         for name in instruction_names(self._document):
             if name.upper() not in shapes and name.upper() not in (MNEMONICS | self._parts.stubs.keys()):
                 self._parts.stubs[name.upper()] = Power(True)
@@ -213,7 +213,7 @@ class Importer:
                 self.report.declared[f"add-on {name}"] = "instruction that does nothing"
 
     def _refuse_absent(self) -> None:
-        """Refuse rungs that call add-on instructions without a definition; statements stay."""
+        """Refuse rungs that call add-on instructions without a definition; statements are kept."""
         for owner, routine in self._owned() if self._absent else ():
             for number, instruction in numbered_instructions(routine):
                 name = self._absent.get(instruction.name.upper())
@@ -265,7 +265,7 @@ class Importer:
             part.routines[key] = routine
 
     def _choose_routines(self, record: ProgramRecord, part: ProgramPart) -> None:
-        """Set the main and the fault routine of a program; a phase without a main one idles."""
+        """Set the main and fault routines of a program; a phase without a main routine idles."""
         known = {*part.routines, *part.functions}
         part.main = record.main if record.main.upper() in known else None
         part.fault = record.fault if record.fault.upper() in known else None

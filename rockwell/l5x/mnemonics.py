@@ -1,6 +1,6 @@
 """Names of all instructions of Logix controllers, implemented here or not.
 
-In a partial export any other name is an add-on instruction without its definition.
+In a partial export, any other name is an add-on instruction whose definition is missing.
 """
 
 from __future__ import annotations
@@ -27,4 +27,4 @@ MNEMONICS = frozenset(BY_NAME) - OWN | frozenset(
     TRUNC TSAM TSSM UID UIE UPDN UPPER XIC XIO XOR XPY
     """.split()  # noqa: SIM905 - a table of names
 )
-"""In capitals [1756-RM003, 1756-RM006, MOTION-RM002; safety by name alone]."""
+"""Names in capitals [1756-RM003, 1756-RM006, MOTION-RM002; safety instructions by name only]."""

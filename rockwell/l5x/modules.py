@@ -4,9 +4,9 @@ The prefix is chassis and slot, or the name of a module on a network. The values
 members of a tag. A module of a rack connection has aliases to parts of its adapter's tags.
 
 `Local:1:I` and `Local:1:O` of a slot in the rack are the images of that slot, under the names of the generic
-profile (`Data[0]`), of the 3601's own (`Data0`, `ModuleOK`) and of cards; the output image begins with the
-values of the document. All other tags of modules are unconnected memory, which begins with the values of the
-document; tests, the debugger and plants may set them.
+profile (`Data[0]`), the 3601's profile (`Data0`, `ModuleOK`) and those of cards; the output image begins with
+the values of the document. All other tags of modules are unconnected memory, which also begins with the
+values of the document; tests, the debugger and plants may set them.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def slot_of(module: ModuleRecord) -> int | None:
 
 @dataclass(slots=True)
 class ModuleMemory:
-    """What the tags of modules are: memory, and what the outputs of the rack's slots begin with."""
+    """The tags of modules that are memory, and the first values of the rack's output images."""
 
     declarations: list[Declaration] = field(default_factory=list)
     outputs: dict[int, bytes] = field(default_factory=dict)  # by slot
@@ -76,7 +76,7 @@ class ModuleMemory:
 def module_tags(
     document: L5xDocument, types: Types, report: Report, slots: Collection[int] | None = None
 ) -> ModuleMemory:
-    """Return the tags of modules, of outputs of `slots` their bytes; report modules without a slot."""
+    """Return the tags of modules and the bytes of outputs in `slots`; report modules without a slot."""
     found: dict[str, Declaration] = {}
     outputs: dict[int, bytes] = {}
     aliases: list[tuple[ModuleRecord, ModuleTagRecord]] = []
@@ -113,7 +113,7 @@ def _memory(tag: Tag) -> bytes:
 def module_objects(
     document: L5xDocument, types: Types, declared: Collection[Declaration]
 ) -> Iterator[Declaration]:
-    """Yield a tag for each module that an add-on may take by name, unless the name is declared."""
+    """Yield a tag for each module that an add-on can take by name, unless the name is declared."""
     try:
         kind = types.find(MODULE)
     except LadderError:
@@ -129,7 +129,7 @@ def module_objects(
 
 
 def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Report) -> Tag | None:
-    """Return a tag with the values of the document, None if its type is not known."""
+    """Return a tag with the values of the document; None if its type is not known."""
     name = f"{prefix_of(module)}:{tag.suffix}"
     kind = next((each for each in _shown(tag, types) if each is not None), None) or _sized(module, tag, types)
     if tag.forced:
@@ -161,12 +161,12 @@ def _initial(tag: ModuleTagRecord, kind: DataType, types: Types, say: Callable[[
 
 
 def _has_values(data: Data) -> bool:
-    """Whether data have a digit other than 0."""
+    """Return whether data have a digit other than 0."""
     return any(each in "123456789ABCDEF" for each in "".join(data.element.itertext()))
 
 
 def _sized(module: ModuleRecord, tag: ModuleTagRecord, types: Types) -> Structure | None:
-    """Return the words of a module known by size only: Data, and Fault (4 bytes of the size) for inputs."""
+    """Return the words of a module known only by size: Data, and for inputs Fault (4 of the bytes)."""
     is_input = tag.kind == "InputTag"
     size = tag.size - FAULT_BYTES * (is_input and module.catalog.startswith(GENERIC))
     if tag.kind not in ("InputTag", "OutputTag") or size < 2:
@@ -184,7 +184,7 @@ _ONE_LIST = re.compile(r"\s*\[\s*\[([-\d,\s]*+)\]\s*\]\s*")
 
 
 def _numbers_in(data: Data) -> int:
-    """Return how many numbers the only member of L5K data has, 0 for other data."""
+    """Return how many numbers the only member of L5K data has; 0 for other data."""
     found = _ONE_LIST.fullmatch("".join(data.element.itertext())) if data.form == "L5K" else None
     return found[1].count(",") + 1 if found else 0
 
@@ -202,7 +202,7 @@ def _shown(tag: ModuleTagRecord, types: Types) -> Iterator[DataType | None]:
 
 
 def _alias(module: ModuleRecord, tag: ModuleTagRecord, found: Mapping[str, Declaration]) -> Alias | None:
-    """Return the alias of a rack connection, None if the adapter's tag is unknown."""
+    """Return the alias of a rack connection; None if the adapter's tag is unknown."""
     way = "I" if tag.kind == "InAliasTag" else "O"
     adapter = found.get(f"{module.parent}:{way}".upper())
     if not isinstance(adapter, Tag) or not isinstance(adapter.type, Structure):

@@ -28,7 +28,7 @@ class Names:
         }
 
     def record(self, owner: str, name: str) -> TagRecord | None:
-        """Return a tag as a program or an add-on names it; None without one."""
+        """Return the tag that a name means in a program or an add-on; None if there is none."""
         own = self.add_ons.get(owner.upper())
         if own is not None and name.upper() in own:
             return own[name.upper()]
@@ -53,7 +53,7 @@ class Names:
     def type_of(
         self, owner: str, address: Address, types: Types, others: Mapping[str, Declaration]
     ) -> DataType | None:
-        """Return the type of an address, None if it is unknown; `others` are tags of modules."""
+        """Return the type of an address; None if it is unknown. `others` are tags of modules."""
         address = self.without_aliases(owner, address)
         record = self.record(owner, address.name)
         tag = others.get(address.name.upper())

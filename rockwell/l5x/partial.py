@@ -1,7 +1,7 @@
-"""A program or a routine of an L5X as an L5X for partial import: the file without what that does not need.
+"""Extracts a program or a routine from an L5X, as an L5X for partial import.
 
-What stays has its bytes. Left out are modules, tasks and all else of the controller but its data types,
-add-on instructions and tags, which become the context of the exported object.
+The bytes of the remaining parts do not change. Of the controller only data types, add-on instructions and
+tags remain; they become the context of the exported object. Modules, tasks and all else are left out.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _OPTIONS = (
     *("References", "NoRawData", "L5KData", "DecoratedData", "Context", "Dependencies"),
     *("ForceProtectedEncoding", "AllProjDocTrans"),
 )
-"""Export options in their order."""
+"""Export options, in the order in which they are written."""
 
 _NEEDED = frozenset({"References", "Context", "Dependencies"})
 _OF_ANOTHER_TARGET = ("TargetSubType", "TargetClass", "TargetRevision", "TargetLastEdited", "TargetCount")
@@ -26,7 +26,7 @@ _OF_ANOTHER_TARGET = ("TargetSubType", "TargetClass", "TargetRevision", "TargetL
 def partial_l5x(data: bytes, name: str, file: str = "the L5X") -> bytes:
     """Return a program (`Main`) or routine (`Main.Sequence`) of an L5X as an L5X.
 
-    A file that exports just that is returned as it is.
+    A file that already exports exactly that is returned unchanged.
 
     Raises:
         LadderError: the file can't be read, or has no such object.
@@ -61,7 +61,7 @@ class _Extraction:
         self._text, self._program, self._routine = text, program, routine
 
     def splices(self) -> Iterator[Splice]:
-        """Yield what makes the whole file the partial one."""
+        """Yield the splices that turn the whole file into the partial one."""
         controller = self._text.controller
         assert controller is not None
         yield from self._head()
@@ -75,7 +75,7 @@ class _Extraction:
                 yield from self._of_program(program) if program is self._program else self._left_out(program)
 
     def _head(self) -> Iterator[Splice]:
-        """Yield the attributes of the document."""
+        """Yield the splices for the attributes of the root element."""
         root, chosen = self._text.root, self._routine or self._program
         there = root.attributes.get("ExportOptions", "").split()
         options = sorted(_NEEDED | set(there), key=lambda each: (*_OPTIONS, *there).index(each))
@@ -119,7 +119,7 @@ class _Extraction:
                 yield from self._plain(content.children)
 
     def _plain(self, spans: Iterable[Span]) -> Iterator[Splice]:
-        """Yield what makes parts of the target of another export plain ones."""
+        """Yield splices that remove the Use attribute, which parts have in an export of another target."""
         for each in spans:
             if each.attributes.get("Use", "Reference") != "Reference":
                 yield self._text.attribute(each, "Use", None)

@@ -1,6 +1,6 @@
-"""Presets in the rungs of a document: `TON(Delay,5000,0)` has PRE and ACC from the time of the export.
+"""Presets in the rungs of a document: `TON(Delay,5000,0)` shows PRE and ACC at the time of the export.
 
-The data of the tags have the same values. A preset becomes `?` where it can't be an initial value:
+The data of the tags have the same values. A preset is replaced by `?` where it can't be an initial value:
 
 | case | reason |
 |---|---|
@@ -37,7 +37,7 @@ class Presets:
         self._first: dict[tuple[str, str], Operand] = {}
 
     def settled(self, rung: Rung, specs: Mapping[str, Spec]) -> Rung:
-        """Return a document's rung with presets that are initial values, or `?`."""
+        """Return a document's rung, with `?` in place of presets that can't be initial values."""
         if any(self._differs(each, specs.get(each.name.upper())) for each in instructions_of(rung.series)):
             return Rung(self._series(rung.series, specs), rung.comment, rung.origin)
         return rung
@@ -54,7 +54,7 @@ class Presets:
         return Instruction(element.name, self._operands(element, specs[element.name.upper()]))
 
     def _operands(self, instruction: Instruction, spec: Spec) -> tuple[Operand, ...]:
-        """Return the operands of an instruction with those presets that can be initial values."""
+        """Return the operands of an instruction, keeping only presets that can be initial values."""
         if Use.PRESET not in spec.operands:
             return instruction.operands
         structure: Operand | None = None

@@ -1,4 +1,4 @@
-"""The report of an import: every rung is imported, or refused with place, reason and remedy.
+"""The report of an import: every rung is either imported, or refused with place, reason and remedy.
 
 `imported + len(refused) == rungs` always holds. Other parts (a function block diagram, an encoded add-on, a
 line of structured text) are refused as objects.
@@ -26,7 +26,7 @@ class Refusal:
     line: int
     program: str  # the program or add-on instruction
     routine: str  # "" for an object outside of routines
-    rung: int | None  # the number of the rung, None for an object
+    rung: int | None  # the number of the rung; None for an object
     column: int  # in the rung's text, from 1
     text: str  # the rung
     reason: str  # the error
@@ -52,7 +52,7 @@ class Refusal:
 
 @dataclass(slots=True)
 class Note:
-    """A remark that prevents nothing from running."""
+    """A remark on something that does not prevent the program from running."""
 
     line: int  # in the file, 0 if unknown
     name: str  # its subject
@@ -71,14 +71,14 @@ class StructuredRoutine:
     owner: str  # the program or add-on instruction
     name: str
     lines: int
-    statements: int  # their number, nested ones included
+    statements: int  # number of statements, including nested ones
     refused: int = 0  # number of refused statements
-    ran: bool = False  # whether the imported ones ran in the trial
+    ran: bool = False  # whether the imported statements ran in the trial
     kind: str = "ST"  # `ST`, `SFC` for that of a chart, `FBD` for a diagram, which counts as one statement
 
     @property
     def is_refused(self) -> bool:
-        """Whether nothing of it is imported."""
+        """Whether all of it is refused."""
         return self.refused >= self.statements and bool(self.refused)
 
     def counts(self) -> Iterator[tuple[str, int, int]]:
@@ -98,13 +98,13 @@ class Report:
     target: str = ""  # the exported object
     controller: str = ""  # its name
     rungs: int = 0  # number of rungs in the file
-    ran: int = 0  # imported rungs that did all trial scans without a difference between the back ends
+    ran: int = 0  # imported rungs that completed all trial scans without a difference between the back ends
     refused: list[Refusal] = field(default_factory=list)
     objects: list[Refusal] = field(default_factory=list)  # refused objects other than rungs
     declared: dict[str, str] = field(default_factory=dict)  # undeclared tags with their inferred types
     notes: list[Note] = field(default_factory=list)
-    lost: list[str] = field(default_factory=list)  # tags with another initial value than in the file, or none
-    stubs: dict[str, str] = field(default_factory=dict)  # stubbed instructions, with the stub
+    lost: list[str] = field(default_factory=list)  # tags whose initial value in the file is lost
+    stubs: dict[str, str] = field(default_factory=dict)  # stubbed instructions, with their stubs
     faults: dict[str, str] = field(default_factory=dict)  # faults and differences in the trial, by program
     texts: list[StructuredRoutine] = field(default_factory=list)  # routines of structured text
     edits: list[Edit] = field(default_factory=list)  # rungs and texts of online edits
@@ -158,18 +158,18 @@ class Report:
             self.lost.append(name)
 
     def leave_out(self, name: str, reason: str, line: int = 0) -> None:
-        """Add a note on a tag that is not declared; refusals of its rungs give the reason."""
+        """Add a note on a tag that is not declared; refusals of rungs that use it state the reason."""
         self.undeclared[name.upper()] = reason
         self.lose(name, f"it is not declared: {reason}", line)
 
     def why_not(self, program: str, tag: str) -> str:
-        """Return why a tag of a program, or of the controller, is not declared; "" if the file lacks it."""
+        """Return why a tag in the scope of a program is not declared; "" if the file lacks it."""
         own = rf"\{program}.{tag}".upper()
         return self.undeclared.get(own) or self.undeclared.get(tag.upper(), "")
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """Warnings of a run: of lost values, and of online edits."""
+        """Warnings for a run, about lost values and online edits."""
         found = []
         if self.lost:
             shown = ", ".join(self.lost[:LOST_SHOWN])

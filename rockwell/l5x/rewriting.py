@@ -1,6 +1,6 @@
-"""Edits of rungs in an L5X; the bytes of all other elements stay as Studio 5000 has written them.
+"""Edits rungs in an L5X; the bytes of all other elements stay as Studio 5000 wrote them.
 
-An edited rung has another text, and keeps its comment. Rungs after a new or a deleted one have other
+An edited rung gets a new text and keeps its comment. Rungs after a new or a deleted one get other
 numbers. New tags are base tags of their program.
 """
 
@@ -21,7 +21,7 @@ from .xml.spans import L5xText, Span, Splice, defined
 def rewritten_l5x(
     data: bytes, edits: Iterable[RungEdit], tags: Sequence[NewTag] = (), file: str = "the L5X"
 ) -> Rewritten:
-    """Return an L5X with edited rungs and new tags, and what changed in it.
+    """Return an L5X with edited rungs and new tags, and a list of its changes.
 
     Args:
         data: an L5X that can be read, see `xml.document`.
@@ -50,7 +50,7 @@ def rewritten_l5x(
 
 
 def _program(text: L5xText, file: str, name: str) -> Span:
-    """Return the program with a name; without a name the only one."""
+    """Return the program with a name; for an empty name, the only program."""
     programs = text.programs
     found = list(defined(programs, name)) if name or len(programs) != 1 else programs
     if not found:
@@ -59,7 +59,7 @@ def _program(text: L5xText, file: str, name: str) -> Span:
 
 
 def _instead(text: L5xText, there: Sequence[Span]) -> str:
-    """Return where the elements stand that the file has instead."""
+    """Return names and lines of the elements that the file has instead, as the end of a message."""
     shown = ", ".join(f"{each.name} (line {text.line(each.begin)})" for each in there[:5])
     return f": it has {shown}{', …' if len(there) > 5 else ''}" if there else ""
 
@@ -68,7 +68,7 @@ class _EditedRoutine:
     """The rungs of a routine."""
 
     def __init__(self, text: L5xText, file: str, name: str) -> None:
-        """Find it; LadderError if it is not there, or under edit in Studio 5000."""
+        """Find the routine; raise a LadderError if it does not exist or is being edited in Studio 5000."""
         self._text, self._name = text, name
         program = _program(text, file, program_of(name))
         routines = [each for group in program.all("Routines") for each in group.all("Routine")]
@@ -86,7 +86,7 @@ class _EditedRoutine:
         self.changes: list[FileChange] = []
 
     def edited(self, edits: Sequence[RungEdit]) -> Iterator[Splice]:
-        """Yield what changes."""
+        """Yield the splices for some edits."""
         by_rung = {each.rung: each for each in edits}
         self._check_numbers(by_rung)
         first = by_rung.get(BEFORE_FIRST)
@@ -153,7 +153,7 @@ class _EditedRoutine:
         return self._text.blanks_before(self._rungs[0])
 
     def _rung(self, text: str, place: int) -> bytes:
-        """Return a new rung, whose lines begin as rungs do."""
+        """Return a new rung, indented like the other rungs."""
         blanks = self._between
         self.changes.append(FileChange(f"{self._name} rung {place}", "it is new"))
         parts = (
@@ -164,13 +164,13 @@ class _EditedRoutine:
 
 
 def _number(rung: Span, place: int) -> int:
-    """Return the number of a rung in the file, by default its place."""
+    """Return the number of a rung in the file; its place if it has none."""
     number = number_of(rung.attributes.get("Number", ""))
     return place if number is None else number
 
 
 def _declared(text: L5xText, program: Span, new: Sequence[NewTag]) -> Splice:
-    """Return what adds tags to a program."""
+    """Return the splice that adds tags to a program."""
     tags = program.child("Tags")
     first = tags or program
     blanks = text.blanks_before(first)

@@ -1,4 +1,4 @@
-"""Rungs and structured text of a document; a refused rung becomes an empty one.
+"""Reads rungs and structured text of a document; a refused rung becomes an empty one.
 
 The number of a rung in the tree is its index in the document, so that a later refusal finds its text.
 """
@@ -70,7 +70,7 @@ def instruction_names(document: L5xDocument) -> list[str]:
 
 
 def _column(text: str, site: Site) -> int:
-    """Return the column of a place in a rung: its own, or that of its instruction; 1 if it has neither."""
+    """Return the column of a site in a rung: its own column, else its instruction's, else 1."""
     if site.column or not site.instruction:
         return site.column or 1
     at = text.find(site.instruction)
@@ -78,14 +78,14 @@ def _column(text: str, site: Site) -> int:
 
 
 def _edits_of_text(owner: str, record: RoutineRecord) -> Iterator[Edit]:
-    """Yield the texts of a routine of structured text that is under edit."""
+    """Yield the versions of structured text in a routine with online edits."""
     for place, (kind, line) in enumerate(record.texts if len(record.texts) > 1 else ()):
         says = TEXT_TYPES[kind].says if kind in TEXT_TYPES else "a text"
         yield Edit(line, owner, record.name, None, kind, says, place == record.chosen)
 
 
 def line_of(record: RoutineRecord, number: int) -> int:
-    """Return the file's line for a line of structured text; for an empty routine its own."""
+    """Return the file's line for a line of structured text; for an empty routine, the routine's line."""
     numbers = _lines_of(record)[1] or [record.line]
     return numbers[min(max(number - 1, 0), len(numbers) - 1)]
 
@@ -112,7 +112,7 @@ class RoutineReader:
         self.stubbed: frozenset[str] = frozenset()  # stubbed instructions and routines, in capitals
 
     def routine(self, owner: str, record: RoutineRecord, inouts: Collection[str] = ()) -> Routine | None:
-        """Read a routine of a program or add-on, whose InOuts are in capitals; None if it is refused."""
+        """Read a routine of a program or add-on; None if it is refused. `inouts` are names in capitals."""
         self._presets.setdefault(owner.upper(), Presets(inouts))
         self._records[owner.upper(), record.name.upper()] = record
         self._report.rungs += len(record.rungs)
@@ -127,7 +127,7 @@ class RoutineReader:
         return Routine(record.name, rungs, record.comment)
 
     def skipped(self, owner: str, record: RoutineRecord, reason: str, remedy: str) -> None:
-        """Refuse all rungs of an unread routine, whose name another one may have."""
+        """Refuse all rungs of a routine that is not read, such as one with a repeated name."""
         self._report.rungs += len(record.rungs)
         for rung in record.rungs:
             self._report.refused.append(
@@ -247,7 +247,7 @@ class RoutineReader:
         ]
 
     def place_of(self, owner: str, routine: str, number: int) -> tuple[str, int]:
-        """Return where a line of structured text or of a diagram stands: for people, and the file's line."""
+        """Return the place of a line of structured text or of a diagram as text, and the file's line."""
         found = self._diagrams.get((owner.upper(), routine.upper()))
         if found is not None:
             line = found.lines[min(max(number - 1, 0), len(found.lines) - 1)]
@@ -256,7 +256,7 @@ class RoutineReader:
         return f"line {number}", 0 if record is None else line_of(record, number)
 
     def _count_text(self, owner: str, record: RoutineRecord, block: Block | None = None) -> None:
-        """Count the statements of a routine; refuse all of one that can't be read."""
+        """Count the statements of a routine; all of them count as refused if it can't be read."""
         lines, _ = _lines_of(record)
         if block is None:
             refused = count = _ASIDE.sub(" ", "\n".join(lines)).count(";")
@@ -278,7 +278,7 @@ class RoutineReader:
     def refuse(
         self, owner: str, routine: str, place: int, reason: str, remedy: str, site: Site = NOWHERE
     ) -> None:
-        """Refuse a rung by its index, once; `column` 0 is that of the instruction."""
+        """Refuse a rung by its index; repeated refusals are ignored."""
         key = (owner.upper(), routine.upper(), place)
         if key in self._refused:
             return
@@ -336,7 +336,7 @@ class RoutineReader:
             counted.ran = True
 
     def record(self, owner: str, routine: str) -> RoutineRecord | None:
-        """Return the record of a routine that was read."""
+        """Return the record of a routine; None if it was not read."""
         return self._records.get((owner.upper(), routine.upper()))
 
     def is_refused(self, owner: str, routine: str, place: int) -> bool:

@@ -19,7 +19,7 @@ from .xml.records import L5xDocument, TaskRecord, number_of
 def _programs_run(
     record: TaskRecord, left: dict[str, str], off: Container[str], report: Report
 ) -> Iterator[str]:
-    """Take the programs of a task out of those that are left; yield the ones that run."""
+    """Yield the programs of a task that run; remove all of its programs from `left`."""
     for name in record.programs:
         known = left.pop(name.upper(), None)
         if known is None:
@@ -31,7 +31,7 @@ def _programs_run(
 
 
 def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> list[Task]:
-    """Return the tasks with existing programs; report what is omitted."""
+    """Return the tasks of a document; report omitted tasks and programs."""
     left = {name.upper(): name for name in programs}
     off = {each.name.upper() for each in document.programs if each.disabled}
     found: list[Task] = []
@@ -65,11 +65,11 @@ _CHARTS: tuple[Mapping[str, Enum], ...] = (
         "AutomaticReset": LastScan.AUTOMATIC,
     },
 )
-"""Options of charts by their text in a document [1756-RM014, controller attributes]."""
+"""Options of charts, by their text in a document [1756-RM014, controller attributes]."""
 
 
 def chart_options_of(document: L5xDocument, report: Report) -> ChartOptions:
-    """Return the options of a document's charts; report what they can't be."""
+    """Return the options of a document's charts; report invalid ones."""
     chosen: list[Any] = []
     for text, known in zip(document.charts, _CHARTS, strict=True):
         short = {name.removesuffix("Reset"): each for name, each in known.items()}
@@ -83,7 +83,7 @@ def chart_options_of(document: L5xDocument, report: Report) -> ChartOptions:
 
 
 def _task(record: TaskRecord, programs: tuple[str, ...], report: Report) -> Task | None:
-    """Return a task, None if its record is invalid."""
+    """Return a task; None if its record is invalid."""
     kinds = {each.value: each for each in TaskKind}
     kind = kinds.get(record.kind)
     try:

@@ -34,7 +34,7 @@ _FILLED = {
 def scope_of(
     records: Iterable[TagRecord], types: Types, report: Report, owner: str = ""
 ) -> list[Declaration]:
-    """Return the declarations of a program's tags, or the controller's with owner ""; report invalid tags."""
+    """Return the tag declarations of a program, or if `owner` is "", the controller; report invalid tags."""
     declarations: list[Declaration] = []
     for record in records:
         if record.kind.upper() in _FILLED:
@@ -74,7 +74,12 @@ def note_forces(
 
 
 def type_of(record: TagRecord, types: Types) -> DataType:
-    """Return a tag's type by name or by its values; an UnknownTypeError or LadderError if unusable."""
+    """Return a tag's type by its name or its values.
+
+    Raises:
+        UnknownTypeError: the type is undefined.
+        LadderError: the type is unusable.
+    """
     try:
         return types.find(record.type)
     except LadderError:
@@ -86,7 +91,7 @@ def type_of(record: TagRecord, types: Types) -> DataType:
 
 
 def _shown(record: TagRecord) -> Iterator[Element]:
-    """Yield decorated data of a tag: its structure, or its first element's."""
+    """Yield the decorated data that show a tag's structure, or its first element's structure."""
     for each in record.data:
         if each.form == "Decorated":
             inner = next(each.element.iterchildren("Structure", "Array"), None)
@@ -97,7 +102,7 @@ def _shown(record: TagRecord) -> Iterator[Element]:
 
 
 def tag_of(record: TagRecord, kind: DataType, types: Types, report: Report, owner: str = "") -> Tag:
-    """Return a tag with its initial value, or raise a LadderError for its dimensions."""
+    """Return a tag with its initial value; raise a LadderError if its dimensions are invalid."""
     if record.wrong_dims:
         raise LadderError(f"{record.wrong_dims!r} are not dimensions")
     if len(record.dims) > MAX_DIMENSIONS or min(record.dims, default=1) < 1:
@@ -108,7 +113,7 @@ def tag_of(record: TagRecord, kind: DataType, types: Types, report: Report, owne
 
 
 def _access(record: TagRecord) -> ExternalAccess:
-    """Return what clients may do; a word that is not known gives them nothing."""
+    """Return the access of clients; an unknown word in the file means no access."""
     if not record.access:
         return ExternalAccess.READ_WRITE
     known = {each.value.upper(): each for each in ExternalAccess}
@@ -123,7 +128,7 @@ def read_initial(
     name: str,
     what: str = "it starts with zeros",
 ) -> Any:
-    """Return the initial value of a tag or parameter; note an unreadable one by name and consequence."""
+    """Return the initial value of a tag or parameter; note an unreadable one, with the consequence."""
     said: list[str] = []
     try:
         initial = initial_of(record.data, kind, record.dims, types, said.append)
@@ -137,7 +142,7 @@ def read_initial(
 
 
 def motion_of(records: Iterable[TagRecord]) -> MotionData:
-    """Return the axes of coordinate systems, and the unwind of rotary axes."""
+    """Return the axes of coordinate systems, and the unwind values of rotary axes."""
     systems, unwinds = {}, {}
     for record in records:
         if record.type.upper() == "COORDINATE_SYSTEM":
@@ -152,7 +157,7 @@ def motion_of(records: Iterable[TagRecord]) -> MotionData:
 
 
 def remotes_of(records: Iterable[TagRecord], owner: str = "") -> dict[str, Remote]:
-    """Return connections of consumed tags, and tags that get data of messages, by tag in capitals."""
+    """Return the remotes of consumed tags and of tags that receive message data, by tag in capitals."""
     found = {}
     for record in records:
         name = _named(owner, record.name).upper()
@@ -167,7 +172,7 @@ def remotes_of(records: Iterable[TagRecord], owner: str = "") -> dict[str, Remot
 
 
 def _scoped(owner: str, to: str, records: Iterable[TagRecord]) -> str:
-    """Return a tag's full name: of a program's own tag with its program."""
+    """Return a tag's full name: with the program, if it is a program's own tag."""
     head = re.split(r"[.\[]", to, maxsplit=1)[0].upper()
     return _named(owner, to) if any(each.name.upper() == head for each in records) else to
 

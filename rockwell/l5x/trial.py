@@ -1,12 +1,12 @@
 """A trial: an imported controller runs in both back ends, scan by scan, from the same memory.
 
 A rung counts as run if its program did all scans and both back ends had the same values in all variables
-and the same fault after each of them. Refused rungs are empty in it. A major fault that both report ends the
-scan, not the trial; the watchdog ends the trial, as such a program does no second scan. Programs that
-no task runs, and add-on instructions, run in their own controllers.
+and the same fault after each of them. Refused rungs are empty in a trial. A major fault that both report ends
+the scan, not the trial; a watchdog fault ends the trial, because such a program does no second scan. Programs
+that no task runs, and add-on instructions, run in their own controllers.
 
-The interpreter counts rungs and statements, as loops and nested calls can make a scan endless. Too many
-end the trial: a count, not a clock, so that a report can be repeated.
+The interpreter counts rungs and statements, because loops and nested calls can make a scan endless. Too many
+end the trial. The limit is a count, not a time, so that reports are reproducible.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ SCANS = 100
 """Scans of a trial."""
 
 MOST_IN_SCAN = 1_000_000
-"""Rungs and statements per scan: more than a controller does within its watchdog of 500 ms."""
+"""Maximum rungs and statements per scan: more than a controller executes within its watchdog of 500 ms."""
 
 MOST_IN_ALL = 4_000_000
-"""Rungs and statements in a trial: twice those of a controller of 15,000 rungs in 100 scans."""
+"""Maximum rungs and statements in a trial: over twice what 15,000 rungs take in 100 scans."""
 
 
 def run_trial(imported: L5xImport, scans: int = SCANS) -> None:
@@ -60,7 +60,11 @@ class Work:
         self.left = MOST_IN_ALL  # remaining rungs and statements of all controllers
 
     def scan(self, interpreted: Engine) -> LadderFault | None:
-        """Run a scan in the interpreter; return its fault. OutOfLinesError: the budget is exhausted."""
+        """Run a scan in the interpreter; return its fault.
+
+        Raises:
+            OutOfLinesError: the budget is exhausted.
+        """
         if self.left <= 0:
             raise OutOfLinesError(f"more than {MOST_IN_ALL:,} rungs and statements have run")
         interpreter = interpreted.interpreter
@@ -76,9 +80,9 @@ class Work:
 def _run(
     imported: L5xImport, parts: Parts, tasks: Sequence[Task], controller: Controller | None, work: Work
 ) -> None:
-    """Run the programs of tasks, again after a fault with fault routines that clear it.
+    """Run the programs of tasks; after a fault run them again, with fault routines that clear it.
 
-    A fault that they can't clear, as of the watchdog, makes each program run alone.
+    After a fault that they can't clear, such as a watchdog fault, each program runs alone.
     """
     names = [name for task in tasks for name in task.programs]
     report = imported.report
@@ -87,7 +91,7 @@ def _run(
     except TooLongError as error:
         _refuse_too_long(imported, parts, tasks, error, work)
         return
-    except BuildError as error:  # one of the programs, since each rung can be built
+    except BuildError as error:  # caused by one of the programs, since each rung can be built
         report.faults[names[0] if names else parts.name] = f"it can't be tried: {error.problems[0].text}"
         if len(names) > 1:
             _run_each(imported, parts, names, work)
@@ -107,7 +111,7 @@ def _run(
 def _refuse_too_long(
     imported: L5xImport, parts: Parts, tasks: Sequence[Task], error: TooLongError, work: Work
 ) -> None:
-    """Run the programs of tasks without a routine that is too long."""
+    """Run the programs of tasks, without the routine that is too long."""
     owner, routine = owner_of(error.site.routine)
     if imported.reader.refuse_routine(owner, routine, error.reason, error.remedy):
         _run(imported, _without(parts, owner, routine), tasks, None, work)
@@ -122,7 +126,7 @@ def _run_each(imported: L5xImport, parts: Parts, names: Iterable[str], work: Wor
 
 
 def _without(parts: Parts, owner: str, routine: str) -> Parts:
-    """Return the parts with an emptied routine."""
+    """Return the parts with a routine emptied."""
     part, definition = parts.programs.get(owner.upper()), parts.add_ons.get(owner.upper())
     if part is not None and routine.upper() in part.routines:
         part.functions[routine.upper()] = does_nothing(part.routines.pop(routine.upper()).name)
@@ -147,7 +151,7 @@ class Outcome:
     """The outcome of a trial."""
 
     def __init__(self) -> None:
-        self.scans = False  # whether all scans were done
+        self.scans = False  # whether all scans were completed
         self.fault = ""  # the first major fault, "" without one
         self.program = ""  # its program
         self.difference = ""  # the first difference, "" without one
@@ -189,7 +193,7 @@ def _scan(engine: Engine) -> LadderFault | None:
 
 
 def _different(ours: Engine, theirs: Engine) -> str:
-    """Return a variable whose values differ, "" if there is none."""
+    """Return the name of a variable whose values differ; "" if there is none."""
     there = theirs.memory.cells
     for ident, cell in ours.memory.cells.items():
         one, other = cell.cell_contents, there[ident].cell_contents

@@ -1,8 +1,8 @@
 """Undefined types: of modules, or missing in a partial export.
 
-Their members are those that rungs name, with types inferred from their uses (`type_inference`). An axis has
-hundreds of members, varying by kind and revision: members in use beyond `AXIS_TYPES` are added to its type in
-the same way.
+They get the members that rungs name, with types inferred from their use (`type_inference`). An axis has
+hundreds of members, depending on kind and revision: used members that `AXIS_TYPES` lacks are added to its
+type in the same way.
 
 A call shows the type of its arguments: after `Guard(G1,Door:I,Door:I.Ch0)` Door:I has the type of the first
 InOut, and a member Ch0 of the type of the second.
@@ -74,7 +74,7 @@ class UnknownTypes:
                 yield record.type.upper(), record.type
 
     def _naming_axis_members(self, document: L5xDocument) -> Iterator[tuple[str, str]]:
-        """Yield routines that name axis members beyond `AXIS_TYPES`: owner and name in capitals."""
+        """Yield owner and name, in capitals, of routines that name axis members that `AXIS_TYPES` lacks."""
         records = list(self._records())
         axes = {each.name.upper() for each in records if each.type.upper() in AXIS_TYPES}
         axes |= {each.name.upper() for each in records if each.target.rpartition(".")[2].upper() in axes}
@@ -109,7 +109,7 @@ class UnknownTypes:
         return True
 
     def define(self, routines: Owned, specs: Mapping[str, Spec]) -> Mapping[str, DataType]:
-        """Define them from their use; return them by name, axes with the added members only."""
+        """Define undefined types from their use; return them by name, axes with only the added members."""
         owned = list(routines)
         passed = [each for owner, routine in owned for each in self._arguments_in(owner, routine)]
         self._passed = dict(self._undeclared(passed))
@@ -159,7 +159,7 @@ class UnknownTypes:
         settled: dict[str, DataType],
         depth: int = 0,
     ) -> None:
-        """Define a type after the types that its members are passed as."""
+        """Define a type, after the types of the InOuts to which its members are passed."""
         for owner, address, inout in parts.pop(key, ()):
             inner = inout.type.upper()
             if inner in self.names and inner not in settled and inner != key and depth < _DEEPEST:
@@ -184,7 +184,7 @@ class UnknownTypes:
                     yield owner, operand, inout
 
     def _use_of(self, owner: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
-        """Return the undefined type that an address leads into and the steps in it, or None."""
+        """Return the undefined type to which an address leads, and the remaining steps, or None."""
         address = self._without_aliases(owner, address)
         record = self._record(owner, address.name)
         kind = record.type if record is not None else self._passed.get(address.name.upper(), "")
@@ -221,7 +221,7 @@ class UnknownTypes:
 
 
 def _members_named(routine: RoutineRecord) -> Iterator[tuple[str, str]]:
-    """Yield tags and members that the texts of a routine name."""
+    """Yield the tags, each with a member, that the texts of a routine name."""
     for text in (*(each.text for each in routine.rungs), *(text for text, _ in routine.lines)):
         yield from _MEMBER.findall(text)
         yield from _ATTRIBUTE.findall(text)

@@ -10,7 +10,7 @@ from scanrack.ladder.model.tree import Address, Instruction, instructions_of
 
 
 def named_first(routines: Iterable[Routine], *instructions: str) -> Iterator[str]:
-    """Yield the first operand of each instruction that is a name."""
+    """Yield the first operand of each such instruction, if it is a name."""
     for each in all_instructions(routines):
         if each.name in instructions and each.operands:
             target = each.operands[0]

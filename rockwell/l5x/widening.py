@@ -1,6 +1,6 @@
-"""Members that rungs name and a declared structure lacks: stand-ins of their inferred types, at its end.
+"""Adds members that rungs name and a declared structure lacks, at its end, with inferred types.
 
-A structure of the user's own or of a module gets them wherever it is used; COP and SIZE see the longer one.
+A user-defined or module structure gets them wherever it is used; COP and SIZE see the longer structure.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ class _Widening:
 
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
-        self._made: dict[int, tuple[Structure, Structure]] = {}  # by identity of the type, which stays alive
+        self._made: dict[int, tuple[Structure, Structure]] = {}  # by id of the type, which is kept alive
         self.added: dict[str, tuple[Member, ...]] = {}  # by type in capitals
 
     def use_of(self, program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
-        """Return the structure that lacks a member of an address, and the steps from there; None without."""
+        """Return the structure that lacks a member of an address, and the remaining steps, or None."""
         address = self._parts.without_aliases(program, address)
         tag = self._parts.declaration(program, address.name)
         kind: DataType | None = tag.type if isinstance(tag, Tag) else None
@@ -69,13 +69,13 @@ class _Widening:
         return kind.is_string or kind.name in PREDEFINED_TYPES or kind.name.upper() in self._parts.add_ons
 
     def all_of(self, declarations: list[Declaration]) -> list[Declaration]:
-        """Return declarations with the longer types."""
+        """Return declarations with the widened types."""
         return [
             replace(each, type=self.of(each.type)) if isinstance(each, Tag) else each for each in declarations
         ]
 
     def of(self, kind: DataType) -> DataType:
-        """Return a type with the members that it lacks."""
+        """Return a type with its missing members added."""
         if not isinstance(kind, Structure):
             return kind
         if id(kind) not in self._made:

@@ -4,10 +4,10 @@
 |---|---|
 | `N7:3`, `N7:3/5` | word 3 of the file N7, its bit 5 |
 | `B3/17` | bit 17 of the file: bit 1 of word 1 |
-| `I:1.2/3`, `I:1/19` | slot 1, word 2, bit 3; bit 19 of the slot: word 1, bit 3 |
+| `I:1.2/3`, `I:1/19` | slot 1, word 2, bit 3; bit 19 of the slot, which is word 1, bit 3 |
 | `T4:0.ACC`, `T4:0/DN` | a member of timer 0 |
 | `N7:[N7:1]`, `B3:0/[N7:2]` | word or bit number in another word |
-| `#N7:0` | in a file instruction the file from there on; elsewhere the word S:24 further on |
+| `#N7:0` | in a file instruction, the file starting there; elsewhere, the word at offset S:24 from there |
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ STRUCTURED = {
     "C": {15: "CU", 14: "CD", 13: "DN", 12: "OV", 11: "UN", 10: "UA"},
     "R": {15: "EN", 14: "EU", 13: "DN", 12: "EM", 11: "ER", 10: "UL", 9: "IN", 8: "FD"},
 }
-"""Files with elements of three words, and the bit names of the first word."""
+"""Letters of files with three-word elements, and the names of bits in the first word."""
 
 WORDS = {"T": ("PRE", "ACC"), "C": ("PRE", "ACC"), "R": ("LEN", "POS")}
-"""Names of words 1 and 2 of their elements."""
+"""Names of words 1 and 2 of these elements."""
 
 IMAGES = ("I", "O")
 INDEX = Address("S", (WordStep(24, ":"),))
@@ -56,7 +56,7 @@ INDEX = Address("S", (WordStep(24, ":"),))
 
 
 class AddressTextError(LadderError):
-    """Not an address of a data file."""
+    """The text is not an address of a data file."""
 
 
 def is_address(text: str) -> bool:
@@ -70,13 +70,13 @@ def is_address(text: str) -> bool:
 
 
 def parse(text: str, *, file: bool = False) -> Address:
-    """Read an address; a `#` means a file with `file`, else the offset S:24.
+    """Read an address; `#` means a file if `file` is set, else the offset S:24.
 
     >>> print(parse("B3/17"), parse("T4:0/DN"), parse("I:1/19"), parse("N7:[N7:1]"))
     B3:1/1 T4:0.DN I:1.1/3 N7[N7:1]
 
     Raises:
-        AddressTextError: it is not an address.
+        AddressTextError: the text is not an address.
     """
     found = _ADDRESS.fullmatch(text)
     if found is None or not is_address(text):
@@ -105,7 +105,7 @@ def _index(text: str) -> Operand:
 
 
 def _whole_file(bit: str | None, text: str) -> tuple[Step, ...]:
-    """Return the steps to a bit counted from the file's beginning."""
+    """Return the steps to a bit that is numbered from the file's beginning."""
     if bit is None or bit[0].isalpha():
         raise AddressTextError(f"{text!r} has no element: write {text}:0")
     if bit.isdigit():
@@ -168,7 +168,7 @@ def _image(letters: str, found: re.Match[str], text: str) -> Address:
 
 
 def text_of(operand: Operand, *, file: bool = False) -> str:
-    """Return an operand in the notation of exports, with `#` for a file.
+    """Return an operand in the notation of exports, with `#` if `file` is set.
 
     >>> text_of(parse("N7:[N7:1]/3")), text_of(parse("T4:0/DN")), text_of(parse("B3/17"), file=True)
     ('N7:[N7:1]/3', 'T4:0/DN', '#B3:1/1')

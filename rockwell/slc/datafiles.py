@@ -1,10 +1,10 @@
 """Data files as tags: types, lengths and values [1747-RM001, "Data files"].
 
 A file extends to the last of its values and of the elements in rungs; with indirect addresses it has all 256
-elements. A slot has at least the words of its SLOT line.
+elements. A slot has at least as many words as its SLOT line states.
 
-Elements have the values of DATA. Without readable values a timer, a counter or a control has those of its
-rung, any other element is 0.
+Elements have the values in DATA. Without readable values, a timer, counter or control has the values in its
+rung, and any other element is 0.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ TYPES: Mapping[str, DataType] = {
 """Element type by the letters of the file."""
 
 UNREAD = frozenset({"MG"})
-"""Files whose values are in another order than the elements here."""
+"""Files that have values in another order than their elements here."""
 
 _LONG = frozenset(("COP", "FLL", "SQO", "SQC", "SQL", "FFL", "FFU", "LFL", "LFU"))  # with a length
 _BITS = frozenset({Use.BIT, Use.COIL, Use.LATCH, Use.STORAGE})  # uses of a bit
@@ -70,7 +70,7 @@ def letters_of(name: str) -> str:
 
 @dataclass
 class _File:
-    """The evidence of a file in data and rungs."""
+    """What data and rungs show about a file."""
 
     name: str
     length: int = 0
@@ -101,12 +101,12 @@ class DataFiles:
             self._file(name).need(words)
 
     def has(self, name: str) -> bool:
-        """Whether data or a rung names a file; rungs call PTOX0 PTO."""
+        """Return whether data or a rung names a file; rungs call the file PTOX0 PTO."""
         plain = name.rstrip("0123456789")
         return not self._files.keys().isdisjoint((name, plain, plain.removesuffix("X")))
 
     def data(self, record: DataRecord) -> Iterator[tuple[str, str, int]]:
-        """Add the values of a data file; yield errors: place, text, line."""
+        """Add the values of a data file; yield the place, text and line of each error."""
         letters = letters_of(record.file)
         if letters not in TYPES or letters in UNREAD:
             if record.rows:
@@ -136,7 +136,7 @@ class DataFiles:
     # --- uses
 
     def routine(self, routine: Routine) -> None:
-        """Note the elements in a routine."""
+        """Note the elements that a routine uses."""
         for rung in routine.rungs:
             for instruction in instructions_of(rung.series):
                 uses = self._uses(instruction)
@@ -173,7 +173,7 @@ class DataFiles:
             shown.update((name, int(each.value)) for each in word if isinstance(each, Number))
 
     def _length(self, instruction: Instruction) -> None:
-        """COP, FLL and sequencers extend a file by their length."""
+        """Extend a file by the length of a COP, FLL or sequencer instruction."""
         spec = self._specs.get(instruction.name)
         if spec is None or instruction.name not in _LONG:
             return
@@ -195,7 +195,7 @@ class DataFiles:
 
     @property
     def images(self) -> list[str]:
-        """The used images: `I:1`, `O:1`."""
+        """Return the images in use, such as `I:1` and `O:1`."""
         return [name for name in self._files if name.startswith(("I:", "O:"))]
 
     def _type(self, file: _File) -> DataType:
@@ -215,7 +215,7 @@ class DataFiles:
 
 
 def _count(instruction: Instruction) -> int:
-    """Return the elements that an instruction uses, by the length in it."""
+    """Return the number of elements that an instruction uses, from its length operand."""
     name = instruction.name
     numbers = [int(each.value) for each in instruction.operands if isinstance(each, Number)]
     if name in ("COP", "FLL"):

@@ -24,14 +24,14 @@ from .addresses import WORDS as INNER
 from .records import DataRow
 
 TEXT_LENGTH = 82
-"""Characters of an element of a file ST."""
+"""Maximum characters of an element in a file of strings (ST)."""
 
 _HEX = re.compile(r"(?:0X|16#)([0-9A-F]{1,16})|([0-9A-F]{1,16})H", re.IGNORECASE)
 _DECIMAL = re.compile(r"[+-]?[0-9]{1,18}")
 
 
 def joined(rows: Iterable[DataRow], words: int) -> Iterator[DataRow]:
-    """Yield lines of values, joined where an element spans several."""
+    """Yield lines of values; lines of one element are joined."""
     before: DataRow | None = None
     for row in rows:
         if before is not None and row.place is None and len(before.values) % words:
@@ -45,7 +45,7 @@ def joined(rows: Iterable[DataRow], words: int) -> Iterator[DataRow]:
 
 
 def value_of(letters: str, words: Sequence[str]) -> Any:
-    """Return an element from its values; a ValueError if they do not fit the file."""
+    """Return an element from its values; raise a ValueError if they do not fit the file."""
     if letters in STRUCTURED:
         flags, first, second = (_integer(each, 16) for each in words)
         bits = {name: True for bit, name in STRUCTURED[letters].items() if flags >> bit & 1}
@@ -64,7 +64,7 @@ def _text(word: str) -> str:
 
 
 def _real(word: str) -> float:
-    """Return a value of a file F; `1.#INF` and `1.#QNAN` are Windows' texts."""
+    """Return a value of a file F; Windows prints `1.#INF` and `1.#QNAN`."""
     plain = word.lower().lstrip("+-")
     if plain.startswith("1.#"):
         value = math.inf if plain.startswith("1.#inf") else math.nan
@@ -76,7 +76,7 @@ def _real(word: str) -> float:
 
 
 def _integer(word: str, bits: int) -> int:
-    """Return a value: decimal, 0XFF, 0FFh, 16#FF or sixteen binary digits; or raise a ValueError."""
+    """Read a value such as -3, 0XFF, 0FFh, 16#FF or sixteen binary digits, or raise a ValueError."""
     if len(word) == 16 and set(word) <= {"0", "1"}:
         value = int(word, 2)
     elif found := _HEX.fullmatch(word):

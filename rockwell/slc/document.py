@@ -1,4 +1,4 @@
-"""The reader of exports: rungs with their lines, data files with their values, slots.
+"""Reads exports: rungs with their lines, data files with their values, and slots.
 
     START Bul.1766  % MicroLogix 1400 Series B %
     SLOT 1 OTHER 3 10 25  % an axis %  SCAN_IN 8 SCAN_OUT 8    a 3601: card of vendor 3, type 10, code 25
@@ -22,12 +22,12 @@
     FORCE O:03
     0X0000 0XFFFF % FORCE O:3.0 %
 
-Text between two % is a comment. In DATA the address in it is that of the line's values; without
-one they follow the previous ones. A header has the first element. One with values for its element and those
-before it only is of the older form `DATA N7:5 1 2 3 4 5 6`, which has the last element [9323-PA2E, p. 5-19];
-`DATA ...N7:5` has the first one always.
+Text between two % is a comment. In DATA, a comment has the address of the values on its line; without
+an address, they follow the previous values. A header names the first element. In the
+older form `DATA N7:5 1 2 3 4 5 6`, with values for just this element and all before it, it names the last one
+[9323-PA2E, p. 5-19]; `DATA ...N7:5` always names the first one.
 
-A rung goes from SOR to EOR, over as many lines as it takes. Other lines are noted.
+A rung extends from SOR to EOR, over any number of lines. Other lines are noted.
 """
 
 from __future__ import annotations
@@ -44,14 +44,14 @@ from .lines import WORD, Line, lines_of
 from .records import DataRecord, DataRow, LadderRecord, Other, SlcDocument, SlcRungRecord, SlotRecord
 
 MOST_BYTES = 4 * 1024 * 1024
-"""Maximum bytes of a file; an SLC 500 has 64 K words for its program."""
+"""Maximum bytes of a file; an SLC 500 has 64 K words of program memory."""
 
 MOST_RUNGS = 65_536
 """Maximum rungs of a file."""
 
 
 class SlcError(LadderError):
-    """Not an export of RSLogix 500."""
+    """The file is not an export of RSLogix 500."""
 
 
 _LADDER = re.compile(r'(?:LADDER|LAD)(?:\s+FILE)?\s+(?:LAD\s*)?(\d{1,3})\b[\s:-]*"?([^"]*?)"?', re.IGNORECASE)
@@ -71,15 +71,19 @@ _VALUE = re.compile(
     re.IGNORECASE,
 )
 DESCRIPTION = re.compile(r"^\s*(?:TITLE/RUNG DESCRIPTION|TITLE:|RUNG DESCRIPTION:)", re.MULTILINE)
-"""Beginnings of the parts of a rung's description."""
+"""Headings of the parts of a rung's description."""
 _SETTINGS = re.compile(r"(?:(?:[A-Z][A-Z0-9_]+|[+-]?\d+|0X[0-9A-F]+)\s*)++")
-"""A line below a slot's: numbers and their names."""
+"""A line with a slot's settings: numbers and their names."""
 _NOT_FORCED = ["0X0000", "0XFFFF"]  # mask of bits forced on, and mask of bits not forced off
 _NUMBERED = re.compile(r"RUNG\s*:?\s*\d+", re.IGNORECASE)  # a comment that only numbers the next rung
 
 
 def read_document(path: Path | str) -> SlcDocument:
-    """Read an export from a file; an SlcError if it is unreadable, too long, not text, or without rungs."""
+    """Read an export from a file.
+
+    Raises:
+        SlcError: it is unreadable, too long, not text, or has no rungs.
+    """
     file = Path(path)
     try:
         with open_input(file) as stream:
@@ -92,7 +96,11 @@ def read_document(path: Path | str) -> SlcDocument:
 
 
 def document_in(data: bytes, file: str, name: str) -> SlcDocument:
-    """Read the bytes of an export, see `parse_document`; an SlcError if they are too many, or no text."""
+    """Read the bytes of an export, see `parse_document`.
+
+    Raises:
+        SlcError: there are too many bytes, or they are not text.
+    """
     if len(data) > MOST_BYTES:
         raise SlcError(f"{file}: the file has more than {MOST_BYTES:,} bytes")
     if b"\0" in data:
@@ -101,7 +109,7 @@ def document_in(data: bytes, file: str, name: str) -> SlcDocument:
 
 
 def text_of(data: bytes) -> str:
-    """Decode a text: Windows-1252 from RSLogix 500, UTF-8 from other programs."""
+    """Decode a text, which RSLogix 500 writes as Windows-1252 and other programs as UTF-8."""
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -109,7 +117,11 @@ def text_of(data: bytes) -> str:
 
 
 def parse_document(text: str, file: str, name: str) -> SlcDocument:
-    """Read the text of an export; `name` is the default project name. SlcError: it has no rung."""
+    """Read the text of an export; `name` is the default project name.
+
+    Raises:
+        SlcError: it has no rung.
+    """
     document = _SlcReader(text, SlcDocument(file, name, source=text.encode(errors="replace"))).read()
     if not any(each.rungs for each in document.ladders.values()):
         raise SlcError(f"{file}: no rung in it: SOR ... EOR")
@@ -146,7 +158,7 @@ class _SlcReader:
     # --- rungs
 
     def _word(self, number: int, word: str) -> None:
-        """Continue a rung; SOR begins another one even without EOR."""
+        """Add a word to a rung; SOR begins a new rung even if EOR is missing."""
         mark = word.upper()
         if mark == "SOR":
             self._end(whole=False)
@@ -159,7 +171,7 @@ class _SlcReader:
             self._words.append(word)
 
     def _end(self, *, whole: bool, end: int = 0) -> None:
-        """Store the present rung, if there is one."""
+        """Store the current rung, if there is one."""
         if self._words is not None:
             self._rung(self._words, self._begun, end, whole=whole)
         self._words = None
@@ -175,7 +187,7 @@ class _SlcReader:
         self._file(None).rungs.append(SlcRungRecord(tuple(words), line, comment, whole, end))
 
     def _file(self, number: int | None, name: str = "") -> LadderRecord:
-        """Return the present ladder file, or that of a number; file 2 by default."""
+        """Return the ladder file with a number; None means the current one, by default file 2."""
         if number is None and self._ladder is not None:
             return self._ladder
         file_number = 2 if number is None else number
@@ -198,7 +210,7 @@ class _SlcReader:
     # --- other lines
 
     def _leave(self) -> None:
-        """Close the section; pending comments have no rung."""
+        """Close the section; pending comments belong to no rung."""
         self._slot = self._data = self._place = None
         self._forcing = self._skipping = False
 
@@ -218,7 +230,7 @@ class _SlcReader:
                 self._document.others.append(Other(line.number, plain, file))
 
     def _section(self, line: Line, plain: str) -> bool:
-        """Begin a section at its heading; return whether this is one."""
+        """Begin a section if the line is its heading; return whether it is."""
         document = self._document
         if found := _LADDER.fullmatch(plain):
             self._leave()
@@ -278,7 +290,7 @@ class _SlcReader:
         self._document.others += [Other(number, each, self._data.file) for each in wrong]
 
     def _place_of(self, line: Line) -> int | None:
-        """Return the element, or image word, that a comment names for the values after it."""
+        """Return the element, or word of an image, that a comment gives for the values on its line."""
         assert self._data is not None
         for each in line.comments:
             found = _DATA.fullmatch(each.strip())
@@ -289,7 +301,7 @@ class _SlcReader:
 
 
 def _data_record(found: re.Match[str], line: int) -> DataRecord:
-    """Return the record at an address; images count the words of a slot."""
+    """Return the record at an address; the elements of an image are words of a slot."""
     name = re.sub(r"\s", "", (found["file"] or found["bare"]).upper())
     element = int(found["element"])
     if name in ("I", "O"):

@@ -1,4 +1,4 @@
-"""Export of a program of the dialect slc as text that reads as the same program."""
+"""Exports a program in the dialect slc as text; reading the text gives the same program."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ _PER_LINE = 10  # values per line
 
 
 def export_text(program: Program, document: SlcDocument | None = None) -> str:
-    """Return a program as text: that of the document of its import, with the rungs that differ.
+    """Return a program as text; if a document is given, its text with only differing rungs replaced.
 
     Raises:
-        LadderError: the program has another dialect, or the document has not all of its ladder files.
+        LadderError: the program has another dialect, or the document lacks one of its ladder files.
     """
     if program.dialect != SLC:
         raise LadderError(f"program {program.name} has the dialect {program.dialect}, not {SLC}")
@@ -40,7 +40,7 @@ def export_text(program: Program, document: SlcDocument | None = None) -> str:
 
 
 def _edits(program: Program, document: SlcDocument) -> Iterator[RungEdit]:
-    """Yield the rungs in which a program differs from a document; a refused one is empty, and stays."""
+    """Yield edits where a program's rungs differ from a document's; a refused rung is empty, and is kept."""
     reader = RungReader(program.specs)
     for routine in program.routines:
         name, found = routine.name, document.ladders.get(int(routine.name[len(ROUTINE) :]))
@@ -65,7 +65,7 @@ def _keeps(reader: RungReader, rung: Rung, record: SlcRungRecord) -> bool:
 
 
 def _text(reader: RungReader, record: SlcRungRecord) -> str:
-    """Return a rung as a program prints it, "" if it can't be read."""
+    """Return a rung in the notation of programs; "" if it can't be read."""
     try:
         return str(Rung(reader.read(record.words)))
     except RungError:

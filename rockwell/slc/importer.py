@@ -51,12 +51,12 @@ def import_slc(
     *,
     trial: bool = False,
 ) -> SlcImport:
-    """Import an export from a file, or raise an SlcError.
+    """Import an export from a file; raise an SlcError if it can't be read.
 
     Args:
         stubs: replacements of instructions.
-        slots: slots of the rack; images of other slots are memory. None without a rack: bound are slots with
-            a 3601, or all if the export names none.
+        slots: slots of the rack; images of other slots are memory. Without a rack (None), slots with
+            a 3601 are bound, or all slots if the export names no 3601.
         trial: complete messages without a stub.
     """
     if trial and ALL_MESSAGES not in stubs.by_name:
@@ -186,7 +186,7 @@ class _Importer:
         return bound
 
     def _store_image(self, image: str, files: DataFiles) -> None:
-        """Make memory of an image without a module in the rack, of its size in the export."""
+        """Make an image without a module in the rack plain memory, with its size in the export."""
         text = "memory: the rack has no module there; a test or a timeline may set it"
         self._report.note("data", f"{image} is {text}")
         slot = self._document.slots.get(_slot_of(image))
@@ -194,7 +194,7 @@ class _Importer:
             files.image(image, (slot.inputs if image.startswith("I") else slot.outputs) or 0)
 
     def _is_bound(self, slot: int) -> bool:
-        """Whether a slot's images are the rack's."""
+        """Return whether a slot's images are those of the rack."""
         if self._slots is not None:
             return slot in self._slots
         if not self._document.slots:

@@ -1,12 +1,12 @@
-"""Lines of an export: their words, and the comments between two %.
+"""Splits an export into lines, with their words and the comments between two %.
 
     SOR XIC B3:0/1 OTE O:0/0 EOR        % what it does %        words, and a comment
     % TITLE/RUNG DESCRIPTION
     50 % of the speed
     %                                                            one comment: up to a line that ends in %
 
-A % in quotation marks is a character. A multi-line comment ends before a line that begins a section: an
-unclosed % is a word.
+A % in quotation marks is a plain character. A multi-line comment ends before a line that begins a section: an
+unclosed % counts as a word.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _SECTION = re.compile(
 
 @dataclass(frozen=True, slots=True)
 class Line:
-    """A line: its number, its words, and its comments, multi-line ones at their first line."""
+    """A line: its number, its words, and its comments, multi-line comments at their first line."""
 
     number: int
     words: tuple[str, ...]
@@ -47,7 +47,7 @@ class Line:
 
 
 def lines_of(text: str) -> Iterator[Line]:
-    """Yield the lines of an export, except those inside of comments."""
+    """Yield the lines of an export, except lines inside comments."""
     lines = text.splitlines()
     at = searched = 0  # no line from `at` up to `searched` ends a comment
     while at < len(lines):

@@ -35,7 +35,7 @@ class LadderRecord:
 
 @dataclass(frozen=True, slots=True)
 class DataRow:
-    """A line of values from `place` on (an element, or a word of an image), None after the previous ones."""
+    """A line of values from `place` on: an element, a word of an image, or None after the previous values."""
 
     place: int | None
     line: int
@@ -47,13 +47,13 @@ class DataRecord:
     """Values of a data file."""
 
     file: str  # `N7`, `S`, or `I:1` for the words of a slot
-    element: int  # the one in its header, of an image the word
+    element: int  # the element in its header; for an image, the word
     line: int
-    first: bool = False  # whether that is always the first one
+    first: bool = False  # whether the header always names the first element
     rows: list[DataRow] = field(default_factory=list)
 
     def begin(self, words: int) -> int:
-        """Return the element at which values without a place begin, with `words` values each."""
+        """Return the element at which values without a place begin; each element has `words` values."""
         count = sum(len(each.values) for each in self.rows)
         placed = any(each.place is not None for each in self.rows)
         is_last = count == (self.element + 1) * words and not placed
@@ -72,24 +72,24 @@ class SlotRecord:
 
     @property
     def is_3601(self) -> bool:
-        """Whether it is an AMCI 3601: by its name, or as I/O card of vendor 3, type 10, code 25."""
+        """Whether it is an AMCI 3601, by name, or as an I/O card of vendor 3, type 10, code 25."""
         numbers = tuple(map(int, re.findall(r"(?<![\w.-])\d{1,9}(?![\w.-])", self.text)))
         card = any(numbers[at : at + 3] == (3, 10, 25) for at in range(len(numbers)))
         return card or "3601" in self.text or "3601" in self.comment
 
     @property
     def catalog(self) -> str:
-        """Its catalog number, "" without one."""
+        """Its catalog number; "" if it has none."""
         return self.text.split()[0] if self.text else ""
 
     @property
     def inputs(self) -> int | None:
-        """Words of its inputs, None if unknown."""
+        """Words of its inputs; None if unknown."""
         return self._size("SCAN_IN")
 
     @property
     def outputs(self) -> int | None:
-        """Words of its outputs, None if unknown."""
+        """Words of its outputs; None if unknown."""
         return self._size("SCAN_OUT")
 
     def _size(self, key: str) -> int | None:

@@ -1,6 +1,6 @@
-"""Edited rungs in the text of an export; every other line stays as it is.
+"""Writes edited rungs into the text of an export; all other lines stay unchanged.
 
-A rung takes its lines, from SOR to EOR, the comments before it, and its description after it.
+A rung consists of its lines, from SOR to EOR, the comments before it, and its description after it.
 
     % starts the pump %                        a comment of the rung below
     SOR XIC I:1.0/0 OTE B3:0/0 EOR
@@ -31,11 +31,11 @@ from .rungs import FILES, ROUTINE, ROUTINE_WORD, read_operand, routine_name, run
 _BEGIN = re.compile(r"([A-Z_]\w*)\(", re.IGNORECASE)
 _COMMENT = r"%[^%]*%"
 _RUNG = re.compile(rf"{_COMMENT}|\bSOR\b(?:{_COMMENT}|(?!\bEOR\b)[^%])*+\bEOR\b", re.IGNORECASE)
-"""A rung, or a comment beside it."""
+"""A rung, or a comment before or after it."""
 
 
 def program_text(text: str, specs: Mapping[str, Spec]) -> str:
-    """Return a rung whose addresses may be those of RSLogix 500 in the notation of programs.
+    """Return a rung in the notation of programs; its addresses may be those of RSLogix 500.
 
     >>> from scanrack.ladder.instructions.slc import SLC_SPECS
     >>> program_text("XIC(B3/17)COP(#N7:0,#N7:[N7:9],5);", SLC_SPECS)
@@ -55,7 +55,7 @@ def program_text(text: str, specs: Mapping[str, Spec]) -> str:
 
 
 def _operands(text: str, at: int) -> tuple[list[str], int]:
-    """Return the operands of an instruction from a place on, and where they end."""
+    """Return the operands of an instruction that begin at a place, and where they end."""
     words, depth = [""], 0
     while at < len(text) and (depth or text[at] != ")"):
         depth += (text[at] in "([") - (text[at] in ")]")
@@ -68,7 +68,7 @@ def _operands(text: str, at: int) -> tuple[list[str], int]:
 
 
 def _word(name: str, use: Use, word: str) -> str:
-    """Return an operand in the notation of programs; one that can't be read stays, with its mistake."""
+    """Return an operand in the notation of programs; an unreadable operand is returned unchanged."""
     word = word.strip()
     if name == "JSR" and (found := ROUTINE_WORD.fullmatch(word)):
         return routine_name(int(found[1]))
@@ -83,16 +83,16 @@ def _word(name: str, use: Use, word: str) -> str:
 def rewritten_slc(
     data: bytes, edits: Sequence[RungEdit], tags: Sequence[NewTag], specs: Mapping[str, Spec]
 ) -> Rewritten:
-    """Return an export with edited rungs, and what changed in it.
+    """Return an export with edited rungs, and a list of its changes.
 
     Args:
         data: an export that can be read, see `document`.
         edits: their texts are in the program's notation, see `EditedProgram`.
-        tags: there are none: the export has data files.
-        specs: of the program's instructions.
+        tags: always empty, because an export has data files instead of tags.
+        specs: specs of the program's instructions.
 
     Raises:
-        LadderError: the file has no such rung, or one in a line with another.
+        LadderError: the file has no such rung, or a rung shares a line with another one.
     """
     if tags:
         raise LadderError(f"{tags[0].name} is no data file: create it in RSLogix 500")
@@ -142,7 +142,7 @@ _Change = tuple[int, int, str]
 def _replaced(
     lines: Sequence[str], place: _RungLines, rung: Sequence[str], *, keeps: bool
 ) -> Iterator[_Change]:
-    """Yield the change that removes a rung, or replaces it unless the edit keeps it."""
+    """Yield the change that removes or replaces a rung; if the edit keeps the rung, there is none."""
     if not rung:
         yield place.begin, place.end, ""
     elif not keeps:
@@ -151,12 +151,12 @@ def _replaced(
 
 
 def _with_rung(lines: str, rung: str) -> str:
-    """Return the lines of a rung with another one in its place; comments beside it stay."""
+    """Return the lines of a rung with the rung replaced; comments on these lines stay."""
     return _RUNG.sub(lambda found: found[0] if found[0].startswith("%") else rung, lines)
 
 
 class _RungLines(NamedTuple):
-    """The lines of a rung, from 0: of its comments, of SOR, after EOR, and after its description."""
+    """Line numbers of a rung, from 0: of its comments, of SOR, after EOR, and after its description."""
 
     begin: int
     first: int
@@ -165,7 +165,11 @@ class _RungLines(NamedTuple):
 
 
 def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[int, int], _RungLines]]:
-    """Yield the lines of rungs by the numbers of ladder file and rung; LadderError for two in a line."""
+    """Yield the lines of each rung by the numbers of ladder file and rung.
+
+    Raises:
+        LadderError: two rungs share a line.
+    """
     lines = list(lines_of(text))
     ends = {each.number: after.number for each, after in pairwise(lines)}
     known = {each.number: each for each in lines}

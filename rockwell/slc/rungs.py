@@ -1,6 +1,7 @@
-"""Rungs: words between SOR and EOR, read and written.
+"""Reads and writes rungs: the words between SOR and EOR.
 
-A mnemonic has the words up to the next one as operands. `BST ... NXB ... BND` are the legs of a branch.
+The words between a mnemonic and the next one are its operands. `BST ... NXB ... BND` are the legs of a
+branch.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ BEGIN, NEXT, END = "BST", "NXB", "BND"
 """Words of a branch."""
 
 FILES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})
-"""Uses of a file, with `#` in exports."""
+"""Uses of an operand that is a file, which exports write with `#`."""
 
 _WORDS = frozenset({Use.IGNORED, Use.SHOWN, Use.ANYTHING, Use.PARAMETERS, Use.TEXT})
 """Uses whose operand may be any word."""
@@ -44,7 +45,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?", re.IGNORECASE)
 _NAME = re.compile(r"[A-Z_]\w*", re.IGNORECASE)
 _IN_EXPRESSION = re.compile(r"#?[A-Z]{1,3}\d{0,3}(?::(?:\d+|\[[^\]]+\]))?(?:\.\w+)?(?:/\w+)?", re.IGNORECASE)
 
-_PLACEHOLDER = re.compile(r"slc_(\d{1,4})")  # a placeholder for an address inside of an expression
+_PLACEHOLDER = re.compile(r"slc_(\d{1,4})")  # a placeholder for an address in an expression
 
 ROUTINE_WORD = re.compile(r"(?:U:?)?(\d{1,3})", re.IGNORECASE)
 """The operand of JSR."""
@@ -54,7 +55,7 @@ ROUTINE = "U"
 
 
 class RungError(LadderError):
-    """An unreadable rung, with the column in its text from 1."""
+    """A rung can't be read; the column in its text counts from 1."""
 
     def __init__(self, text: str, column: int, remedy: str) -> None:
         self.column, self.remedy = column, remedy
@@ -68,7 +69,7 @@ class RungReader:
         self._specs = specs
 
     def read(self, words: Sequence[str]) -> Series:
-        """Read a rung, or raise a RungError."""
+        """Read a rung; raise a RungError if it is invalid."""
         self._words = list(words)
         self._columns: list[int] = []
         column = 5
@@ -170,7 +171,7 @@ def routine_name(file: int) -> str:
 
 
 def read_operand(use: Use, word: str) -> Operand:
-    """Read an operand of an instruction; a LadderError if it is none."""
+    """Read an operand of an instruction; raise a LadderError if it is invalid."""
     if use is Use.LABEL:
         return Address(re.sub(r"\W", "_", word.upper()))
     if word == "?":
@@ -258,7 +259,7 @@ def _operand_text(name: str, use: Use, operand: Operand) -> str:
 
 
 def _expression_text(operand: Operand) -> str:
-    """Return an expression in full parentheses, with `|` for division."""
+    """Return an expression, fully parenthesized, with `|` for division."""
     if not isinstance(operand, Operation):
         return text_of(operand)
     inner = [_expression_text(each) for each in operand.operands]

@@ -1,4 +1,4 @@
-"""Two traces side by side: the first scan that differs, and all differences.
+"""Compares two traces: finds the first scan that differs, and all differences.
 
     with open_trace(a) as one, open_trace(b) as other:
         found = compare(one, other, Tolerance(time_ns=4_000_000, counts=2))
@@ -7,14 +7,14 @@
 
 Both are read block by block, in one pass:
 
-    stream      scans of a trace in memory, in the order of a key: their number, or their time
+    stream      scans of a trace in memory, ordered by a key: scan number or time
     blocks      the scans of two streams that are compared with each other
-    differing   their differing fields, those of `fields` and `tagged`
+    differing   finds the fields that differ, from `fields` and `tagged`
     findings    the first difference, and the extent of each, over all blocks
     report      the findings as text
 
-Exactly, scans are paired by number, and every word counts. With a tolerance, as for recordings of real
-hardware, they are paired by time, and each trace must show the other's values within the tolerance.
+Exactly compared, scans are paired by number, and every word counts. With a tolerance, as for recordings of
+real hardware, they are paired by time, and each trace must show the other's values within the tolerance.
 """
 
 from .alignment import SAME_CLOCK, TimeMap, align, realign

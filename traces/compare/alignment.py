@@ -21,7 +21,7 @@ START = "start"
 
 @dataclass(frozen=True, slots=True)
 class TimeMap:
-    """Turns times of the second trace into times of the first.
+    """Converts times of the second trace to times of the first.
 
     >>> clock = TimeMap((100, 200), (90, 190))
     >>> clock(np.array([90, 140, 190, 200])).tolist()
@@ -29,25 +29,25 @@ class TimeMap:
     """
 
     first: tuple[int, ...] = (0,)  # times in the first trace, ns, ascending
-    second: tuple[int, ...] = (0,)  # what the same instants are in the second trace; as many
+    second: tuple[int, ...] = (0,)  # the same instants in the second trace; the same number of them
 
     def __call__(self, times: Times) -> Times:
         """Return times of the second trace as times of the first, ns."""
         first, second = np.array(self.first), np.array(self.second)
-        between = np.interp(times, second, first - second)  # the shift, constant beyond the ends
+        between = np.interp(times, second, first - second)  # the shift; it is constant beyond the ends
         result: Times = times + np.rint(between).astype(np.int64)
         return result
 
 
 SAME_CLOCK = TimeMap()
-"""Both traces have one clock."""
+"""Both traces have the same clock."""
 
 
 def align(one: Trace, other: Trace, at: str) -> TimeMap:
-    """Return the clock by which something is at one time in both traces.
+    """Return the clock that makes an event simultaneous in both traces.
 
     Args:
-        at: "start", their first scans; or the name of a bit, the first scan in which it rises.
+        at: "start" for their first scans, or the name of a bit for the first scan in which it rises.
 
     Raises:
         ValueError: no such bit, or it never rises in one of them.
@@ -56,7 +56,7 @@ def align(one: Trace, other: Trace, at: str) -> TimeMap:
 
 
 def realign(one: Trace, other: Trace, signal: str) -> TimeMap:
-    """Return the clock by which a bit rises at the same times in both traces, as often as it does in both.
+    """Return the clock that makes a bit rise at the same times in both traces, as often as it does in both.
 
     Small delays, as on a real machine, do not add up.
 
@@ -68,7 +68,7 @@ def realign(one: Trace, other: Trace, signal: str) -> TimeMap:
 
 
 def _times_of(trace: Trace, at: str) -> tuple[int, ...]:
-    """Return when something happened, at least once."""
+    """Return the times of an event, at least one."""
     if at == START:
         return (next(int(block.time_ns[0]) for block in blocks(trace)),)
     signal = Catalog.of(trace)[at]

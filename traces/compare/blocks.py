@@ -1,10 +1,10 @@
-"""Two traces cut into blocks that are compared one after the other.
+"""Cuts two traces into blocks that are compared one after the other.
 
     one     | o  o  o  o | o  o  o  o | o  o        a block: some scans of one, and those of the
     other      o  o  o    o  o  o  o    o  o  o     other that they are compared with
 
-by number    scan n of one against scan n of the other
-by time      each scan against the one in force in the other trace at its time, and against
+by number    scan n of one with scan n of the other
+by time      each scan with the one in force in the other trace at its time, and with
              all that are in force there within the tolerance:
 
     one      |     |     |     x     |     |
@@ -27,17 +27,17 @@ from .findings import LOOKED_AT
 from .stream import Keys, Rows, Side, Stream
 
 BLOCK_SCANS = 1 << 14
-"""How many scans of a trace are compared at once, at most, where neither has a gap."""
+"""Maximum scans of a trace in a block, where neither trace has a gap."""
 
 
 class Windows(NamedTuple):
-    """The windows in the other trace for rows of one."""
+    """The windows in the other trace for rows of one trace."""
 
     rows: Rows  # the rows that can be judged, ascending
-    held: Rows  # for each of them the row of the other trace that is in force at its time
+    held: Rows  # for each row, the row of the other trace in force at its time
     first: Rows  # the first row of the other trace that is in force within the tolerance
     end: Rows  # the row after the last one
-    scans: int = 0  # how many rows have anything to be set against, those that can't be judged included
+    scans: int = 0  # rows with a counterpart, including rows that can't be judged
 
     def at(self, places: Rows) -> Windows:
         """Return some of the rows."""
@@ -46,19 +46,19 @@ class Windows(NamedTuple):
 
 
 class ComparedBlock(NamedTuple):
-    """Scans that are compared at once; all rows are those of the sides."""
+    """Scans that are compared at once; all row numbers refer to `one` and `other`."""
 
-    one: Side  # what is in memory of the first trace
-    other: Side  # what is in memory of the second
-    there: Windows  # what the scans of the first are set against
-    back: Windows  # what those of the second are set against: scans of the block, in force at their times
+    one: Side  # the scans of the first trace in memory
+    other: Side  # the scans of the second trace in memory
+    there: Windows  # the windows with which scans of the first trace are compared
+    back: Windows  # the same for the second trace: scans of the block in force at their times
 
 
 NONE = np.zeros(0, np.intp)
 
 
 def blocks_by_number(a: Stream, b: Stream, block_scans: int) -> Iterator[ComparedBlock]:
-    """Yield two traces block by block, their scans paired by number; of pairs those that differ anywhere."""
+    """Yield two traces block by block, with scans paired by number; only pairs that differ are yielded."""
     while _read_rows(a, b, block_scans):
         ends = _cut(a, b, block_scans)
         rows_a, rows_b = _pairs(a.keys[a.row : ends[0]], b.keys[b.row : ends[1]])
@@ -72,20 +72,20 @@ def blocks_by_number(a: Stream, b: Stream, block_scans: int) -> Iterator[Compare
 
 
 def _read_rows(a: Stream, b: Stream, block_scans: int) -> bool:
-    """Read more than a block of both traces into memory; return whether there is anything left of either."""
+    """Read more than a block of both traces into memory; return whether either has scans left."""
     for stream in (a, b):
         stream.read_rows(block_scans)
     return a.row < len(a) or b.row < len(b)
 
 
 def _cut(a: Stream, b: Stream, block_scans: int) -> tuple[int, int]:
-    """Return the rows at which the next block ends: before the same key in both."""
+    """Return the rows at which the next block ends, before the same key in both traces."""
     streams = a, b
     ends = [int(each.keys[each.row + block_scans]) for each in streams if len(each) > each.row + block_scans]
     if not ends:
         return len(a), len(b)
     least = min(int(each.keys[each.row]) for each in streams if each.row < len(each))
-    end = max(min(ends), least + 1)  # it continues, even if a whole block has one key
+    end = max(min(ends), least + 1)  # ends past the key, even if a whole block has the same key
     for each in streams:
         each.read_beyond(end)
     return a.row_of(end), b.row_of(end)
@@ -114,14 +114,14 @@ def _unequal(a: Columns, b: Columns) -> Rows:
 
 
 def _at(columns: Columns, rows: Rows) -> Columns:
-    """Return some of the rows, ascending; without a copy if none between them is left out."""
+    """Return some rows, ascending; adjacent rows are not copied."""
     if len(rows) and rows[-1] - rows[0] + 1 == len(rows):
         return columns.rows(rows[0], rows[-1] + 1)
     return columns.at(rows)
 
 
 def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) -> Iterator[ComparedBlock]:
-    """Yield two traces block by block, their scans paired by time.
+    """Yield two traces block by block, with scans paired by time.
 
     A scan of the second trace belongs to the block of the first trace's scan in force at
     its time. A block is therefore longer where the first trace has a gap.
@@ -146,15 +146,15 @@ def blocks_by_time(a: Stream, b: Stream, tolerance_ns: int, block_scans: int) ->
 def windows(own: Stream, end: int, other: Stream, tolerance_ns: int) -> Windows:
     """Return the windows of a block's rows in the other trace, by time.
 
-    A scan is in force until the next one. Rows beyond the other trace's ends by more than the
-    tolerance are left out; those whose window it does not fill are not judged.
+    A scan is in force until the next one. Rows that are beyond the other trace's ends by more than the
+    tolerance are left out; rows whose window the other trace does not fill are not judged.
     """
     if other.first_key is None:
         return Windows(NONE, NONE, NONE, NONE)
     times = own.keys[own.row : end]
     met = (times >= other.first_key - tolerance_ns) & (times <= other.reach_ns(tolerance_ns))
     judged = met & (times + tolerance_ns < other.last_key + other.period_ns)
-    if other.first_scan:  # there was something before it
+    if other.first_scan:  # scans preceded it
         judged &= times - tolerance_ns >= other.first_key
     times = times[judged]
     held, first = (np.maximum(other.in_force(at), 0) for at in (times, times - tolerance_ns))
@@ -177,7 +177,7 @@ def _skip_to(stream: Stream, other: Stream, tolerance_ns: int) -> None:
 
 
 def _end_by_time(a: Stream, b: Stream, block_scans: int) -> int:
-    """Return the row of the first trace at which the next block ends: one or more, no block of either."""
+    """Return the row of the first trace at which the next block ends: after 1 row to a block of either."""
     end = min(len(a), a.row + block_scans)
     if len(b) > b.row + block_scans:
         end = min(end, a.row_of(int(b.keys[b.row + block_scans])))

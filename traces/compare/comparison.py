@@ -1,4 +1,4 @@
-"""Two traces compared."""
+"""Compares two traces."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .stream import Stream, keyed_by_number, keyed_by_time
 from .tagged import CommonTags
 
 Difference = tuple[str, str, str]
-"""A sequence, and its first step that differs in either trace."""
+"""Name of a sequence, and its first differing step in either trace."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,23 +34,23 @@ class Comparison:
 
     first: First | None  # the first scan that differs; None if none does
     extents: tuple[Extent, ...]  # of each bit, value and word, by the first scan in which it differs
-    scans_a: int  # how many scans the first trace has
-    scans_b: int  # how many the second has
-    only_a: int  # how many scans of the first have no counterpart in the second
-    only_b: int  # the same the other way round
-    differing: int  # in how many scans anything differs
+    scans_a: int  # number of scans in the first trace
+    scans_b: int  # number of scans in the second
+    only_a: int  # number of scans of the first trace without a counterpart in the second
+    only_b: int  # number of scans of the second without a counterpart in the first
+    differing: int  # number of scans in which anything differs
     slots_only_a: tuple[int, ...]  # numbers of slots that only the first trace has
-    slots_only_b: tuple[int, ...]  # those that only the second has
-    heads: tuple[tuple[str, str, str], ...]  # metadata that differ: name, in the first trace, in the second
-    tolerance: Tolerance  # what was allowed to differ
-    aligned: bool = False  # whether their clocks were brought together
-    sequences: tuple[Difference, ...] = ()  # name, and the first step that differs in either
+    slots_only_b: tuple[int, ...]  # numbers of slots that only the second has
+    heads: tuple[tuple[str, str, str], ...]  # metadata that differ: name, value in the first, in the second
+    tolerance: Tolerance  # the allowed differences
+    aligned: bool = False  # whether their clocks were aligned
+    sequences: tuple[Difference, ...] = ()  # name, and the first differing step in either trace
 
     @property
     def same(self) -> bool:
-        """Whether both show the same: every scan, in the slots of both, and no more of them in one.
+        """Whether both show the same scans in the same slots, and neither has more.
 
-        Metadata and sequences may differ: equal images from another program are equal.
+        Metadata and sequences may differ: equal images count as equal even from different programs.
         Traces with aligned clocks need not begin and end together.
         """
         if self.first is not None or self.slots_only_a or self.slots_only_b:
@@ -68,15 +68,15 @@ def compare(
     clock: TimeMap = SAME_CLOCK,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> Comparison:
-    """Compare two traces; TraceError if one of the files is damaged beyond what can be left out.
+    """Compare two traces.
 
-    Without a tolerance scans are paired by number and every bit and their times count; with one
+    Without a tolerance, scans are paired by number, and all bits and times count; with one,
     they are paired by time, see `differing`. Both are read block by block, so memory stays
     flat however long they are; a block holds the scans within the tolerance as well.
 
     Args:
-        clock: turns times of the second trace into times of the first, see `align`; another than
-            that of both makes it a comparison by time.
+        clock: converts times of the second trace to times of the first, see `align`; any other than
+            `SAME_CLOCK` makes it a comparison by time.
         progress: called at each chunk with the number of further scans of the first trace read.
     """
 
@@ -118,19 +118,19 @@ def compare_parts(
     formats: NumberFormats | None = None,
     block_scans: int = BLOCK_SCANS,
 ) -> Comparison:
-    """Compare scans that come part by part, see `compare`.
+    """Compare scans that are given part by part, see `compare`.
 
     Args:
-        one: slots and scans of the first trace.
-        other: those of the second.
-        only: which images are compared: slot and direction; all if left out. (None, "cpu") stands
+        one: slots, and scans, of the first trace.
+        other: slots, and scans, of the second trace.
+        only: the images to compare, by slot and direction; by default all. (None, "cpu") stands
             for flags and times.
-        tags: the recorded tags of the scans; None = they have none.
-        formats: of the numbers of modules whose configuration selects them.
-        block_scans: how many scans are compared at once, 1 or more. The result does not depend on it.
+        tags: the recorded tags of the scans; None if they have none.
+        formats: number formats of modules whose configuration selects them.
+        block_scans: maximum scans compared at once, 1 or more. The result does not depend on it.
 
     Raises:
-        ValueError: time goes back from one scan of a trace to the next, and they are paired by time.
+        ValueError: scans are paired by time, and time goes back from one scan of a trace to the next.
     """
     numbers = [{slot.number for slot in slots} for slots, _ in (one, other)]
     both = numbers[0] & numbers[1]
@@ -184,11 +184,11 @@ def _heads(one: Trace, other: Trace, tags: CommonTags) -> tuple[tuple[str, str, 
 def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> Iterator[Difference]:
     """Yield the first difference of each sequence whose waits differ in the two traces.
 
-    Lines do not count: a comment above them moves them all. Both traces are read side by side, so
-    memory stays flat however often their sequences continue.
+    Line numbers do not count, because a comment above moves them all. Both traces are read side by side, so
+    memory use is constant, however many steps their sequences have.
 
     Args:
-        exact: whether waits are compared with their scans.
+        exact: whether the scans of waits are compared, too.
     """
     waiting: dict[str, tuple[deque[Step], deque[Step]]] = {}
     differ: dict[str, tuple[Step, Step]] = {}

@@ -1,8 +1,8 @@
-"""Finding the fields that differ in a block of two traces.
+"""Finds the fields that differ in a block of two traces.
 
 Each trace must show the other's values within the tolerance: a word, or the level of a bit, at some time
-within it; a count may lie between the shown ones. An edge may therefore be early or late by the tolerance,
-and a moving position may be off by its motion in that time and the tolerance in counts.
+within it; a count may be between counts that are shown. An edge may therefore be early or late by the
+tolerance, and a moving position may be off by its motion in that time plus the tolerance in counts.
 
 Paired by number, a window is one scan and every bit of it counts: the tolerance is zero.
 """
@@ -25,12 +25,12 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
     """Return the fields that differ in a block.
 
     Args:
-        counts: allowed difference of a count from its window; None = every bit of it counts.
+        counts: allowed difference between a count and its window; None = every bit counts.
     """
     one, other = block.one, block.other
     found = []
     for _, group in groupby(fields, lambda field: (field.stem, field is TIME)):
-        parts = list(group)  # all of one image
+        parts = list(group)  # all fields of one image
         images = one.images(parts[0]), other.images(parts[0])
         ahead = _otherwise(images[0], images[1], block.there)
         behind = _otherwise(images[1], images[0], block.back)
@@ -42,16 +42,16 @@ def differing(fields: Sequence[Field], block: ComparedBlock, counts: int | None)
 
 
 class _Question(NamedTuple):
-    """Scans of one trace whose image is another one than that in force in the other trace."""
+    """Scans of one trace whose image differs from the image in force in the other trace."""
 
-    windows: Windows  # the scans, and what they are set against
+    windows: Windows  # the scans, and their windows
     own: Array  # the images of the scans
     held: Array  # the images in force in the other trace
     others: Array  # all images of the other trace that the windows reach
 
 
 def _otherwise(own: Array, other: Array, windows: Windows) -> _Question:
-    """Return the scans whose values may be missing."""
+    """Return the scans whose images differ, so that the other trace may lack their values."""
     mine, held = own[windows.rows], other[windows.held]
     unequal = mine != held
     there = np.flatnonzero(unequal if unequal.ndim == 1 else unequal.any(axis=1))
@@ -64,7 +64,7 @@ def _missing(field: Field, question: _Question, counts: int | None) -> FieldDiff
     rows = np.flatnonzero(searched != held)
     searched, windows = searched[rows], question.windows.at(rows)
     span = windows.first, windows.end
-    alone = bool((windows.end - windows.first == 1).all())  # only the one in force is within the tolerance
+    alone = bool((windows.end - windows.first == 1).all())  # only the scan in force is within the tolerance
     bits = None
     if field.kind is FieldKind.BITS:
         bits = searched ^ held[rows] if alone else _missing_bits(searched, field.key(question.others), *span)
@@ -86,7 +86,7 @@ def _missing_bits(searched: Array, values: Array, first: Rows, end: Rows) -> Arr
 
 
 def _beyond(searched: Array, values: Array, first: Rows, end: Rows, counts: int) -> Array:
-    """Return the counts outside the range of their window; missing counts are inside."""
+    """Return a mask of the counts outside the range of their window; missing counts are inside."""
     least = over_windows(values, first, end, np.fmin)
     most = over_windows(values, first, end, np.fmax)
     beyond: Array = (searched < least - counts) | (searched > most + counts)
@@ -94,7 +94,7 @@ def _beyond(searched: Array, values: Array, first: Rows, end: Rows, counts: int)
 
 
 def _merged(there: FieldDifference, back: FieldDifference) -> FieldDifference:
-    """Join the findings of both directions, by rows of the first trace; a row once."""
+    """Merge the findings of both directions, by rows of the first trace; each row occurs once."""
     if not len(back.a):
         return there
     a, b = np.concatenate((there.a, back.b)), np.concatenate((there.b, back.a))
@@ -107,10 +107,10 @@ def _merged(there: FieldDifference, back: FieldDifference) -> FieldDifference:
 
 
 def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array:
-    """Return the result of `join` for each window of some values, such as its least or greatest.
+    """Return the result of `join` over each window of some values, such as the least or greatest value.
 
-    A window of any length is covered by two of a power of two that may overlap, and the values of
-    these are made of those half as long:
+    A window of any length is covered by two windows with a power of two as length, which may overlap. Values
+    of longer windows are computed from values of windows half as long:
 
     >>> values = np.array([5, 3, 8, 1])
     >>> over_windows(values, np.array([0, 1, 0]), np.array([2, 4, 4]), np.minimum).tolist()
@@ -119,13 +119,13 @@ def over_windows(values: Array, first: Rows, end: Rows, join: np.ufunc) -> Array
     Args:
         first: first row of each window.
         end: the row after its last; more than `first`.
-        join: of two values; the same value twice must make that value.
+        join: combines two values; two equal values must give the same value.
     """
     result = values[first]
     width = end - first
     step, level = 1, values
     while 2 * step <= width.max(initial=1):
-        level = join(level[:-step], level[step:])  # of windows 2 * step long
+        level = join(level[:-step], level[step:])  # results of windows 2 * step long
         step *= 2
         fits = np.flatnonzero((width >= step) & (width < 2 * step))
         result[fits] = join(level[first[fits]], level[end[fits] - step])
@@ -143,7 +143,7 @@ def occurs(searched: Array, values: Array, first: Rows, end: Rows) -> Array:
     start, stop = (np.searchsorted(ranked, searched, side) for side in ("left", "right"))
     rows = len(values) + 1
     group = np.searchsorted(np.unique(values), values[order])
-    keys = group * rows + order  # ascending, as both parts of it are
+    keys = group * rows + order  # ascending, as both summands are
     known = stop > start
     question = group[np.minimum(start, len(values) - 1)] * rows
     found = np.searchsorted(keys, question + end) > np.searchsorted(keys, question + first)

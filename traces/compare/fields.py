@@ -28,14 +28,14 @@ Array = NDArray[Any]
 
 @dataclass(frozen=True, slots=True)
 class Tolerance:
-    """How far two traces that count as the same may be apart.
+    """How much two traces that count as the same may differ.
 
     Raises:
         ValueError: one of them is negative.
     """
 
-    time_ns: int = 0  # by how much an edge, a word or a position may come earlier or later, ns
-    counts: int = 0  # by how much position, encoder count and captured value of a 3601 may differ
+    time_ns: int = 0  # time by which an edge, a word or a position may be early or late, ns
+    counts: int = 0  # allowed difference of position, encoder count and captured value of a 3601
 
     def __post_init__(self) -> None:
         for name, value in (("time_ns", self.time_ns), ("counts", self.counts)):
@@ -44,22 +44,22 @@ class Tolerance:
 
     @property
     def exact(self) -> bool:
-        """Whether nothing may differ."""
+        """Whether no difference is allowed."""
         return not (self.time_ns or self.counts)
 
 
 EXACT = Tolerance()
-"""Nothing may differ."""
+"""No difference is allowed."""
 
 
 class FieldKind(Enum):
     """Kind of a field."""
 
     BITS = "bits"
-    """A word of sixteen bits, each compared by itself."""
+    """A word of sixteen bits, each compared separately."""
 
     COUNT = "count"
-    """A number that the module counts: a tolerance in counts applies, and it passes intermediate values."""
+    """A number that the module counts: it has intermediate values, and a tolerance in counts applies."""
 
     VALUE = "value"
     """A number made of two words."""
@@ -76,13 +76,13 @@ class Field:
     slot: int | None  # number of the slot; None for the CPU's flags and for tags
     direction: str  # "in", "out", "cpu" or "tags"
     name: str  # its name in the image
-    kind: FieldKind  # what it is
+    kind: FieldKind  # its kind
     word: int  # index of its first word in the image
     words: int  # how many words it has
-    key: Callable[[Array], Array]  # of images, what has to be equal, a number per scan
-    value: Callable[[Array], Array] | None = None  # of kinds COUNT and VALUE: decodes it, NaN for none
+    key: Callable[[Array], Array]  # returns from images the number in each scan that must be equal
+    value: Callable[[Array], Array] | None = None  # of kinds COUNT and VALUE: decodes images; NaN = no value
     bits: tuple[str, ...] = ()  # names of the sixteen bits, lowest first; of kind BITS only
-    text: Callable[[Array], str] = str  # of kind TAG: the value in a row of tags, in words
+    text: Callable[[Array], str] = str  # of kind TAG: returns the value in a row of tags as text
 
     @property
     def path(self) -> str:
@@ -95,7 +95,7 @@ class Field:
         return self.direction if self.slot is None else f"slot{self.slot}.{self.direction}"
 
     def values(self, images: Array) -> Array:
-        """Return its value in some scans as float64, NaN where it has none; of a word the word."""
+        """Return its values in some scans as float64, NaN where it has none; a word is its own value."""
         if self.value is not None:
             return self.value(images)
         return self.key(images).astype(np.int64)
@@ -129,14 +129,14 @@ TIME = Field(None, "cpu", "time_ns", FieldKind.WORD, 0, 1, lambda times: times)
 
 
 LAST = 1 << 63
-"""A scan after all others."""
+"""A scan number after all others."""
 
 
 def all_fields(slots: Sequence[SlotInfo], formats: NumberFormats | None = None) -> list[Field]:
-    """Return the fields of a trace in the order of a report: the logic reads inputs before it writes.
+    """Return the fields of a trace in the order of a report: inputs before outputs, as the logic uses them.
 
     Args:
-        formats: of the numbers of modules whose configuration selects them; the last ones decode.
+        formats: number formats of modules whose configuration selects them; the last format decodes.
     """
     known = NumberFormats() if formats is None else formats
     return [TIME, FLAGS, *(field for slot in slots for field in _fields_of(slot, known))]
@@ -159,7 +159,7 @@ def _fields_of(slot: SlotInfo, formats: NumberFormats) -> Iterator[Field]:
 
 
 def _moded_fields(slot: SlotInfo, direction: str, formats: NumberFormats) -> Iterator[Field]:
-    """Yield the fields of an image of a module with two modes, those of configuration mode last."""
+    """Yield the fields of an image of a module with two modes; fields of configuration mode come last."""
     number, words, names = slot.number, slot.words, slot.words.named(direction)
     pairs = {each.word: each for each in words.quantities_in(direction) if each.words > 1}
     seconds = {word + 1 for word in pairs}
@@ -201,13 +201,13 @@ def _masked(mode: int, word: int, live: int, images: Array) -> Array:
 
 
 def _pair(mode: int, word: int, images: Array) -> Array:
-    """Return two words as one number, not decoded: two pairs may decode to one value."""
+    """Return two words as one undecoded number, because two pairs may decode to the same value."""
     pair = images[:, word].astype(np.int32) << 16 | images[:, word + 1].view(np.uint16).astype(np.int32)
     return np.where(decode.in_command_mode(images, mode), pair, 0)
 
 
 def _value(mode: int, word: int, format: NumberFormat, images: Array) -> Array:
-    """Return two words decoded, NaN in configuration mode."""
+    """Return two words decoded; NaN in configuration mode."""
     values = format.reported_all(images[:, word], images[:, word + 1])
     values[~decode.in_command_mode(images, mode)] = np.nan
     return values

@@ -1,4 +1,4 @@
-"""The findings of all blocks: the first scan that differs, the changes before it, and all extents."""
+"""Collects findings of all blocks: the first scan that differs, the changes before it, and all extents."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from .fields import Array, Field, FieldKind
 from .stream import Rows, Side
 
 SCANS_BEFORE = 5
-"""Number of scans with changes in a report."""
+"""Number of scans with changes that a report shows before the first difference."""
 
 LOOKED_AT = 4096
-"""Number of earlier scans that are searched for them."""
+"""Number of earlier scans that are searched for changes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,15 +29,15 @@ class Extent:
     """How much of two traces differs in one bit, value or word."""
 
     name: str  # its name, such as "slot1.in.COMMAND_ERROR"
-    scans: int  # in how many scans
-    first: int  # number of the first of them, in the first trace
-    last: int  # number of the last
-    most: int | None = None  # the greatest difference of a number; None for a bit
+    scans: int  # number of scans in which it differs
+    first: int  # scan number of the first of them, in the first trace
+    last: int  # scan number of the last
+    most: int | None = None  # greatest difference of a number; None for a bit
 
 
 @dataclass(frozen=True, slots=True)
 class Detail:
-    """A field that differs in the first scan that does.
+    """A field that differs in the first scan with a difference.
 
     Attributes:
         slot: number of the slot; None for the CPU.
@@ -46,10 +46,10 @@ class Detail:
         word: index of the (first) word in the image.
         words_a: the word or words in the first trace.
         words_b: the same in the second.
-        a: value of the words; None for bits, and where they have none.
+        a: value of the words in the first trace; None for bits, and where the words have no value.
         b: the same in the second trace.
-        bits: different ones: name, level in the first trace, in the second.
-        text_a: of a tag, its value in the first trace in words.
+        bits: differing bits: name, level in the first trace, level in the second.
+        text_a: value of a tag in the first trace, as text.
         text_b: the same in the second.
     """
 
@@ -72,17 +72,17 @@ class First:
 
     scan: int  # its number in the first trace
     time_ns: int  # its virtual time there
-    scan_b: int  # number of the scan that it is set against in the second trace
-    time_b_ns: int  # the time of that
-    details: tuple[Detail, ...]  # what differs in it, inputs before outputs
-    before_a: tuple[Row, ...] = ()  # what changed in the first trace in the scans before it, and in it
-    before_b: tuple[Row, ...] = ()  # the same of the second trace
-    rules_a: tuple[str, ...] = ()  # the rules that fired in it in the first trace, in words
-    rules_b: tuple[str, ...] = ()  # those that fired in the second
+    scan_b: int  # number of the scan in the second trace with which it is compared
+    time_b_ns: int  # its virtual time
+    details: tuple[Detail, ...]  # its differences, inputs before outputs
+    before_a: tuple[Row, ...] = ()  # changes in the first trace in this and earlier scans
+    before_b: tuple[Row, ...] = ()  # the same in the second trace
+    rules_a: tuple[str, ...] = ()  # rules that fired in this scan of the first trace, as text
+    rules_b: tuple[str, ...] = ()  # rules that fired in the second trace
 
 
 class FieldDifference(NamedTuple):
-    """The rows in which a field differs, paired; `bits` tells which ones in each, of a word of bits."""
+    """The pairs of rows in which a field differs; for a word of bits, `bits` has the differing ones."""
 
     field: Field
     a: Rows
@@ -90,7 +90,7 @@ class FieldDifference(NamedTuple):
     bits: Array | None = None
 
     def extents(self, one: Side, other: Side) -> Iterator[Extent]:
-        """Yield how much differs: of each bit, or of the field."""
+        """Yield the extent of each bit that differs, or of the field."""
         numbers = one.columns.scan
         if self.bits is None:
             yield _extent(self.field.path, numbers[self.a], self._most(one, other))
@@ -111,7 +111,7 @@ class FieldDifference(NamedTuple):
         return (one, self.a), (other, self.b)
 
     def detail(self, one: Side, other: Side, row_a: int) -> Detail | None:
-        """Return the difference in one row of the first trace, or None."""
+        """Return the difference in one row of the first trace; None if there is none."""
         places = np.flatnonzero(self.a == row_a)[:1]
         if not len(places):
             return None
@@ -149,7 +149,7 @@ class Findings:
         self.differing = 0  # number of scans with a difference
 
     def add(self, one: Side, other: Side, found: Sequence[FieldDifference]) -> None:
-        """Add the fields that differ in the next block; their rows ascend."""
+        """Add the fields that differ in the next block, with rows in ascending order."""
         if not found:
             return
         if self.first is None:
@@ -161,7 +161,7 @@ class Findings:
 
     @property
     def extents(self) -> tuple[Extent, ...]:
-        """The extent in each bit, value and word, by the first scan in which it differs."""
+        """The extents of each bit, value and word, in the order of the first scan in which it differs."""
         return tuple(sorted(self._extents.values(), key=lambda extent: extent.first))
 
 
@@ -185,7 +185,7 @@ def _joined(before: Extent, after: Extent) -> Extent:
 
 
 def changes_before(side: Side, slots: Sequence[SlotInfo], row: int) -> tuple[Row, ...]:
-    """Return the changes in the last scans before a row, and in it."""
+    """Return the changes in a row, and in the last scans before it that have any."""
     begin = max(0, row - LOOKED_AT)
     words, flags = side.columns.words[begin : row + 1], side.columns.flags[begin : row + 1]
     changed = (words[1:] != words[:-1]).any(axis=1) | (flags[1:] != flags[:-1])
@@ -212,7 +212,7 @@ _LONGEST_EXCHANGE_NS = 2_000_000_000
 
 
 def rules_in(trace: Trace, scan: int, time_ns: int, slots: Set[int | None]) -> tuple[str, ...]:
-    """Return the rules that fired in a scan in any of some slots, in words."""
+    """Return, as text, the rules that fired in a scan in any of these slots."""
     return tuple(
         describe(event.topic, event.scan, event.fields)
         for event in trace.events(time_ns - _LONGEST_EXCHANGE_NS, time_ns)

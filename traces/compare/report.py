@@ -1,4 +1,4 @@
-"""A comparison as text."""
+"""Formats a comparison as text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Names = tuple[str, str]
 
 
 def report(found: Comparison, names: Names) -> Iterator[str]:
-    """Yield the lines of a report of a comparison."""
+    """Yield the lines of a comparison's report."""
     yield _verdict(found, names)
     if found.first is not None:
         yield from first_lines(found.first, names)
@@ -28,7 +28,7 @@ def report(found: Comparison, names: Names) -> Iterator[str]:
 
 
 def first_lines(first: First, names: Names) -> Iterator[str]:
-    """Yield the lines about the first scan that differs, and what led to it."""
+    """Yield the lines about the first scan that differs, and the changes that led to it."""
     cells: list[tuple[str, ...]] = [("", "", "", *names, "")]
     cells += [row for detail in first.details for row in _detail(detail)]
     yield from ("", *_aligned(cells, "lllrrl"))
@@ -168,7 +168,7 @@ def _value(value: int | None, missing: str = "-") -> str:
 
 
 def _aligned(rows: Sequence[Sequence[str]], sides: str) -> list[str]:
-    """Return rows as lines with their columns under each other; `sides` has l or r for each column."""
+    """Return rows as lines with aligned columns; `sides` has l or r for each column."""
     widths = [max(len(row[column]) for row in rows) for column in range(len(sides))]
     lines = []
     for row in rows:

@@ -5,8 +5,8 @@
                   before  ^ `row`, the begin
                             of the next block
 
-Scans lie in the order of a key: their time, or their number. Rows count from the
-first scan in memory, so that they change when scans are dropped.
+Scans are ordered by a key: their time, or their number. Rows count from the
+first scan in memory, so they change when scans are dropped.
 """
 
 from __future__ import annotations
@@ -26,11 +26,11 @@ from .fields import TIME, Array, Field, FieldKind
 Rows = NDArray[np.intp]
 Keys = NDArray[np.int64]
 Keyed = Iterator[tuple[Columns, Keys]]
-"""Parts of a trace, each with a key for every scan; the keys of a trace never descend."""
+"""Parts of a trace, each with a key for every scan; keys never decrease."""
 
 
 def keyed_by_time(parts: Iterable[Columns], clock: TimeMap) -> Keyed:
-    """Yield the parts of a trace with the times of their scans by a clock.
+    """Yield the parts of a trace with the times of their scans, converted by a clock.
 
     Raises:
         ValueError: time goes back from one scan to the next.
@@ -51,7 +51,7 @@ _RUN = 1 << 32  # a scan number has 32 bits
 def keyed_by_number(parts: Iterable[Columns]) -> Keyed:
     """Yield the parts of a trace with the numbers of their scans.
 
-    Where the numbers go back they count as those of another run, beyond all numbers before.
+    Where the numbers go back, a new run begins; its keys are greater than all earlier ones.
 
     >>> numbers = np.array([7, 8, 0, 1])
     >>> part = Columns(numbers, numbers, numbers.astype(np.uint32), np.zeros((4, 0), np.int16))
@@ -69,7 +69,7 @@ def keyed_by_number(parts: Iterable[Columns]) -> Keyed:
 
 
 class Side(NamedTuple):
-    """Scans of one trace that are in memory: their columns, and the places of each slot's images."""
+    """Scans of one trace in memory: their columns, and the places of each slot's images."""
 
     columns: Columns
     places: Mapping[int, ImagePlaces]
@@ -87,11 +87,11 @@ class Side(NamedTuple):
 
 
 class Stream:
-    """Scans of one trace in blocks: those of the present block, some before it and some after it.
+    """Scans of one trace, in blocks: the scans of the current block, and some before and after it.
 
     Args:
         chosen: numbers of the slots whose words are needed.
-        tags: a row of their tags, or None.
+        tags: type of a row of tags, or None.
     """
 
     def __init__(
@@ -111,8 +111,8 @@ class Stream:
         self.row = 0  # the row at which the next block begins
         self.scans = 0  # number of scans read
         self.ended = False  # whether all have been read
-        self.first_scan = 0  # number of the first scan of all
-        self.first_key: int | None = None  # its key; None if there is none, or it has not been read
+        self.first_scan = 0  # number of the trace's first scan
+        self.first_key: int | None = None  # key of the first scan; None before it is read
         self.last_key = 0  # the key of the last scan read
 
     def __len__(self) -> int:
@@ -142,27 +142,27 @@ class Stream:
         return np.searchsorted(self.keys, at, "right") - 1
 
     def reach_ns(self, tolerance_ns: int) -> int:
-        """Return the last time that can be compared with the scans read so far."""
+        """Return the latest time that can be compared with the scans read so far."""
         return self.last_key + max(self.period_ns, tolerance_ns)
 
     @property
     def period_ns(self) -> int:
-        """The duration of the last scan, estimated by the average."""
+        """The estimated duration of the last scan: the average of all."""
         assert self.first_key is not None, "scans have been read"
         return (self.last_key - self.first_key) // (self.scans - 1) if self.scans > 1 else 0
 
     def read_rows(self, count: int) -> None:
-        """Read until more than `count` rows of the next block are in memory, if there are."""
+        """Read until more than `count` rows of the next block are in memory, or the trace ends."""
         while len(self) - self.row <= count and not self.ended:
             self._read_on()
 
     def read_beyond(self, key: int) -> None:
-        """Read the scans with keys up to this one, and one after them, if there is any."""
+        """Read the scans with keys up to this one, and the next scan, if there is one."""
         while (self.first_key is None or self.last_key <= key) and not self.ended:
             self._read_on()
 
     def go_to(self, row: int, keep: int) -> None:
-        """Begin the next block at a row, and drop the rows before another one."""
+        """Begin the next block at row `row`, and drop the rows before row `keep`."""
         keep = max(0, keep)
         if keep:
             columns = self.side.columns

@@ -1,4 +1,4 @@
-"""Recorded tags of two traces in one row: by full name, and codes by their meaning.
+"""Brings recorded tags of two traces into one row: tags match by full name, and codes by meaning.
 
 first trace     | Run | Step (0 = IDLE, 1 = FILL) | Level |
 second trace    | Step (0 = FILL, 1 = IDLE) | Run |
@@ -24,15 +24,15 @@ from .fields import Field, FieldKind
 Array = NDArray[Any]
 
 WIDE = "<c16"
-"""Pairs of floats: the type for numbers without a common numpy type."""
+"""Numpy type of pairs of floats, for numbers without a common numpy type."""
 
 
 class CommonTags:
     """The tags that two traces share.
 
     Attributes:
-        dtype: a row of them, a field per value, called by its full name.
-        only: full names of the tags that only the first trace has, and only the second.
+        dtype: type of a row of them, with a field per value under its full name.
+        only: full names of the tags that only the first trace has, and those that only the second has.
     """
 
     def __init__(self, one: Trace, other: Trace) -> None:
@@ -46,7 +46,7 @@ class CommonTags:
         self.only = (tuple(a), tuple(b))
 
     def rows(self, parts: Iterable[Columns], side: int) -> Iterator[Columns]:
-        """Yield the parts of a trace with the shared tags in place of its own.
+        """Yield the parts of a trace, with the shared tags in place of its own tags.
 
         Args:
             parts: scans of the trace with its tags, if it has any.
@@ -69,7 +69,7 @@ class CommonTags:
             yield columns._replace(tags=tags)
 
     def fields(self) -> Iterator[Field]:
-        """Yield the compared field of each value of a tag."""
+        """Yield a compared field for each tag value."""
         for pair in self._pairs.values():
             codes = pair[0].tag.type in CODES
             for value, _ in _values(*pair):
@@ -77,7 +77,7 @@ class CommonTags:
                 yield Field(None, "tags", value, FieldKind.TAG, 0, 0, key, text=partial(_text, value, text))
 
     def _shared(self, codes: Array, names: Mapping[int, str]) -> Array:
-        """Return codes of a trace as codes of both."""
+        """Convert codes of one trace to codes that both traces share."""
         known, places = np.unique(codes, return_inverse=True)
         texts = [names.get(code, str(code)) for code in known.tolist()]
         shared = np.array([self._codes.setdefault(text, len(self._codes)) for text in texts], np.int64)
@@ -96,7 +96,7 @@ def _by_name(trace: Trace) -> dict[str, TagField]:
 
 
 def _alike(name: str, one: Mapping[str, TagField], other: Mapping[str, TagField]) -> bool:
-    """Return whether both have a comparable tag of that name."""
+    """Return whether both have a comparable tag with that name."""
     if name not in other:
         return False
     a, b = one[name].tag, other[name].tag
@@ -114,16 +114,16 @@ def _dtypes(*fields: TagField) -> list[np.dtype[Any]]:
 
 
 def _are_mixed(one: TagField, other: TagField) -> bool:
-    """Return whether numpy has no common type: LINT with ULINT, either with a float."""
+    """Return whether numpy has no exact common type: for LINT with ULINT, and either with a float."""
     kinds = _dtypes(one, other)
     widest = any(kind.kind in "iu" and kind.itemsize == 8 for kind in kinds)
     return widest and np.result_type(*kinds).kind == "f"
 
 
 def wide(values: Array) -> Array:
-    """Return numbers of any type as pairs of floats that are equal where the numbers are, exactly.
+    """Return numbers of any type as pairs of floats that are equal exactly where the numbers are.
 
-    The real part counts 2**32, the imaginary part the rest, of the same sign.
+    The real part is a multiple of 2**32, the imaginary part the rest, with the same sign.
 
     >>> wide(np.array([2**64 - 1], np.uint64)), wide(np.array([-0.5]))
     (array([4.2949673e+09+4.2949673e+09j]), array([0.-0.5j]))
@@ -156,7 +156,7 @@ def _number(value: Any) -> str:
 
 
 def _key(name: str, rows: Array) -> Array:
-    """Return values as integers that are equal where the values are: NaN is equal to NaN, 0.0 to -0.0."""
+    """Return values as integers that are equal where the values are; NaN equals NaN, and 0.0 equals -0.0."""
     values: Array = rows[name]
     if values.dtype.kind != "f":
         return values

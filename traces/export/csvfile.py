@@ -26,7 +26,7 @@ def write_csv(
     *,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> int:
-    """Write a trace as a CSV file; return the number of rows. Arguments as `table`.
+    """Write a trace as a CSV file; return the number of rows. Arguments as in `table`.
 
     Raises:
         UnknownSignalError, EmptySelectionError: as `table`.
@@ -60,7 +60,7 @@ def _cells(is_bits: bool, columns: Sequence[Column]) -> Iterator[list[str]]:
 
 
 def _bits(columns: Sequence[Column]) -> list[str]:
-    """Return several columns of bits as one of text, "0,1,1"; faster than a text for every bit."""
+    """Combine columns of bits into one column of text such as "0,1,1"; this is faster than a text per bit."""
     rows, width = len(columns[0].values), 2 * len(columns) - 1
     text = np.full((rows, width), ord(","), np.uint8)
     for place, column in enumerate(columns):

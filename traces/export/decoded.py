@@ -1,7 +1,7 @@
 """Decoded values of steppers as one more field of /scan: `/scan.decoded.slot1.speed`, `.inputs.position`.
 
-They are not recorded, since they follow from the words; a copy has them, see `export.write_mcap`. Values
-are float64, NaN in configuration mode; bits are bool. The names are those of the signals, in small letters:
+They are not recorded, since they follow from the words; a copy adds them, see `export.write_mcap`. Values
+are float64, NaN in configuration mode; bits are bool. The names are those of the signals, in lower case:
 
     Decoded0123456789ab decoded
     ====...
@@ -57,11 +57,11 @@ class DecodedColumn(NamedTuple):
 
 
 class DecodedValues:
-    """The decoded values of a trace's steppers, and their layout after the other fields of a scan.
+    """The decoded values of a trace's steppers, and their layout, which follows a scan's other fields.
 
     Args:
         offset: bytes of the payload before them, without the CDR prefix.
-        formats: of the numbers of modules whose configuration selects them.
+        formats: number formats of modules whose configuration selects them.
 
     Attributes:
         messages: the messages of the schema; the first one is the type of the field.
@@ -103,13 +103,13 @@ def _path(signal: Signal) -> tuple[str, ...]:
 
 
 def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Message]:
-    """Return the messages; slots with the same fields have the same."""
+    """Return the messages; slots with the same fields share a message."""
     parts: dict[str, list[Message]] = {}
     own = []
     for slot in slots:
         stem = "Decoded3601" if slot.words.message == _3601 else f"Decoded{slot.words.message}"
         found = _slot_messages(stem, slot.number, signals)
-        if parts.setdefault(stem, found) != found:  # the same module with other names of bits
+        if parts.setdefault(stem, found) != found:  # the same module with different names of bits
             stem = f"{stem}Slot{slot.number}"
             parts[stem] = _slot_messages(stem, slot.number, signals)
         own.append(f"{stem} slot{slot.number}")

@@ -1,4 +1,4 @@
-"""A format of export: what its file has in `FORMAT`, and `formats` in its list."""
+"""A format of export: each module of a format defines one as `FORMAT`, and `formats` lists them."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ class ExportFormat:
 
     Attributes:
         name: of its option, letters: "csv" is `--csv OUT`.
-        kind: of its files; others are not replaced.
-        write: writes a trace, see `write_csv`; without `signals` if it does not choose.
-        help: of the option.
-        holds: what the file has, for docs/query.md.
-        reader: who reads it, for docs/query.md.
-        binary: whether it is bytes, also on standard output.
+        kind: the kind of its files; a file of another kind is not replaced.
+        write: writes a trace, see `write_csv`; takes no `signals` unless `chooses`.
+        help: help text of the option.
+        holds: contents of the file, for docs/query.md.
+        reader: programs that read it, for docs/query.md.
+        binary: whether it consists of bytes, on standard output, too.
         chooses: whether signals can be chosen.
     """
 

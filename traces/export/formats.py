@@ -1,6 +1,6 @@
 """The formats of `scanrack export`, in the order of its options.
 
-A new one is a file with a `FORMAT` in this folder, and a word in the row below.
+To add a format, add a module with a `FORMAT` to this folder, and its name to the list below.
 """
 
 from __future__ import annotations

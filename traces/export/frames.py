@@ -47,7 +47,7 @@ def to_pandas(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
 
 
 def to_polars(trace: Trace, signals: Sequence[str] = (), selection: Selection = ALL) -> polars.DataFrame:
-    """Return a trace as a polars DataFrame; a missing value is null. Arguments and errors as `to_pandas`."""
+    """Return a trace as a polars DataFrame, with null for missing values; see `to_pandas`."""
     pl = need("polars", "frames")
 
     def series(column: Column) -> Any:

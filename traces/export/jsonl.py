@@ -28,7 +28,7 @@ def write_jsonl(
     *,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> int:
-    """Write a trace as JSON lines; return the number of lines. Arguments as `table`.
+    """Write a trace as JSON lines; return the number of lines. Arguments as in `table`.
 
     Raises:
         UnknownSignalError, EmptySelectionError: as `table`.

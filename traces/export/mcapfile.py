@@ -1,9 +1,9 @@
-"""A copy of a trace in which every viewer finds decoded values: position, speed, status bits of each stepper.
+"""Copies a trace and adds decoded values for any viewer: position, speed and status bits of each stepper.
 
     scan, flags, slots, tags      as recorded, byte for byte
     decoded                       after them, see `traces.decoded`
 
-Our own reader reads the copy like the recording; it ignores fields after `tags`.
+Our own reader reads the copy like the recording, because it ignores fields after `tags`.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def write_mcap(
     *,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> int:
-    """Write a copy of a trace, with decoded values in every scan; return the number of scans.
+    """Write a copy of a trace with decoded values in every scan; return the number of scans.
 
     Args:
         path: the file, or an open binary stream.
@@ -66,7 +66,7 @@ def write_mcap(
     Raises:
         ValueError: no slot of the trace has a stepper's words.
         EmptySelectionError: no scan is in the selection.
-        OSError: it can't be written.
+        OSError: the copy can't be written.
     """
     head = trace.head
     tags = None if head.tags is None else head.tags.dtype
@@ -90,7 +90,7 @@ def write_mcap(
 
 
 class CountingFile:
-    """An open file that counts the written bytes: a pipe has no position.
+    """An open file that counts the bytes written, because a pipe has no position.
 
     Args:
         file: the file, open for writing bytes.
@@ -106,7 +106,7 @@ class CountingFile:
         return len(data)
 
     def tell(self) -> int:
-        """Return the number of written bytes."""
+        """Return the number of bytes written."""
         return self._size
 
 
@@ -122,7 +122,7 @@ class Rows:
         self._held: NDArray[Any] | None = None
 
     def fill(self) -> NDArray[Any]:
-        """Return the remaining rows of a block, or those of the next block."""
+        """Return the remaining rows of a block, or the rows of the next block."""
         if self._held is None or not len(self._held):
             self._held = next(self._blocks)
         return self._held
@@ -180,7 +180,7 @@ class Copy:
         self.count += len(recorded)
 
     def event(self, event: TraceEvent, selection: Selection) -> None:
-        """Write an event of a selected scan; texts and steps are needed by all later scans."""
+        """Write an event of a selected scan; texts and steps are always written, as later scans need them."""
         if event.topic not in _NEEDED_LATER and not _is_selected(event, selection):
             return
         text = json.dumps({"scan": event.scan, **event.fields}, ensure_ascii=False, separators=(",", ":"))

@@ -1,4 +1,4 @@
-"""A trace as a Parquet file, a row group per block."""
+"""Writes a trace as a Parquet file, in row groups of whole blocks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .table import Column, table
 PARQUET = beginning("a Parquet file", b"PAR1")
 
 ROWS = 65_536
-"""Least rows of a row group but the last: small ones compress badly and read slowly."""
+"""Minimum rows of a row group except the last: small groups compress badly and are slow to read."""
 
 
 def write_parquet(
@@ -30,7 +30,7 @@ def write_parquet(
     *,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> int:
-    """Write a trace as a Parquet file with zstd; return the number of rows. Arguments as `table`.
+    """Write a trace as a Parquet file with zstd; return the number of rows. Arguments as in `table`.
 
     Raises:
         MissingExtraError: pyarrow is not installed.
@@ -58,9 +58,9 @@ def write_parquet(
 
 
 def _summarized(pyarrow: Any, schema: Any) -> list[str]:
-    """Return the columns with statistics: those without floats, whose least and greatest leave NaN out.
+    """Return the columns with statistics: all but floats, because least and greatest values ignore NaN.
 
-    DuckDB skips a row group by them and finds no NaN in it; see docs/findings.md.
+    With such statistics, DuckDB would skip row groups and miss a NaN in them; see docs/findings.md.
     """
     return [field.name for field in schema if not pyarrow.types.is_floating(field.type)]
 

@@ -20,7 +20,7 @@ Array = NDArray[Any]
 class Column:
     """A column of a block."""
 
-    name: str  # the signal's name, "scan" or "time_ns"
+    name: str  # the signal's name, or "scan" or "time_ns"
     values: Array  # bool, whole numbers, floats, or texts (of type object)
     missing: NDArray[np.bool_] | None = None  # rows without a value; None if there are none
 
@@ -32,7 +32,7 @@ def table(
     *,
     progress: Callable[[int], None] = lambda scans: None,
 ) -> Iterator[list[Column]]:
-    """Iterate over a trace as a table, some rows at a time: scan, time_ns, and a column per signal.
+    """Iterate over a trace as a table, a block of rows at a time: scan, time_ns, and a column per signal.
 
     Args:
         signals: names or patterns, see `Catalog.matching`.

@@ -10,8 +10,8 @@
       $var real 64 & level $end                  a number with a fraction
       $var string 1 ' step $end                  the name that a code stands for
 
-The timescale is 1 ns, and only what changes is written. pyvcd writes the file; its types, names, values and
-the order of changes at one instant are from here.
+The timescale is 1 ns, and only changes are written. pyvcd writes the file; this module chooses types, names,
+values, and the order of simultaneous changes.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def write_vcd(
     """Write a trace as a VCD file; return the number of scans read.
 
     Args:
-        path: of the file, replaced if it exists.
+        path: path of the file, which is replaced if it exists.
         signals: names or patterns, see `Catalog.matching`; empty = everything.
         progress: called at each block with the number of scans read so far.
 
@@ -74,7 +74,7 @@ def write_vcd(
                 dump.change(variable, time_ns, value)
             scans += len(block)
             end_ns = int(block.time_ns[-1])
-        dump.close(end_ns)  # the last scan, though nothing may have changed in it
+        dump.close(end_ns)  # at the last scan, even if nothing changed in it
     return scans
 
 
@@ -91,7 +91,7 @@ class Variable:
         self._last: Any = None
 
     def register(self, dump: VCDWriter) -> None:
-        """Declare it."""
+        """Declare the signal in a dump."""
         kind, size, bounds = _declared(self.signal)
         path = self.signal.path
         name = path[-1] if len(path) < 4 else "_".join(path[2:])
@@ -103,7 +103,7 @@ class Variable:
         new = np.ones(len(values), bool)
         new[1:] = values[1:] != values[:-1]
         new[0] = self._last is None or values[0] != self._last
-        if values.dtype.kind == "f":  # a missing value after a missing value is no change
+        if values.dtype.kind == "f":  # a missing value that follows a missing value is no change
             none = np.isnan(values)
             new[1:] &= ~(none[1:] & none[:-1])
             new[0] &= not (none[0] and self._last is not None and np.isnan(self._last))
@@ -113,7 +113,7 @@ class Variable:
 
 
 class ExactReal(float):
-    """A number with all its digits: pyvcd writes sixteen, which may be another number."""
+    """A number that is written with all its digits: the sixteen of pyvcd may be a different number."""
 
     @override
     def __format__(self, _spec: str) -> str:
@@ -131,7 +131,7 @@ _DECLARED = {
 
 
 def _declared(signal: Signal) -> tuple[str, int, str]:
-    """Return a variable's type, size and bounds: viewers show an integer with its sign, a wire without."""
+    """Return a variable's type, size and bounds; viewers show integers with a sign, and wires without."""
     if signal.path == ("cpu", "flags"):
         return "wire", 32, " [31:0]"
     if signal.kind is not SignalKind.NUMBER or not signal.bits:
@@ -140,7 +140,7 @@ def _declared(signal: Signal) -> tuple[str, int, str]:
 
 
 def _word(text: str) -> str:
-    """Return a text as a word of ASCII, the only form in a dump.
+    """Return a text as a single ASCII word, the only form that a dump allows.
 
     >>> _word("wait for oil"), _word("")
     ('wait_for_oil', '""')
@@ -150,7 +150,7 @@ def _word(text: str) -> str:
 
 
 def _dumped(values: Array, signal: Signal) -> list[Any]:
-    """Return values as the writer takes them: numbers, texts, `x` for a missing one."""
+    """Return values in the writer's form: numbers, texts, and `x` for a missing value."""
     if signal.kind is SignalKind.CODE:
         return [_word(name) for name in named(values, signal.names)]
     if signal.kind is SignalKind.VALUE:
@@ -162,7 +162,7 @@ def _dumped(values: Array, signal: Signal) -> list[Any]:
 
 
 def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[tuple[int, Any, Any]]:
-    """Yield time, variable and new value, in the order of time."""
+    """Yield time, variable and new value of each change, in order of time."""
     found = [variable.changes(block) for variable in variables]
     changed = [
         (each.dumped, value) for each, (_, values) in zip(variables, found, strict=True) for value in values

@@ -1,1 +1,1 @@
-"""Files that are written completely or not at all, locked, kept."""
+"""Writing files completely or not at all, locking them, and keeping earlier ones."""

@@ -1,8 +1,8 @@
-"""The guard of every output: the files that it may replace.
+"""Decides which existing files an output may replace.
 
-    not there, or empty              written
+    missing, or empty              written
     a device or a pipe               written
-    in use: read, imported, named    refused, whatever it is
+    in use: read, imported, named    refused, whatever its kind
     of the kind to be written        replaced
     anything else                    refused
     being recorded                   refused
@@ -47,7 +47,7 @@ class FileKind:
 
 
 def beginning(name: str, *begins: bytes) -> FileKind:
-    """Return a kind by the beginnings of its files, ignoring case and leading blanks."""
+    """Return a kind that is recognized by the beginnings of its files, ignoring case and leading blanks."""
     starts = tuple(each.lower() for each in begins)
     return FileKind(name, lambda content: content.lstrip().lower().startswith(starts))
 
@@ -70,14 +70,14 @@ MEMORY = beginning("the memory of a controller", b'{"format": "scanrack memory')
 
 
 def check_output(path: Path | str, kind: FileKind, used: Used = NOTHING) -> Path:
-    """Refuse to replace an owned file; return the path to write, without links.
+    """Return the path to write, with links resolved, unless an output may not replace the file.
 
     Args:
         used: files that were read, imported or named.
 
     Raises:
-        OwnedError: it is one of those files, or not of that kind, or being recorded.
-        OSError: it can't be inspected.
+        OwnedError: the file is one of `used`, of another kind, or being recorded.
+        OSError: the file can't be inspected.
     """
     target = Path(realpath(path))
     found = _status(target)
@@ -108,7 +108,7 @@ def _status(path: Path) -> os.stat_result | None:
 
 
 def _is_same(target: Path, found: os.stat_result | None, other: Path) -> bool:
-    """Return whether two paths are one file: by name, or as hard links."""
+    """Return whether two paths are the same file, by name or as hard links."""
     if target == Path(realpath(other)):
         return True
     status = None if found is None else _status(other)

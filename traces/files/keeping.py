@@ -1,12 +1,12 @@
-"""Earlier recordings, which a new one would replace, are kept under numbers, the latest as 1.
+"""Keeps earlier recordings, which a new one would replace, under numbers; the latest has number 1.
 
     run.mcap  run.1.mcap  run.2.mcap  run.3.mcap             before, with 3 kept at most
        `---------, `---------, `---------, `----------,
     (new)     run.1.mcap  run.2.mcap  run.3.mcap  run.4.mcap      while it is recorded
     run.mcap  run.1.mcap  run.2.mcap  run.3.mcap                  at its end: the oldest is removed
 
-If the new one has the same bytes as the previous one, the names return to their previous state. A killed
-process leaves one too many, which the end of the next recording removes.
+If the new recording equals the previous one, byte for byte, all files get their previous names back. A killed
+process leaves one file too many, which the end of the next recording removes.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ class RecordingKeeper:
     """Keeps the existing files when a new recording begins.
 
     Args:
-        most: number of earlier ones to keep, 1 or more.
-        beside: files that belong to it and are kept with it; their names have the same beginning.
+        most: number of earlier recordings to keep, 1 or more.
+        beside: files that belong to the recording and are kept with it; their names have the same stem.
     """
 
     def __init__(self, path: Path, most: int, beside: Sequence[Path] = ()) -> None:
@@ -59,7 +59,7 @@ class RecordingKeeper:
         """Move the existing files up by one number.
 
         Raises:
-            OSError: that failed; nothing has changed.
+            OSError: a file can't be moved; nothing has changed.
         """
         if not any(path.is_file() and path.stat().st_size for path in self._paths):
             return
@@ -72,16 +72,16 @@ class RecordingKeeper:
             raise
 
     def undo(self) -> None:
-        """Move everything back: there is no new recording."""
+        """Move all files back, because there is no new recording."""
         while self._moved:
             number = self._moved.pop()
             self._move(number + 1, number)
 
     def end(self) -> None:
-        """Remove the oldest beyond the limit; or undo all moves if the new recording equals the previous one.
+        """Remove the oldest files beyond the limit; undo all moves if the new recording equals the last one.
 
         Raises:
-            OSError: that failed.
+            OSError: a file can't be removed or moved.
         """
         if not self._moved:
             return
@@ -97,7 +97,7 @@ class RecordingKeeper:
         self._moved.clear()
 
     def _name(self, path: Path, number: int) -> Path:
-        own = path.name.startswith(f"{self._stem}.")  # behind a link the names may differ
+        own = path.name.startswith(f"{self._stem}.")  # the target of a link may have another name
         return numbered(path, number, self._stem if own else None)
 
     def _is_taken(self, number: int) -> bool:
@@ -110,14 +110,14 @@ class RecordingKeeper:
 
 
 def check_recordings(paths: Sequence[Path], keeping: RecordingKeeper | None, used: Used = NOTHING) -> None:
-    """Refuse new recordings that would replace an owned file, or move one in use.
+    """Raise an error if new recordings would replace an owned file, or move a file in use.
 
     Args:
-        keeping: keeps the existing files; None = they are replaced.
+        keeping: keeps the existing files; None if they are replaced.
 
     Raises:
         OwnedError: see `check_output`.
-        OSError: one can't be inspected.
+        OSError: a file can't be inspected.
     """
     for path in (*paths, *(keeping.names() if keeping else ())):
         check_output(path, TRACE, used)

@@ -3,7 +3,7 @@
     a recording     the file itself is locked until it is closed
     a replacement   .NAME.lock beside the file, while it is read, changed and replaced
 
-A lock belongs to an open file: it ends when the file is closed, also by the death of its process.
+A lock belongs to an open file: it ends when the file is closed, which includes the end of the process.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if sys.platform == "win32":
     import msvcrt
 
     def _lock(number: int, _shared: bool) -> None:
-        # a locked byte can't be read: this one is where no file has one, at the end of what `locking` reaches
+        # A locked byte can't be read: this one is beyond any file, at the largest offset of `locking`.
         place = os.lseek(number, 0, os.SEEK_CUR)
         os.lseek(number, (1 << 31) - 2, os.SEEK_SET)
         try:
@@ -36,14 +36,14 @@ else:
 
 
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)
-"""Flag that refuses symbolic links, where the system has one."""
+"""Flag of `open` that refuses symbolic links; 0 if the system has none."""
 
 _NAME_BYTES = 200
-"""Longest name with room for a prefix and a suffix: file systems allow 255 bytes."""
+"""Maximum bytes of a name that leave room for a prefix and a suffix: file systems allow 255."""
 
 
 def beside(path: Path, ending: str) -> Path:
-    """Return a hidden name beside a file, with the file's own in it.
+    """Return a hidden path beside a file, whose name contains the file's name.
 
     >>> beside(Path("out/tags.json"), "lock").name
     '.tags.json.lock'
@@ -54,10 +54,13 @@ def beside(path: Path, ending: str) -> Path:
 
 
 def could_lock(number: int, *, shared: bool = False) -> bool:
-    """Lock an open file by its descriptor; return whether it is locked now, or can't be locked at all."""
+    """Lock an open file by its descriptor; return False if another process holds the lock.
+
+    A file system without locks counts as success.
+    """
     try:
         _lock(number, shared)
-    except (BlockingIOError, PermissionError):  # of `flock`, of `locking`
+    except (BlockingIOError, PermissionError):  # from `flock`, and from `locking`
         return False
     except OSError:  # a file system without locks
         return True
@@ -70,20 +73,20 @@ def is_being_recorded(path: Path) -> bool:
         return False
     try:
         with path.open("rb") as file:
-            return not could_lock(file.fileno(), shared=True)  # others may test at the same time
+            return not could_lock(file.fileno(), shared=True)  # others may test, too
     except OSError:  # reading it reports the error
         return False
 
 
 @contextmanager
 def held(path: Path) -> Iterator[None]:
-    """Lock a file, so that no other process replaces it; the file need not exist.
+    """Lock a file so that no other process replaces it; the file need not exist.
 
     Args:
-        path: the file; with a link, processes that use another name of it do not see the lock.
+        path: the file; processes that use another name for it, such as a link, do not see the lock.
 
     Raises:
-        OSError: another process holds it, or its folder does not allow new files.
+        OSError: another process holds the lock, or the folder does not allow new files.
     """
     lock = beside(path, "lock")
     number = _locked(lock, path)
@@ -92,7 +95,7 @@ def held(path: Path) -> Iterator[None]:
     finally:
         removed = _could_remove(lock)
         os.close(number)
-        if not removed:  # Windows removes no open file
+        if not removed:  # Windows can't remove an open file
             _could_remove(lock)
 
 
@@ -105,7 +108,7 @@ def _could_remove(lock: Path) -> bool:
 
 
 def _locked(lock: Path, path: Path) -> int:
-    """Open a lock file, an empty one, and lock it; return its descriptor."""
+    """Open an empty lock file, and lock it; return its descriptor."""
     while True:
         number = os.open(lock, os.O_RDWR | os.O_CREAT | NO_LINK, 0o666)
         try:

@@ -1,14 +1,14 @@
 """The only writer of files that are replaced: completely, or not at all.
 
     lock     .NAME.lock
-    open     .NAME.9f3a61c04d2e77b1.part     a random name, exclusively, no link followed
+    open     .NAME.9f3a61c04d2e77b1.part     a random name, exclusive, no links followed
     write
     fsync
-    rename   to NAME                         the old one until here, the new one from here on
+    rename   to NAME                         NAME is the old file before, and the new file after
     fsync    of the folder
 
 After a failure NAME is unchanged. After a kill NAME is the old or the new file, complete. A link at
-NAME stays, and its target is replaced. `guard` decides which files may be replaced.
+NAME is kept, and its target is replaced. `guard` decides which files may be replaced.
 """
 
 from __future__ import annotations
@@ -67,21 +67,21 @@ def new_file(
     locked: bool = False,
     **options: Any,
 ) -> Iterator[IO[Any]]:
-    """Open a file for writing, which replaces the existing one when the block ends without an error.
+    """Open a new file for writing; it replaces the existing one when the block ends without an error.
 
-    A stream, a device or a pipe is written and flushed.
+    A stream, a device or a pipe is written directly, and flushed.
 
     Args:
         path: the file, or an open stream.
-        kind: of the output; a file of another kind is not replaced.
+        kind: kind of the output; a file of another kind is not replaced.
         mode: "w" for text, see `TEXT`; "wb" for bytes.
         used: files that are not replaced, see `check_output`.
         locked: the caller holds the file, see `held`.
-        options: those of `open`, in place of `TEXT`.
+        options: options of `open`, in place of `TEXT`.
 
     Raises:
         OwnedError: the existing file may not be replaced.
-        OSError: it can't be written; the error names `path`.
+        OSError: the file can't be written; the error names `path`.
     """
     if not isinstance(path, str | Path):
         yield path
@@ -105,9 +105,9 @@ def replacing(
     locked: bool = False,
     **options: Any,
 ) -> Iterator[Draft]:
-    """Open a file beside another one; `Draft.put` replaces that, otherwise the new one is removed.
+    """Open a draft beside a file; `Draft.put` replaces the file, otherwise the draft is removed.
 
-    Arguments and errors as `new_file`.
+    Arguments and errors as in `new_file`.
     """
     target = check_output(path, kind, used)
     place = beside(target, f"{secrets.token_hex(8)}.part")
@@ -125,7 +125,7 @@ def replacing(
 
 @contextmanager
 def naming(path: Path | str, *places: Path) -> Iterator[None]:
-    """Put the name `path` on an error about no file in particular, such as a full disk, or about `places`."""
+    """Add the name `path` to an error that names no file, such as a full disk, or one of `places`."""
     try:
         yield
     except OSError as error:

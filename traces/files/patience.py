@@ -1,7 +1,7 @@
-"""Changes of a folder that wait for a file that another program has open.
+"""Changes names in a folder, and waits while another program has a file open.
 
 On Windows a file that is open can't be renamed or replaced, and virus scanners and indexers open each new
-file for a moment. Elsewhere the same error tells of a folder that may not be changed.
+file for a moment. On other systems the same error means that the folder may not be changed.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ def patiently(change: Callable[[Path, Path], object], source: Path, target: Path
     """Change the name of a file; wait up to a second while another program has it open.
 
     Raises:
-        OSError: as `change` raises it; PermissionError after `TRIES` times.
+        OSError: `change` raised it; a PermissionError only after `TRIES` attempts.
     """
     for _ in range(TRIES - 1):
         try:

@@ -1,4 +1,4 @@
-"""Names and relative paths of files that mean the same on every system."""
+"""File names and relative paths that mean the same on every system."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from os.path import relpath
 from pathlib import Path, PurePath
 
 DEVICE = r"(con|prn|aux|nul|com[\d¹²³]|lpt[\d¹²³])\s*(?=\.|/|$)"
-"""A part of a path, in any case, that is a device on Windows, whatever its suffix."""
+"""Pattern of a part of a path that is a device on Windows, with any suffix, in upper or lower case."""
 
 _DEVICE = re.compile(DEVICE, re.IGNORECASE)
 
 
 def no_device(name: str) -> str:
-    """Return the name of a file or folder, changed if it is a device on Windows.
+    """Return the name of a file or folder, changed if it names a device on Windows.
 
     >>> no_device("aux"), no_device("COM3.mcap"), no_device("comb")
     ('aux_', 'COM3_.mcap', 'comb')
@@ -23,7 +23,7 @@ def no_device(name: str) -> str:
 
 
 def relative(path: PurePath | str, folder: PurePath | str) -> str:
-    """Return the path from a folder to a file, with / between parts; a whole path to another drive."""
+    """Return the path from a folder to a file, with / between parts; an absolute path on another drive."""
     try:
         found = relpath(path, folder)
     except ValueError:

@@ -1,7 +1,7 @@
-"""Whether a file that is being written is still there, under its name and with what was written.
+"""Checks that a file being written still exists under its name, with the written content.
 
-Nothing tells a writer that another program has removed, replaced or cut its file: its writes succeed, and
-there is nothing to read afterwards.
+A writer does not notice that another program has removed, replaced or truncated its file: writes succeed, and
+afterwards there is nothing to read.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import os
 from pathlib import Path
 
 HEAD_BYTES = 1 << 16
-"""Bytes at the beginning that are compared at the end."""
+"""Number of bytes at the beginning of the file that are compared when it is closed."""
 
 
 class Presence:
@@ -27,17 +27,17 @@ class Presence:
         self._is_cut = False
 
     def add(self, data: bytes) -> None:
-        """Take note of the bytes that come next."""
+        """Remember the next bytes, if they belong to the beginning of the file."""
         if len(self._head) < HEAD_BYTES:
             self._head += data[: HEAD_BYTES - len(self._head)]
 
     def look(self, size: int) -> None:
-        """Note whether the file has become shorter than what was written."""
+        """Note that the file was cut, if it is shorter than the `size` bytes written."""
         if os.fstat(self._number).st_size < size:
             self._is_cut = True
 
     def loss(self, size: int) -> str | None:
-        """Return what has become of the file, which should have `size` bytes; None if all is well."""
+        """Return what happened to the file, which should have `size` bytes; None if it is intact."""
         self.look(size)
         mine = os.fstat(self._number)
         try:
@@ -54,5 +54,5 @@ class Presence:
         try:
             with self._path.open("rb") as file:
                 return file.read(len(self._head)) != self._head
-        except OSError:  # a file that its writer may not read
+        except OSError:  # the writer may not read the file
             return False

@@ -1,7 +1,7 @@
-"""Scans on their way into a chunk: collected one by one, laid out as MCAP messages all at once.
+"""Collects scans for a chunk one by one, and lays them out as MCAP messages all at once.
 
-Messages of one size differ in few columns only. When the batch is full, one join lays out the records with
-constant heads; each byte of a column then is a slice with the stride of the records. A scan costs four
+Messages of the same size differ in only a few columns. When the batch is full, one join lays out the records
+with constant heads; each byte of a column is then a slice with the stride of the records. A scan costs four
 appends.
 
     opcode length channel | sequence log_time publish_time | prefix scan flags | images, tags
@@ -26,7 +26,7 @@ HEAD_BYTES = _HEAD.size
 """The fields before the images in the record of a scan."""
 
 _PREAMBLE_BYTES = 9
-"""Opcode and length of a record, which its length does not include."""
+"""Size of a record's opcode and length, which the length does not include."""
 
 _NUMBER_PLACES, _NUMBER_BYTES = (11, 35), 4
 _TIME_PLACES, _TIME_BYTES = (15, 23), 8
@@ -41,7 +41,7 @@ class ScanBatch:
         memory: the rack's memory block, copied at every scan.
 
     Attributes:
-        room: most scans of the batch, 1 or more; may be reduced.
+        room: maximum scans of the batch, 1 or more; may be reduced.
         stride: bytes of a scan's message record.
     """
 
@@ -61,7 +61,7 @@ class ScanBatch:
         self._head = Opcode.MESSAGE, length, channel, 0, 0, 0, CDR_PREFIX, 0
 
     def add(self, scan: int, now_ns: int, flags: int) -> bool:
-        """Add a scan with the present memory block; return whether the batch is full."""
+        """Add a scan with the current memory block; return whether the batch is full."""
         self._numbers.append(scan)
         self._times.append(now_ns)
         self._flags.append(flags)
@@ -70,7 +70,10 @@ class ScanBatch:
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """What is called after the logic of each scan by rows; true if messages are to follow it."""
+        """Function to call after the logic of each scan that is recorded by rows; None here.
+
+        It returns whether messages will follow the scan.
+        """
         return None
 
     def begin_rows(self) -> int:
@@ -86,8 +89,8 @@ class ScanBatch:
         return len(self._images) >= self.room
 
     def take(self) -> tuple[array[int], bytearray]:
-        """Return the times of the scans and their successive message records, and start again."""
-        flags = self._flags[0]  # mostly of all scans
+        """Return the times of the scans and their successive message records, and empty the batch."""
+        flags = self._flags[0]  # usually the flags of all scans
         head = bytearray(_HEAD.pack(*self._head, flags))
         records = head.join([b"", *self._images])
         times = array("Q", self._times)
@@ -121,8 +124,8 @@ class TagBatch(ScanBatch):
         self._rows: list[bytes] = []
 
     def add(self, scan: int, now_ns: int, flags: int) -> bool:
-        """Add a scan; return whether the batch is full, or messages are to follow the scan."""
-        self._numbers.append(scan)  # not super().add(): the call costs a quarter of the tags
+        """Add a scan; return whether the batch is full, or messages will follow the scan."""
+        self._numbers.append(scan)  # not super().add(), which would add a quarter to the cost of the tags
         self._times.append(now_ns)
         self._flags.append(flags)
         self._images.append(self._copy())
@@ -132,7 +135,7 @@ class TagBatch(ScanBatch):
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """Copy a row's tags; true if messages are to follow its scan."""
+        """Function that copies the tags of a row, and returns whether messages will follow its scan."""
         return self._look
 
     def _look(self) -> bool:

@@ -4,8 +4,8 @@
     lamp  bool     at 4
     speed float64  at 8       after three bytes of padding
 
-That is version 1 of the encoding, which the prefix 00 01 00 00 of a payload states [OMG DDS-XTypes 1.3,
-7.4.1.1]. Nested messages have no own alignment.
+This is version 1 of the encoding, as the prefix 00 01 00 00 of a payload states [OMG DDS-XTypes 1.3,
+7.4.1.1]. Nested messages have no alignment of their own.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ PRIMITIVES: Mapping[str, str] = {
     "float32": "f",
     "float64": "d",
 }
-"""Types of ros2msg and their letters in the `struct` module."""
+"""Letters of the `struct` module by type in ros2msg."""
 
 SIZES: Mapping[str, int] = {letter: calcsize(f"<{letter}") for letter in PRIMITIVES.values()}
-"""Bytes of a value, by its letter."""
+"""Size of a value by its letter, bytes."""
 
 DEPTH_MAX = 16
-"""Deepest nesting of messages."""
+"""Maximum nesting of messages."""
 
 _FIELD = re.compile(r"(?P<type>[\w/]+)(?:\[(?P<length>[1-9]\d{0,8})\])? (?P<name>\w+)")
 _CONSTANT = re.compile(r"\w+ \w+ ?=")
@@ -45,9 +45,9 @@ _CONSTANT = re.compile(r"\w+ \w+ ?=")
 class Leaf(NamedTuple):
     """A value, or the elements of an array, of a message."""
 
-    path: tuple[str, ...]  # its name, after the names of the messages around it
+    path: tuple[str, ...]  # its name, preceded by the names of the enclosing messages
     letter: str  # its type in the `struct` module
-    length: int  # elements; 1 for a single value
+    length: int  # number of elements; 1 for a single value
     offset: int  # its first byte
 
     @property
@@ -61,7 +61,7 @@ def _no_size(text: str) -> ValueError:
 
 
 def _field(text: str) -> tuple[str, str, int]:
-    """Return type, name and length of a field."""
+    """Return the type, name and length of a field."""
     match = _FIELD.fullmatch(text)
     if match is None:
         raise _no_size(text)
@@ -78,7 +78,7 @@ def leaves(
 
     Args:
         lines: the message's fields, as in ros2msg.
-        messages: possible messages of fields, by name.
+        messages: messages that may be types of fields, by name.
 
     Raises:
         ValueError: a field has no fixed size, is of an unknown type, or messages are nested too deep.
@@ -104,4 +104,4 @@ def leaves(
                 yield leaf
                 offset = leaf.end
             if offset == begin:
-                break  # an empty message: any number of them takes no bytes
+                break  # empty messages take no bytes, however many there are

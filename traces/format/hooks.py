@@ -1,6 +1,6 @@
-"""What a trace offers from files above its reader.
+"""Functions of a trace that are defined in modules above its reader.
 
-`scanrack.traces` sets it, so that no import points upward.
+`scanrack.traces` sets them, so that no import points upward.
 """
 
 from collections.abc import Callable, Sequence

@@ -33,7 +33,7 @@ class SlotInfo:
     Attributes:
         number: the slot's number in the rack, 0 or more.
         module: catalog name of its module, e.g. "amci3601".
-        firmware: as text, e.g. "4.1"; empty for a module without one.
+        firmware: as text, e.g. "4.1"; empty for a module without firmware.
         words: names of its words and bits; by default a 3601's for an "amci3601", `word0` to `word7` for
             any other module.
     """
@@ -77,7 +77,7 @@ def block_layout(slots: Sequence[SlotInfo]) -> MemoryLayout:
 
 
 def check_slots(slots: Sequence[SlotInfo]) -> tuple[SlotInfo, ...]:
-    """Check that the slots are recordable; return them.
+    """Return the slots, if they can be recorded.
 
     Raises:
         ValueError: no slot at all, a negative number, or a number used twice.

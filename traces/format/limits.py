@@ -1,4 +1,4 @@
-"""Limits of the work for a trace: of what a chunk unpacks to, and of its records."""
+"""Limits of the work that a trace may cause: size of an unpacked chunk, and number of records."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ class Limits:
     """Limits for one trace.
 
     Attributes:
-        chunk_bytes: most bytes that a chunk may unpack to. Ours unpack to 1 MiB, other writers' to 4.
-        records: most records in a chunk, or in a file beside its chunks, whose average size is below that of
-            an empty message.
+        chunk_bytes: maximum bytes of an unpacked chunk. Our chunks have 1 MiB, other writers' 4 MiB.
+        records: maximum records in a chunk, or in a file outside of chunks, if their average size is below
+            that of an empty message.
     """
 
     chunk_bytes: int = CHUNK_BYTES
@@ -49,13 +49,13 @@ def limits() -> Limits:
 
 
 def set_limits(to: Limits) -> None:
-    """Set the limits permanently: at the beginning of a process."""
+    """Set the limits of this process permanently; call it at the beginning."""
     _limits.set(to)
 
 
 @contextmanager
 def limited(to: Limits) -> Iterator[None]:
-    """Use other limits inside the block."""
+    """Use other limits in a `with` block."""
     token = _limits.set(to)
     try:
         yield

@@ -1,4 +1,4 @@
-"""Names of the words and bits of a recorded module, read from the trace, without a list of modules.
+"""Reads the names of a recorded module's words and bits from the trace, without a list of modules.
 
     schema of /scan            message type and word names of every slot
     metadata slot.N.names      bits with their own names: group -> name -> [image, word, bit]
@@ -43,7 +43,7 @@ def numbers_key(slot: int) -> str:
 
 
 def names_text(words: ModuleWords) -> str:
-    """Return the named bits of a module in the form of the metadata.
+    """Return the named bits of a module as text for the metadata.
 
     >>> names_text(ModuleWords("Card", ("data",), ("data",), {"input": {"start": BitPlace("I", 0, 3)}}))
     '{"input":{"start":["I",0,3]}}'
@@ -52,7 +52,7 @@ def names_text(words: ModuleWords) -> str:
 
 
 def facts_of(slot: int, words: ModuleWords) -> dict[str, str]:
-    """Return the metadata of a slot's words; none of a 3601, whose words are known."""
+    """Return the metadata of a slot's words; none for a 3601, whose words are known."""
     if words is WORDS_3601 or not words.groups:
         return {}
     facts = {names_key(slot): names_text(words)}
@@ -67,7 +67,7 @@ def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, Module
     """Return the words of the slots of a trace; slots without words in the schema are left out.
 
     Raises:
-        ValueError: illegal names of bits.
+        ValueError: names of bits are illegal.
     """
     head, *messages = schema.split(f"{SEPARATOR}\n")
     fields = dict(_message(each) for each in messages)
@@ -96,7 +96,7 @@ def _numbers_text(words: ModuleWords) -> str:
 
 
 def _numbers(text: str) -> dict[str, Any]:
-    """Return the errors, modes and quantities of a module; none where none are recorded."""
+    """Return the errors, modes and quantities of a module that are recorded."""
     try:
         given = json_value(text)
         modes = given.get("modes")

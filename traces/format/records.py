@@ -1,10 +1,10 @@
-"""MCAP from the reading side: read a record, take a chunk apart.
+"""Reads records and chunks of MCAP.
 
     89 "MCAP0" 0D 0A                          magic
     opcode u8 | length u64 | content          a record; again and again, the footer last
     89 "MCAP0" 0D 0A                          magic
 
-Whole records are returned; errors name the offset of a damaged one.
+Only whole records are returned; errors name the offset of a damaged record.
 """
 
 from __future__ import annotations
@@ -35,36 +35,36 @@ DRAFT = 0xD7
 _MESSAGE = struct.Struct("<HIQQ")
 _CRC = struct.Struct("<I")
 BROKEN = (McapError, struct.error, ValueError, OverflowError, RuntimeError, EOFError, MemoryError, ZstdError)
-"""Exceptions of the libraries on malformed bytes."""
+"""Exceptions that the libraries raise for malformed bytes."""
 
 R = TypeVar("R")
 
 
 class TraceError(ValueError):
-    """A file that can't be read as a trace; the message gives reason and place."""
+    """A file can't be read as a trace; the message has the reason and the place."""
 
 
 class DamageError(TraceError):
-    """A damaged part of a file; its message begins with "damaged"."""
+    """Part of a file is damaged; the message begins with "damaged"."""
 
     def __init__(self, text: str) -> None:
         super().__init__(f"damaged {text}")
 
 
 class Damage(str):
-    """A note of damage; other notes report a missing end."""
+    """A note on damage; other notes report a missing end."""
 
     __slots__ = ()
 
 
 def note_of(error: TraceError, outcome: str) -> str:
-    """Return the note on an error, with what becomes of the part."""
+    """Return a note on an error, with what happens to the damaged part."""
     text = f"{error}; {outcome}"
     return Damage(text) if isinstance(error, DamageError) else text
 
 
 class TraceLimitError(TraceError):
-    """A trace that exceeds the limits; see `limits.Limits`."""
+    """A trace exceeds the limits; see `limits.Limits`."""
 
     def __init__(self, message: str, limit: str) -> None:
         super().__init__(message)
@@ -108,7 +108,7 @@ def read_record(file: BinaryIO, span: Span, read: Callable[[ReadDataStream], R])
 
 _NAME_LENGTH = struct.Struct("<I")
 _NAME_AT, _NAME_MOST = 20, 400
-"""Place of the name in an attachment, after two times and its length; and the number of bytes read."""
+"""Place of the name in an attachment, after two times and the length of the name; and the bytes to read."""
 
 
 def read_attachment(file: BinaryIO, span: Span) -> Attachment:
@@ -152,7 +152,7 @@ def chunk_data(file: BinaryIO, span: Span) -> bytes:
 
 
 def _unpacked(chunk: Chunk, where: str) -> bytes:
-    """Decompress a chunk, at most to the size in its head, and to the limit."""
+    """Decompress a chunk, up to the size in its head and up to the limit."""
     if chunk.compression not in _UNPACK:
         raise ValueError(f"compression {chunk.compression!r} is not known")
     size, most = chunk.uncompressed_size, limits().chunk_bytes
@@ -206,7 +206,7 @@ _UNPACK: Mapping[str, Callable[[bytes, int], bytes]] = {
     "zstd": _unpack_zstd,
     "lz4": _unpack_lz4,
 }
-"""Decompressors of chunks with a limit of bytes, by compression."""
+"""Decompressors of chunks, which take a limit of bytes, by name of the compression."""
 
 
 def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
@@ -225,11 +225,11 @@ def read_chunk(file: BinaryIO, span: Span) -> list[Message | Channel | Schema]:
 
 
 def records_in(data: bytes) -> Iterator[tuple[int, Message | Channel | Schema]]:
-    """Yield the records in a chunk's data with their offsets, without those of other kinds.
+    """Yield the messages, channels and schemas in a chunk's data, with their offsets.
 
     Raises:
-        ValueError, struct.error: they are not whole records.
-        TraceLimitError: they are too many; the message is the end of a sentence.
+        ValueError, struct.error: the data are not whole records.
+        TraceLimitError: there are too many records; the message is the end of a sentence.
     """
     offset = count = 0
     while offset < len(data):
@@ -248,10 +248,10 @@ def check_count(count: int, size: int) -> None:
 
 
 def split(data: bytes, offset: int) -> tuple[Message | Channel | Schema | None, int]:
-    """Return the record at `offset`, None for one of another kind, and the offset of the next one.
+    """Return the record at `offset`, or None for another kind of record, and the offset of the next record.
 
     Raises:
-        ValueError, struct.error: it is not a whole record.
+        ValueError, struct.error: the data are not a whole record.
     """
     opcode, length = RECORD_HEAD.unpack_from(data, offset)
     start = offset + RECORD_HEAD.size

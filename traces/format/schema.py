@@ -15,18 +15,18 @@ per module and direction:
     int16 command_msw
     ...
 
-The payload is CDR, little-endian. Two uint32 and then nothing but int16 leave
-no gap in it, so the rack's memory block is copied as it is, its padding as `int16[N] padding`:
+The payload is CDR, little-endian. Two uint32 followed by only int16 leave
+no gap in it, so the rack's memory block is copied unchanged, its padding as `int16[N] padding`:
 
     byte  0            4     8      12
           00 01 00 00  scan  flags  slot outputs, slot inputs, ...
 
-Tags, where a user names any, follow the slots; see `tagplan`. A reader ignores fields after the tags,
+Tags, if a user selects any, follow the slots; see `tagplan`. A reader ignores fields after the tags,
 such as the decoded values of a copy; see `decoded`.
 
 Viewers merge schemas with the same name, so the name carries a hash of the text. It
 is joined without an underscore: ROS 2 allows letters and digits only in the
-name of a message, and its decoders hold to that.
+name of a message, and its decoders enforce that.
 """
 
 from __future__ import annotations
@@ -43,10 +43,10 @@ from .named_words import SEPARATOR
 from .tagplan import FIELD, TagPlan
 
 FORMAT = 1
-"""Version of the format; a reader refuses a later one."""
+"""Version of the format; a reader refuses later versions."""
 
 FORMAT_WITH_TAGS = 2
-"""The version of a trace with fields after the slots; one without them keeps `FORMAT`, and its bytes."""
+"""Version of a trace with fields after the slots; a trace without them keeps `FORMAT`, and its bytes."""
 
 LIBRARY = "scanrack "
 """Prefix of our software's name in the header of a file; the version follows."""
@@ -66,13 +66,13 @@ SCAN_HEAD = Struct("<III")
 """CDR prefix, scan number modulo 2**32, flags; the memory block follows."""
 
 PADDING = "padding"
-"""Name of the field of the words at the end of the memory block that belong to no module."""
+"""Name of the field for the words at the end of the memory block that belong to no module."""
 
 IMAGE_FIELDS = ("outputs", "inputs")
-"""Fields of a slot: its images. No field is a keyword of Python, since readers make attributes of them."""
+"""Fields of a slot: its images. No field is a Python keyword, since readers turn fields into attributes."""
 
 LEAVES_MAX, REST_BYTES_MAX = 100_000, 1 << 20
-"""Maximum values of a scan that has fields after the tags, and most bytes of these fields."""
+"""Maximum number of values in a scan with fields after the tags, and maximum bytes of these fields."""
 
 _HASH_DIGITS = 12
 
@@ -91,7 +91,7 @@ class ScanSchema:
 
 
 More = tuple[str, Sequence[tuple[str, Sequence[str]]]]
-"""A field after the tags: its name, and its messages, the first of which is its type."""
+"""A field after the tags: its name and its messages; the first message is its type."""
 
 
 def scan_schema(
@@ -137,13 +137,13 @@ def layout_of(text: str) -> str:
 
 
 def rest_bytes(text: str, known: ScanSchema) -> int | None:
-    """Return the bytes of a scan after the known fields; None if the schema does not begin with them.
+    """Return the size of a scan's unknown fields, bytes; None if the known fields are not at the beginning.
 
     Args:
         known: the schema of the same slots and tags, without more fields.
 
     Raises:
-        ValueError: a field after them has no fixed size.
+        ValueError: an unknown field has no fixed size.
     """
     if text == known.text:
         return 0

@@ -3,7 +3,7 @@
     DataEnd | schemas, channels, statistics, chunk, attachment and metadata indexes | offsets | Footer |
     magic
 
-It is collected while the records before it are written, or found.
+The summary is collected while the preceding records are written, or found.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from mcap.records import (
 from .records import MAGIC
 
 Entries: TypeAlias = "array[int]"
-"""Messages: the time of each, then its offset within the chunk; 64-bit, unsigned."""
+"""Messages: for each its time, then its offset in the chunk; 64-bit, unsigned."""
 
 _INDEX = Struct("<BQHI")
 _INDEX_FIELDS_BYTES = 6
@@ -71,13 +71,13 @@ class Summary:
         )
 
     def schema(self, record: Schema) -> None:
-        """Add a schema, once."""
+        """Add a schema, unless it was added before."""
         if self._is_new(Opcode.SCHEMA, record.id):
             self._groups[Opcode.SCHEMA] += encoded(record)
             self._counts.schema_count += 1
 
     def channel(self, record: Channel) -> None:
-        """Add a channel, once."""
+        """Add a channel, unless it was added before."""
         if self._is_new(Opcode.CHANNEL, record.id):
             self._groups[Opcode.CHANNEL] += encoded(record)
             self._counts.channel_count += 1
@@ -125,7 +125,7 @@ class Summary:
         return bytes(indexes)
 
     def messages(self, first_ns: int, last_ns: int, entries: Mapping[int, Entries]) -> None:
-        """Count messages, by channel.
+        """Count messages by channel.
 
         Args:
             first_ns: least of their times.
@@ -146,7 +146,7 @@ class Summary:
 
         Args:
             offset: the end of its data.
-            crc: CRC of all of them, the magic included; 0 = unknown.
+            crc: CRC of all data, including the magic; 0 = unknown.
         """
         data_end = encoded(DataEnd(crc))
         start = offset + len(data_end)

@@ -1,7 +1,7 @@
-r"""The tags that a trace records beside the images: their fields, their bytes and their schema.
+r"""The tags that a trace records in addition to images: their fields, bytes and schema.
 
-A row of tags follows the memory block in the payload of a scan, widest fields first, so that no field
-needs padding, whatever alignment a decoder uses; the block has a multiple of eight bytes:
+A row of tags follows the memory block in the payload of a scan, with the widest fields first, so that no
+field needs padding, whatever alignment a decoder uses; the block is a multiple of eight bytes:
 
     byte  0            4     8      12                  12 + block
           00 01 00 00  scan  flags  outputs, inputs ... tags
@@ -48,13 +48,13 @@ CHEAP_VALUES = 1_000
 """Values in a row beyond which a run warns of their cost."""
 
 VALUE_NS = 20
-"""Approximate cost of a value, ns a scan: 14 with a thousand, 21 with ten thousand."""
+"""Approximate cost of a value per scan, ns: 14 with a thousand values, 21 with ten thousand."""
 
 FIELD = "tags"
 """Name of the field of /scan, and prefix of its signals' names."""
 
 LAST_CODE = 0xFFFF
-"""Code of every text from the 65,535th on."""
+"""Code of the 65,535th and all later texts."""
 
 
 class Format(NamedTuple):
@@ -80,7 +80,7 @@ FORMATS: Mapping[str, Format] = {
     "USINT": Format("uint8", "B", 1),
     "BOOL": Format("bool", "?", 1),
 }
-"""By type of tag, widest first."""
+"""Formats by type of tag, widest first."""
 
 _TYPES = {each.ros: name for name, each in FORMATS.items() if name != "TEXT"}
 _HASH_DIGITS = 12
@@ -112,7 +112,7 @@ class Tag:
 
     @property
     def addresses(self) -> tuple[str, ...]:
-        """The program's own name of each of its values."""
+        """The program's own name for each of its values."""
         if not self.length:
             return (self.name,)
         return tuple(element_of(self.name, place) for place in range(self.length))
@@ -132,14 +132,14 @@ class TagField:
         return f"{self.tag.length or ''}{FORMATS[self.tag.type].letter}"
 
     def columns(self, rows: np.ndarray[Any, Any]) -> Iterator[tuple[str, Any]]:
-        """Yield the program's own name of each value, and its column in some rows."""
+        """Yield the program's own name for each value, and its column in some rows."""
         values = rows[self.name]
         for place, address in enumerate(self.tag.addresses):
             yield address, values[:, place] if self.tag.length else values
 
     @property
     def enum_message(self) -> str:
-        """Name of the message that an ENUM is."""
+        """Name of the message that is the type of an ENUM."""
         return f"Names{_hash(_constant_lines(self.constants), _NAMES_DIGITS)}"
 
     @property
@@ -164,8 +164,8 @@ class TagPlan:
 
     @cached_property
     def dtype(self) -> np.dtype[np.void]:
-        """The row as a numpy type; its fields have the names of the schema."""
-        import numpy as np  # readers use it, a recorder does not
+        """The row as a numpy type; its fields have the schema's names."""
+        import numpy as np  # readers need it, a recorder does not
 
         layout: list[Any] = []
         for field in self.fields:
@@ -185,7 +185,7 @@ class TagPlan:
 
     @property
     def cost(self) -> str | None:
-        """The cost of recording the row, in words; None for a cheap row."""
+        """The cost of recording the row, as text; None for a cheap row."""
         if self.values <= CHEAP_VALUES:
             return None
         about = round(self.values * VALUE_NS / 1000)
@@ -212,7 +212,7 @@ class TagPlan:
             yield name, [*_constant_lines(constants), "uint16 value"]
 
     def to_json(self) -> str:
-        """Return the table that is attached as tags.json."""
+        """Return the table that is attached to a trace as tags.json."""
         rows = [
             {"name": tag.name, "field": f"{FIELD}.{field.name}", "type": tag.type}
             | ({"length": tag.length} if tag.length else {})
@@ -228,7 +228,7 @@ class TagSource(Protocol):
     """The recorder's source of a scan's tags.
 
     Attributes:
-        take: returns the rack's present memory block, followed by the row of tags.
+        take: returns the rack's current memory block, followed by the row of tags.
         pending: messages of the last row: topic and fields. The recorder writes and
             clears them.
     """
@@ -249,7 +249,7 @@ def plan_of(tags: Sequence[Tag]) -> TagPlan:
     ([('main_step', ('IDLE', 'FILL')), ('run', ())], 'H?')
 
     Raises:
-        ValueError: no tag, a tag given twice, or more values or bytes than a row may have.
+        ValueError: there is no tag, a tag is given twice, or a row would have too many values or bytes.
     """
     if not tags:
         raise ValueError("no tag to record")
@@ -263,13 +263,13 @@ def plan_of(tags: Sequence[Tag]) -> TagPlan:
             f"the tags have {values:,} values in {size:,} bytes; "
             f"must be at most {VALUES_MAX:,} values and {ROW_BYTES_MAX:,} bytes a scan: name fewer of them"
         )
-    taken = set(kwlist)  # readers in Python make attributes of the fields
+    taken = set(kwlist)  # readers in Python turn fields into attributes
     fields = [TagField(tag, field_name(tag.name, taken), _constants(tag.names)) for tag in tags]
     return TagPlan(tuple(sorted(fields, key=lambda field: -FORMATS[field.tag.type].size)))
 
 
 def read_plan(schema: str) -> TagPlan | None:
-    """Read the plan from the schema of /scan; None without tags.
+    """Read the plan from the schema of /scan; None if it has no tags.
 
     Raises:
         ValueError: the schema has invalid tags.

@@ -1,8 +1,8 @@
-"""The topics beside the scans: JSON messages, on change only.
+"""The topics other than /scan: JSON messages, written only on change.
 
 Every message has the number of the scan that reported it.
 
-    /events     an event of a module                a rule fired, a move began or ended; or the program
+    /events     an event of a module                a rule fired, or a move began or ended; or the program
                                                     was edited between two scans
     /stimuli    the machine or a person acted       a button of the timeline, a station's pulse
     /indicators the lights of a module changed      as on the front panel
@@ -40,7 +40,7 @@ class Topic:
     schema: str
     says: str  # its description in the schema
     properties: Properties  # JSON schema of its known fields; messages may have others
-    state: bool = False  # a message states everything, so that an unchanged one is not written again
+    state: bool = False  # whether a message has the whole state, so that an unchanged one is not repeated
 
     @property
     def schema_text(self) -> str:
@@ -110,7 +110,7 @@ TOPICS = (
         {"text": {"type": "string", "description": "what went wrong, and where"}},
     ),
 )
-"""Every topic beside /scan, in the order of their channels."""
+"""Every topic other than /scan, in the order of their channels."""
 
 TEXTS = Topic(
     "/texts",
@@ -135,7 +135,7 @@ ORDERS = Topic(
         "order": {"type": "string", "description": "the order itself, JSON"},
     },
 )
-"""The topic of a session's trace: with its orders, the session can run again."""
+"""The topic of a session's trace: with its orders, the session can be repeated."""
 
 SEQUENCES = Topic(
     "/sequences",
@@ -151,4 +151,4 @@ SEQUENCES = Topic(
 """The topic of a trace whose program has sequences."""
 
 ALL_TOPICS = (*TOPICS, TEXTS, ORDERS, SEQUENCES)
-"""Every topic that a trace may have beside /scan, in the order of their channels."""
+"""Every topic that a trace may have in addition to /scan, in the order of their channels."""

@@ -1,4 +1,4 @@
-"""The word-and-bit map that travels with a trace: the names of each word and bit."""
+"""The word-and-bit map that is attached to a trace: the names of each word and bit."""
 
 from __future__ import annotations
 

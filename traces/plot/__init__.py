@@ -1,4 +1,4 @@
-"""A trace as a timing chart: position, speed, ramp, bits that change, recorded tags. See docs/plot.md."""
+"""Draws a trace as a timing chart: position, speed, ramp, changing bits, recorded tags. See docs/plot.md."""
 
 from .chart import Chart, NothingToPlotError, Panel, read_chart
 from .envelope import Curve, Envelope

@@ -1,4 +1,4 @@
-"""The scans in which words with bits, or the values of a tag, changed: few, however long the trace."""
+"""Finds the scans in which words with bits, or the values of a tag, changed: few, even in a long trace."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..signals import Block, Signal
 
 @dataclass(frozen=True, slots=True)
 class BitChanges:
-    """Images of one slot: of the first scan, and of each scan that changes a word of bits."""
+    """Images of a slot in the first scan, and in each scan that changes a word with named bits."""
 
     row: NDArray[np.int64]  # the scan's place among the scans read, from 0
     time_ns: NDArray[np.int64]
@@ -23,7 +23,7 @@ class BitChanges:
 
 @dataclass(frozen=True, slots=True)
 class Steps:
-    """A value in the first scan, and in every scan in which it changed."""
+    """The value of a signal in the first scan, and in each scan in which it changed."""
 
     row: NDArray[np.int64]  # the scan's place among the scans read, from 0
     time_ns: NDArray[np.int64]
@@ -67,7 +67,7 @@ class ChangeFinder:
     """Finds the changes in one image of a slot, block by block.
 
     Args:
-        words: names of the words and bits of the slot; its words with named bits are watched.
+        words: names of the slot's words and bits; only words with named bits are watched.
     """
 
     def __init__(self, slot: int, direction: str, words: ModuleWords) -> None:

@@ -31,7 +31,7 @@ class Panel(Generic[C]):
     ramp: Lane | None  # the ramp state of a 3601; None for a card
     lanes: Sequence[Lane]  # the bits that change, from top to bottom
     steady: Sequence[Lane]  # the bits that do not change
-    marks: Sequence[Mark]  # events of the slot; events of the rack are with the first panel
+    marks: Sequence[Mark]  # events of the slot; the first panel also has events of the rack
     about: str = ""
     bands: Sequence[Band] = ()  # steps and texts of the program that change
     unchanged: Sequence[tuple[str, str]] = ()  # tags that do not change, and their values
@@ -64,14 +64,14 @@ def groups_of(chart: Chart[C]) -> list[str]:
 
 
 class NothingToPlotError(ValueError):
-    """The trace has neither a 3601, nor a card with names, nor tags."""
+    """The trace has no 3601, no card with names, and no tags."""
 
 
 class Tracks(Generic[C]):
     """Gathers the contents of one panel.
 
     Args:
-        maker: makes a maker of curves.
+        maker: returns a new maker of curves.
     """
 
     def __init__(self, slot: SlotInfo, catalog: Catalog, maker: Callable[[], CurveMaker[C]]) -> None:
@@ -106,7 +106,7 @@ class Tracks(Generic[C]):
 
 
 def _marks_apart(happened: Sequence[Mark], tracks: Sequence[object]) -> list[Mark]:
-    """Return the marks of the tags' panel: all if it is the only one."""
+    """Return the marks of the tags' panel; all marks if it is the only panel."""
     return [mark for mark in happened if mark.of_tags or not tracks]
 
 
@@ -126,21 +126,21 @@ def read_chart(
     """Read a chart from a trace.
 
     Args:
-        maker: makes a maker of curves: `Envelope` for a picture, `PackedCurve` for a page.
+        maker: returns a new maker of curves: `Envelope` for a picture, `PackedCurve` for a page.
         slots: numbers of the slots to show; empty = every slot that can be drawn.
-        tags: names of recorded tags to show, as in a query; empty = as many as the chart has room for,
+        tags: names of recorded tags to show, as in a query; empty = as many as fit on the chart,
             or none if slots are chosen.
-        exact: makes a maker of curves for tags, whose values are kept; left out = `maker`.
+        exact: returns a new maker of curves that keeps exact values, for tags; by default `maker`.
         title: text above it; the rack's name if None.
-        more: marks beside those of the trace's events.
+        more: marks in addition to those of the trace's events.
         watch: called with every block.
         progress: called at each block with the number of scans read so far.
 
     Raises:
         EmptySelectionError: no scan is in the selection.
-        NothingToPlotError: no 3601, card with names or tag in the requested slots.
+        NothingToPlotError: the requested slots have no 3601 and no card with names, and there are no tags.
         UnknownSignalError: a name matches no tag.
-        ValueError: a name is not a tag's, or the names match too many.
+        ValueError: a name belongs to a signal that is no tag, or the names match too many tags.
     """
     catalog = Catalog.of(trace)
     choice = Choice((), 0) if slots and not tags else choose(trace, catalog, selection, tags)
@@ -189,7 +189,7 @@ def program_panel(program: TagTracks[C], choice: Choice, happened: Sequence[Mark
 
 
 def _about(choice: Choice) -> str:
-    """Return the panel's text about the program."""
+    """Return the text about the program on its panel."""
     sequences = sum(signal.name.startswith(f"{SEQUENCES}.") for signal in choice.signals)
     tags = len(choice.signals) - sequences
     parts = [f"{sequences} sequence{'s' if sequences > 1 else ''}"] if sequences else []
@@ -215,11 +215,11 @@ class ScanExtent:
 
 
 _PLAIN = re.compile(r"word\d|data|ch\d_data")
-"""Default names of words, which no rack file gave."""
+"""Default names of words, for words without a name in the rack file."""
 
 
 def _curve_signals(slot: SlotInfo) -> list[tuple[str, str]]:
-    """Return titles and signals of a slot's curves: of a card the channels that the rack file names."""
+    """Return titles and signals of a slot's curves; for a card, the channels that the rack file names."""
     stem = f"slot{slot.number}"
     if slot.words.is_axis:
         return [("position, steps", f"{stem}.in.position"), ("speed, steps/s", f"{stem}.speed")]
@@ -240,7 +240,7 @@ def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
     """Return the requested slots that can be drawn.
 
     Raises:
-        NothingToPlotError: there is none, and no tag, or none in a requested slot.
+        NothingToPlotError: there is no such slot and no tag, or a requested slot can't be drawn.
     """
     have = {slot.number: slot for slot in trace.head.slots if _can_be_drawn(slot)}
     if not have and (numbers or trace.head.tags is None):
@@ -262,5 +262,5 @@ def chart_title(trace: Trace) -> str:
 
 
 def marks_of(happened: Sequence[Mark], slot: SlotInfo, first: SlotInfo) -> list[Mark]:
-    """Return the marks of a slot; those of the rack go to the first one."""
+    """Return the marks of a slot; marks of the rack belong to the slot `first`."""
     return [mark for mark in happened if mark.slot == slot.number or (mark.slot is None and slot is first)]

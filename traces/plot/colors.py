@@ -1,4 +1,4 @@
-"""Colors that stay apart for the color-blind (after Okabe and Ito), one per kind of lane and mark."""
+"""Colors that color-blind people can distinguish (after Okabe and Ito), one per kind of lane and mark."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ LANES: Mapping[str, str] = {
     "output": "#7a5c00",
     "tag": "#5a3e9b",
 }
-"""Color of a lane and its name, by group; dark enough for small letters on white."""
+"""Color of a lane and its label, by group; dark enough for small letters on white."""
 
 RAMP: tuple[str, ...] = ("#ffffff", "#56b4e9", "#cfe3f2", "#f0c05a", "#bbbbbb")
 """Colors of the ramp's states: at rest, accelerating, constant speed, decelerating, held."""
 
 BAND: tuple[str, ...] = ("#dcd6f0", "#cfe3f2", "#d5ecdc", "#f6e6bd", "#f3d9cf", "#e3e3e3")
-"""Colors of the values of a band, in turn, in the order in which they first appear."""
+"""Colors of a band's values, assigned in turn in the order in which the values first appear."""
 
 BAND_DARK: tuple[str, ...] = ("#4a3f74", "#26506b", "#285a41", "#675423", "#6a3d2d", "#4c4c4c")
-"""The same on dark paper."""
+"""The same colors on a dark background."""
 
 MARKS: Mapping[str, str] = {
     "broken": "#d00000",

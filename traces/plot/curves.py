@@ -14,7 +14,7 @@ class CurveMaker(Protocol[C_co]):
     """Makes a curve of values, block by block."""
 
     def add(self, time_ns: NDArray[np.int64], values: NDArray[Any]) -> None:
-        """Add the values of a block, NaN for none."""
+        """Add the values of a block; NaN means no value."""
 
     def curve(self) -> C_co:
         """Return the curve."""

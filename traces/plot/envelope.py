@@ -19,19 +19,19 @@ Times = NDArray[np.int64]
 Values = NDArray[np.float64]
 
 GROUPS_MAX = 16_384
-"""Maximum groups that are kept: several to each pixel of the widest picture."""
+"""Maximum groups that are kept: several per pixel of the widest picture."""
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
     """Groups of scans in order."""
 
-    time_ns: Times  # virtual time of the first scan of each
-    low: Values  # its least value; NaN without one
+    time_ns: Times  # virtual time of the first scan in each group
+    low: Values  # least value in each group; NaN if it has no values
     high: Values
 
     def line(self) -> tuple[Values, Values]:
-        """Return the points of a line through it: time in ns and value, low and high of a group in turn."""
+        """Return the points of a line through the curve: times in ns, and values, low and high in turn."""
         if np.array_equal(self.low, self.high, equal_nan=True):
             return self.time_ns.astype(np.float64), self.low
         return np.repeat(self.time_ns.astype(np.float64), 2), np.column_stack((self.low, self.high)).ravel()
@@ -46,7 +46,7 @@ class Envelope:
         self._rest = _empty()  # scans that do not fill a group yet
 
     def add(self, time_ns: Times, values: NDArray[Any]) -> None:
-        """Add the values of a block; one that is not finite counts as none."""
+        """Add the values of a block; a value that is not finite counts as missing."""
         values = np.where(np.isfinite(values), values, np.nan).astype(np.float64, copy=False)
         rest = _stack(self._rest, (time_ns, values, values))
         whole = len(rest[0]) // self._per_group * self._per_group
@@ -66,7 +66,7 @@ class Envelope:
         odd = len(self._groups[0]) % 2
         last = tuple(column[len(column) - odd :] for column in self._groups)
         self._groups = _grouped(tuple(c[: len(c) - odd] for c in self._groups), 2)
-        # an odd group at the end counts as scans that do not fill a group yet
+        # an odd group at the end is kept with the scans that do not fill a group yet
         self._rest = _stack(last, self._rest)
         self._per_group *= 2
 
@@ -83,6 +83,6 @@ def _stack(upper: Columns, lower: Columns) -> Columns:
 
 
 def _grouped(columns: Columns, size: int) -> Columns:
-    """Return first time, least and greatest value of each `size` rows; a whole number of groups."""
+    """Return the first time, and the least and greatest value, of each `size` rows; only whole groups."""
     time_ns, low, high = (column.reshape(-1, size) for column in columns)
     return time_ns[:, 0], np.fmin.reduce(low, axis=1), np.fmax.reduce(high, axis=1)

@@ -50,27 +50,27 @@ TICKS_MAX = 12
 LABEL_ROWS = 3
 
 INSTANTS_MAX = 60
-"""Maximum lines through a curve for marks of one kind."""
+"""Maximum lines through a curve for marks of the same kind."""
 
 SHORT_MAX = 10**7
-"""Least value that is written with an exponent beside a tag's curve."""
+"""Smallest value that is written with an exponent beside a tag's curve."""
 
 FORMATS = (".png", ".svg")
 
 _STYLE = {
     "font.size": 9,
-    "svg.hashsalt": "scanrack",  # the same chart gives the same file
+    "svg.hashsalt": "scanrack",  # so that equal charts give equal files
     "svg.fonttype": "none",
     "axes.unicode_minus": False,
 }
 
 
 def save_figure(chart: Chart[Curve], path: Path | str) -> None:
-    """Draw a chart into a PNG or SVG file, by the path's suffix.
+    """Draw a chart into a PNG or SVG file, depending on the path's suffix.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
-        ValueError: another suffix.
+        ValueError: the path has another suffix.
     """
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
@@ -193,12 +193,12 @@ def _draw_curve(axes: Any, curve: Curve, name: str) -> None:
     axes.grid(axis="y", color=colors.GRID, linewidth=0.6)
     axes.margins(y=0.08)
     low, high = axes.get_ylim()
-    if high - low < 1:  # it never changes: an axis of whole numbers needs room for some
+    if high - low < 1:  # it never changes, and an axis of whole numbers needs a range
         axes.set_ylim(round(low) - 1, round(high) + 1)
 
 
 def _draw_number(axes: Any, curve: Curve, name: str, *, fractional: bool) -> None:
-    """Draw a tag in stairs: a value holds until the next scan."""
+    """Draw a tag as steps: a value holds until the next scan."""
     axes.plot(*curve.line(), color=colors.CURVE, linewidth=1.2, drawstyle="steps-post")
     axes.yaxis.set_major_formatter(lambda value, place: _short(value))
     axes.locator_params(axis="y", nbins=3, integer=not fractional)
@@ -211,7 +211,7 @@ def _draw_number(axes: Any, curve: Curve, name: str, *, fractional: bool) -> Non
 
 
 def _short(value: float) -> str:
-    """Return a value for an axis, in about nine letters."""
+    """Return a value as text for an axis, in about nine characters."""
     return f"{value:,.7g}" if abs(value) < SHORT_MAX else f"{value:.4g}"
 
 
@@ -233,7 +233,7 @@ def _draw_marks(canvas: _Canvas, panel: Panel[Curve], top: float) -> None:
     for kind, color in colors.MARKS.items():
         times = [mark.time_ns for mark in panel.marks if mark.kind == kind]
         axes.vlines(times, 0, 0.12, color=color, linewidth=1.0)
-    letter = LETTER / (WIDTH - LEFT - RIGHT)  # as a part of the axis
+    letter = LETTER / (WIDTH - LEFT - RIGHT)  # as a fraction of the axis
     labels = placed(panel.marks, canvas.chart.start_ns, canvas.chart.end_ns, letter, LABEL_ROWS)
     for label in labels:
         _draw_label(axes, label, 0.16 + 0.29 * label.row)

@@ -15,10 +15,10 @@ from .lanes import GROUPS, RAMP_STATES, REST, Band, Lane, at_pixels
 from .sizes import LABEL_SIZE, LEFT, LETTER, NAME_LETTERS, NAME_SIZE, PIXELS, RIGHT, WIDTH
 
 CROWDED = PIXELS // 3
-"""Changes of a bit beyond which its line is drawn thin."""
+"""Number of changes of a bit beyond which its line is thin."""
 
 LABEL_LETTERS = 8
-"""Letters of a band's label that must fit; a shorter one is not drawn."""
+"""Minimum letters of a band's label that must fit, or the label is not drawn."""
 
 
 def rows_of(panel: Panel[Curve]) -> int:
@@ -98,4 +98,4 @@ _DRAW: Mapping[str, Callable[[Any, Lane, Chart[Curve], int], None]] = {
     "band": _draw_band,
     **dict.fromkeys(GROUPS, _draw_bit),
 }
-"""Painters of lanes, by group."""
+"""Functions that draw lanes, by group."""

@@ -10,10 +10,10 @@ from typing import NamedTuple
 from .marks import KINDS, Mark
 
 GAP = 2
-"""Least distance of two labels in a row, letters."""
+"""Minimum distance of two labels in a row, letters."""
 
 MANY = 30
-"""A label that occurs more often is drawn once, with its number."""
+"""A label that occurs more often than this is drawn once, with the number of occurrences."""
 
 
 class Label(NamedTuple):
@@ -21,17 +21,17 @@ class Label(NamedTuple):
 
     mark: Mark  # its mark
     row: int  # 0 or more
-    before: bool  # it ends at its mark, for lack of space after it, instead of beginning there
+    before: bool  # whether it ends at its mark, instead of beginning there, for lack of space
 
 
 def placed(marks: Sequence[Mark], start_ns: int, end_ns: int, letter: float, rows: int) -> list[Label]:
-    """Choose the marks with labels and their places: after the mark, or before it at the right edge.
+    """Choose which marks get labels, and place these: after the mark, or before it at the right edge.
 
-    The most important kinds come first; within a kind the earlier mark. Of very many marks with one label
-    the first has their number.
+    The most important kinds come first; within a kind, earlier marks do. Of very many marks with the same
+    label only the first is labeled, with their number.
 
     Args:
-        letter: width of a letter, as a part of the axis' length.
+        letter: width of a letter, as a fraction of the axis' length.
         rows: number of rows of labels.
     """
     span = max(1, end_ns - start_ns)
@@ -76,7 +76,7 @@ def listed(pairs: Sequence[tuple[str, str]], letters: int) -> str:
 
 
 def _folded(marks: Sequence[Mark]) -> Iterator[Mark]:
-    """Yield the marks; of very many with one label only the first, with their number."""
+    """Yield the marks; of very many with the same label only the first, with their number."""
     often = Counter((mark.kind, mark.label) for mark in marks)
     labeled = set()
     for mark in marks:

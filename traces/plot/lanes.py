@@ -1,4 +1,4 @@
-"""Lanes of a timing chart: one per bit that changes, and one for the ramp; in an order for people.
+"""Lanes of a timing chart: one per bit that changes, and one for the ramp, ordered for readability.
 
 Causes are above effects: commands, then the course and the end of the motion, then errors,
 then the inputs.
@@ -26,7 +26,7 @@ RAMP_STATES = ("at rest", "accelerating", "constant speed", "decelerating", "hel
 
 
 _INPUTS = ("IN_", "INPUT_")
-"""Beginnings of the names of status bits that show an input."""
+"""Prefixes of status bits that show an input."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Lane:
 
     Attributes:
         group: one of GROUPS; "ramp" for the ramp, "band" for a band.
-        row: places of the scans in which it takes a new value; the first is the first scan read.
+        row: indexes of the scans in which it takes a new value, beginning with the first scan read.
         value: the new values: 0 or 1, an index of RAMP_STATES, or the code of a band's text.
     """
 
@@ -53,12 +53,12 @@ class Lane:
 
 @dataclass(frozen=True, slots=True)
 class Band(Lane):
-    """A lane whose values have names: the steps of a sequence, a text."""
+    """A lane whose values have names, such as the steps of a sequence, or a text."""
 
     names: Mapping[int, str] = field(default_factory=dict)  # meanings of the values
 
     def text(self, value: int) -> str:
-        """Return the meaning of a value; an empty text in quotes."""
+        """Return the meaning of a value; an empty text is shown in quotes."""
         return self.names.get(value, str(value)) or '""'
 
 
@@ -120,10 +120,10 @@ def _lane(name: str, group: str, changes: BitChanges, values: NDArray[Any]) -> L
 def at_pixels(
     lane: Lane, start_ns: int, end_ns: int, pixels: int
 ) -> tuple[NDArray[np.int64], NDArray[np.integer[Any]]]:
-    """Return times and values of a lane, thinned without a visible difference at a number of pixels.
+    """Return the times and values of a lane, without changes that are invisible at this number of pixels.
 
-    Of the changes on one pixel the first and the last stay, so that the shortest pulse is still
-    a stroke.
+    Of the changes on one pixel, the first and the last are kept, so that even the shortest pulse is
+    visible as a stroke.
     """
     span = max(1, end_ns - start_ns)
     pixel = (lane.time_ns - start_ns) * pixels // span

@@ -1,6 +1,6 @@
 """Events as marks on the time axis: rules that fired, moves that ended, stimuli, the CPU.
 
-A broken invariant is not an event of a trace; the caller adds its mark.
+A trace has no event for a broken invariant; the caller adds its mark.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from ..read.event_text import describe
 from ..read.reader import TraceEvent
 
 KINDS = ("broken", "rule", "stimulus", "move", "cpu")
-"""Kinds of marks, the most important first: they get their labels first."""
+"""Kinds of marks in order of importance, in which they get their labels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,7 +28,7 @@ class Mark:
 
 
 def marks(events: Iterable[TraceEvent], start_ns: int, end_ns: int) -> list[Mark]:
-    """Return the marks of the events between two times, both included, in order of time, then of kind."""
+    """Return the marks of the events between two times, ends included, ordered by time, then by kind."""
     found: list[Mark] = []
     forced: object = None
     for event in events:
@@ -39,7 +39,7 @@ def marks(events: Iterable[TraceEvent], start_ns: int, end_ns: int) -> list[Mark
 
 
 def _mark(event: TraceEvent, forced: object) -> Mark | None:
-    """Return the mark of an event; `forced` are the previously forced tags, None for none."""
+    """Return the mark of an event; `forced` are the previously forced tags, or None."""
     fields = event.fields
     slot = fields.get("slot")
     kind, label = _kind_and_label(event)
@@ -52,7 +52,7 @@ def _mark(event: TraceEvent, forced: object) -> Mark | None:
 
 
 def _kind_and_label(event: TraceEvent) -> tuple[str, str]:
-    """Return kind and label; an empty kind for events that the lanes show anyway."""
+    """Return the kind and label of an event; the kind is empty for events that the lanes show anyway."""
     name = str(event.fields.get("name", ""))
     if event.topic == "/cpu":
         return "cpu", str(event.fields.get("mode", "CPU"))
@@ -79,7 +79,7 @@ def _force(fields: Mapping[str, object]) -> str:
 
 
 def _stimulus(name: str, fields: Mapping[str, object]) -> str:
-    """Return the label of a stimulus, or of the begin or end of an incident."""
+    """Return the label of a stimulus, or of the beginning or end of an incident."""
     if fields.get("begins") is False:
         return _OVER.get(name, f"{name} over")
     return " ".join(filter(None, (name, _SWITCHED.get(fields.get("energized")))))

@@ -1,6 +1,6 @@
-"""Columns of any length packed into a page: differences from scan to scan, deflated, in base64.
+"""Packs columns of any length into a page, as differences from scan to scan, deflated, in base64.
 
-An even motion differs by the same number of steps from scan to
+A uniform motion differs by the same number of steps from scan to
 scan, and a time by the same number of nanoseconds: both compress well.
 """
 
@@ -21,8 +21,8 @@ class Packer:
     """Packs one column, block by block.
 
     Args:
-        kind: numpy's type of the values; differences of int32 wrap, as do the sums that undo them.
-        differences: pack differences; False = the values themselves, for those with fractions.
+        kind: numpy type of the values; differences of int32 wrap, and so do the sums that undo them.
+        differences: whether differences are packed; False packs the values, for values with fractions.
     """
 
     def __init__(self, kind: DTypeLike, *, differences: bool = True) -> None:
@@ -41,13 +41,13 @@ class Packer:
         self._packed.append(self._deflate.compress(column.tobytes()))
 
     def text(self) -> str:
-        """Return the packed column; no block can be added after that."""
+        """Return the packed column; afterwards no block can be added."""
         self._packed.append(self._deflate.flush())
         return base64.b64encode(b"".join(self._packed)).decode("ascii")
 
 
 def whole(values: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Round values to int32, MISSING for none.
+    """Round values to int32; a missing value becomes MISSING.
 
     >>> whole(np.array([1.6, np.nan])).tolist()
     [2, -2147483648]

@@ -28,17 +28,17 @@ from .marks import Mark
 from .pack import Packer, whole
 
 SCRIPTS = ("data.js", "drawing.js", "lanes.js", "readout.js", "pointer.js")
-"""The page's script, in the order of its parts."""
+"""The parts of the page's script, in order."""
 
 SCANS_MAX = 10_000_000
-"""Maximum scans in a page: with more a browser runs out of memory."""
+"""Maximum scans in a page: with more, a browser runs out of memory."""
 
 
 class PackedValues(NamedTuple):
     """The values of all scans."""
 
     kind: str  # type of a value in the page: "Int32", "Float32", "Float64", "BigInt64" or "BigUint64"
-    differences: bool  # whether it has differences from scan to scan
+    differences: bool  # whether they are packed as differences from scan to scan
     curve: str
 
 
@@ -53,7 +53,7 @@ class PackedCurve:
         self._packer.add(whole(values))
 
     def curve(self) -> PackedValues:
-        """Return them packed."""
+        """Return the packed values."""
         return PackedValues("Int32", True, self._packer.text())
 
 
@@ -72,13 +72,13 @@ class PackedNumbers:
         self._packer.add(values)
 
     def curve(self) -> PackedValues:
-        """Return them packed; there must be some."""
+        """Return the packed values; at least one block must have been added."""
         assert self._packer is not None
         return PackedValues(self._kind, self._differences, self._packer.text())
 
 
 def _packed_as(kind: np.dtype[Any]) -> tuple[str, bool]:
-    """Return the type of values in the page, and whether sums of their differences are exact."""
+    """Return the type of values in the page, and whether summing their differences is exact."""
     if kind.kind not in "iu":
         return ("Float32" if kind == np.float32 else "Float64"), False
     if kind.itemsize == 8:
@@ -87,7 +87,7 @@ def _packed_as(kind: np.dtype[Any]) -> tuple[str, bool]:
 
 
 class TooLongError(ValueError):
-    """There are more scans than a page can hold."""
+    """The trace has more scans than a page can hold."""
 
 
 class ScanTimes:
@@ -98,7 +98,7 @@ class ScanTimes:
         self._scans = 0
 
     def add(self, block: Block) -> None:
-        """Add a block; TooLongError if there are more than SCANS_MAX scans."""
+        """Add a block; raise a TooLongError if there are more than SCANS_MAX scans."""
         self._scans += len(block)
         if self._scans > SCANS_MAX:
             raise TooLongError(f"a page holds {SCANS_MAX:,} scans at most: choose some, or draw a PNG or SVG")
@@ -106,7 +106,7 @@ class ScanTimes:
         self._scan.add(block.scan)
 
     def packed(self) -> dict[str, str]:
-        """Return both columns packed."""
+        """Return both packed columns."""
         return {"time": self._time.text(), "scan": self._scan.text()}
 
 
@@ -155,7 +155,7 @@ def page(chart: Chart[PackedValues], clock: dict[str, str]) -> str:
         about=html.escape(time_axis.about(chart.first, chart.last, chart.start_ns, chart.end_ns)),
         style=_text(web / "page.css"),
         script="\n".join(_text(web / name) for name in SCRIPTS),
-        data=data.replace("<", "\\u003c"),  # so that no text in it can end the script or open a comment
+        data=data.replace("<", "\\u003c"),  # so that no text can end the script or open a comment
     )
 
 
@@ -203,7 +203,7 @@ def _panel(panel: Panel[PackedValues]) -> dict[str, object]:
 
 
 def _lane(lane: Lane) -> dict[str, object]:
-    """Return a bit: each listed row inverts its value."""
+    """Return a bit as data for the page: each listed row inverts its value."""
     return {
         "name": lane.name,
         "group": lane.group,
@@ -213,7 +213,7 @@ def _lane(lane: Lane) -> dict[str, object]:
 
 
 def _band(band: Band) -> dict[str, object]:
-    """Return a band: the rows of its new values, each an index of its texts."""
+    """Return a band as data for the page: the rows with new values, and these as indexes of its texts."""
     codes = dict.fromkeys(band.value.tolist())
     places = {code: place for place, code in enumerate(codes)}
     return {

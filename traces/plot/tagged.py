@@ -1,7 +1,7 @@
 """The program's recorded tags on a chart: curves of numbers, bands of steps and texts, lanes of BOOLs.
 
-A few tags are all shown. Of many only those that change are shown, as far as the chart stays legible; a user
-may choose others by name.
+A few tags are all shown. Of many tags, those that change are shown, up to what stays legible; a user may
+choose others by name.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from .curves import CurveMaker
 from .lanes import Band, Lane
 
 CURVES_MAX, ROWS_MAX = 8, 24
-"""Maximum curves, and most bands and lanes, unless tags are chosen."""
+"""Maximum curves, and maximum bands and lanes, unless tags are chosen."""
 
 FROM_OUTSIDE = f"cpu.flags.{next(bit for bit, name in FLAGS.items() if name == 'TAGS_FROM_OUTSIDE')}"
 """The signal of scans with forced tags, or with tags set since the previous scan."""
@@ -59,12 +59,13 @@ def choose(trace: Trace, catalog: Catalog, selection: Selection, patterns: Seque
     """Return the tags to draw.
 
     Args:
-        selection: of many tags those that change in these scans are drawn.
-        patterns: names as in a query, with wildcards; none = as many as the chart stays legible with.
+        selection: scans in which a tag must change to be drawn, if there are many tags.
+        patterns: names as in a query, with wildcards; none = as many tags as stay legible.
 
     Raises:
         UnknownSignalError: a pattern matches nothing.
-        ValueError: it matches a signal that is no tag, or the patterns match more than CHOSEN_MAX.
+        ValueError: a pattern matches a signal that is no tag, or the patterns match more than CHOSEN_MAX
+            tags.
     """
     known = catalog.tags
     if patterns:
@@ -93,7 +94,7 @@ def _some(known: Sequence[Signal]) -> str:
 
 
 def _fitting(signals: Sequence[Signal]) -> list[Signal]:
-    """Return as many signals as a chart stays legible with."""
+    """Return the first signals, as many as stay legible on a chart."""
     room = {True: CURVES_MAX, False: ROWS_MAX}
     taken: Counter[bool] = Counter()
     fitting = []
@@ -120,7 +121,7 @@ class SteadyCheck:
 
     def __init__(self, signal: Signal) -> None:
         self.signal = signal
-        self.same = True  # whether it had one value so far
+        self.same = True  # whether it has kept its value so far
         self.first: Any = None  # this value; None before the first block
 
     def add(self, values: NDArray[Any]) -> None:
@@ -137,8 +138,8 @@ class TagTracks(Generic[C]):
     """Gathers the contents of the tags' panel.
 
     Args:
-        outside: whether tags are forced or set from outside; a separate lane if they ever are.
-        maker: makes a maker of curves for values of the tags' own types.
+        outside: the signal that tags are forced or set from outside; it gets a lane if it is ever true.
+        maker: returns a new maker of curves for values of the tags' own types.
     """
 
     def __init__(
@@ -178,7 +179,7 @@ class TagTracks(Generic[C]):
         )
 
     def _unchanged(self, bands: Iterable[Band], lanes: Iterable[Lane]) -> list[tuple[str, str]]:
-        """Return the tags with one value, and it as text."""
+        """Return the tags that keep one value, with the value as text."""
         return [
             *((band.name, band.text(int(band.value[0]))) for band in bands),
             *((lane.name, "on" if lane.value[0] else "off") for lane in lanes),
@@ -187,7 +188,7 @@ class TagTracks(Generic[C]):
 
 
 def _parted(rows: Iterable[L]) -> tuple[list[L], list[L]]:
-    """Return the rows that change, and the others."""
+    """Return the lanes that change, and the others."""
     moving: list[L] = []
     steady: list[L] = []
     for row in rows:
@@ -196,7 +197,7 @@ def _parted(rows: Iterable[L]) -> tuple[list[L], list[L]]:
 
 
 def _number(steady: SteadyCheck) -> str:
-    """Return the value of an unchanged number: integers in full."""
+    """Return the value of an unchanged number as text, integers with all digits."""
     return str(steady.first) if steady.signal.bits else f"{steady.first:.9g}"
 
 
@@ -212,5 +213,5 @@ def _bit(name: str, steps: Steps) -> Lane:
 
 
 def _title(signal: Signal) -> str:
-    """Return a tag's full name; of a bit or a condition its name in the trace."""
+    """Return a tag's full name; for a bit or a condition, its name in the trace."""
     return signal.title or signal.name.partition(".")[2]

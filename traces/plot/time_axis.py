@@ -11,11 +11,11 @@ STEPS_NS: tuple[int, ...] = (
     *(minutes * _MIN for minutes in (1, 2, 5, 10, 15, 30)),
     *(hours * _H for hours in (1, 2, 4, 6, 12, 24, 48, 96, 240, 720, 2400)),
 )
-"""Distances between ticks: decimal below a second, as on a clock above."""
+"""Distances between ticks, ns: decimal below a second, clock units above."""
 
 
 def tick_step(start_ns: int, end_ns: int, most: int) -> int:
-    """Return the least distance of ticks, ns, with at most `most` ticks.
+    """Return the smallest distance between ticks, ns, that gives at most `most` ticks.
 
     >>> tick_step(0, 2_000_000_000, 10), tick_step(0, 7_200_000_000_000, 10)
     (200000000, 900000000000)
@@ -44,7 +44,7 @@ def unit(start_ns: int, end_ns: int) -> str:
 
 
 def label(time_ns: int, step_ns: int, unit: str) -> str:
-    """Return a tick's label, with as many decimals as the distance of ticks needs.
+    """Return a tick's label, with as many decimals as the distance between ticks needs.
 
     >>> label(1_500_000_000, 500_000_000, "s"), label(5_400_000_000_000, 900_000_000_000, "h:min:s")
     ('1.5', '1:30:00')
@@ -62,7 +62,7 @@ def label(time_ns: int, step_ns: int, unit: str) -> str:
 
 
 def about(first: int, last: int, start_ns: int, end_ns: int) -> str:
-    """Return the range of an axis in words.
+    """Return the range of an axis as text.
 
     >>> about(700, 1700, 1_400_000_000, 3_400_000_000)
     'scans 700 to 1,700, 1.400 to 3.400 s of machine time'

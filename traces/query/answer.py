@@ -9,14 +9,14 @@ from scanrack.io_images.dataclass import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """One occurrence."""
+    """One occurrence of what a query describes."""
 
     first: int  # number of its first scan
-    last: int  # number of the last scan in which it held; of an answer, the scan of the answer
+    last: int  # number of the last scan in which it held; for `then`, of the scan with the effect
     start_ns: int  # virtual time of its first scan
-    end_ns: int  # virtual time of the first scan in which it no longer held; of an answer, of the answer
-    open: bool  # it was not over in the last scan of the trace: it lasted at least this long
-    shown: Mapping[str, int | float | bool | None]  # requested signals in its first scan, or None
+    end_ns: int  # virtual time of the first scan in which it no longer held; for `then`, of the effect
+    open: bool  # whether it continued beyond the last scan of the trace, so that it lasted at least this long
+    shown: Mapping[str, int | float | bool | None]  # requested signals in its first scan; None = no value
 
     @property
     def duration_ns(self) -> int:
@@ -29,5 +29,5 @@ class Answer:
     """The result of a query."""
 
     aggregate: str | None  # "count", "first", "last", "longest" or "shortest"; None for all occurrences
-    count: int  # number of occurrences, of which an aggregate returns one or none
-    occurrences: tuple[Occurrence, ...]  # those returned, in the order of their begins
+    count: int  # number of all occurrences; an aggregate returns one or none of them
+    occurrences: tuple[Occurrence, ...]  # the returned occurrences, in the order of their beginnings

@@ -1,4 +1,4 @@
-"""Runs a query on a trace: reads its columns, finds occurrences, and selects."""
+"""Runs a query on a trace: reads columns, finds occurrences, and selects some of them."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ def query(
 ) -> Answer:
     """Run a query on a trace.
 
-    It reads block by block. However many scans there are, it takes memory only for changes of its
-    conditions, 8 bytes each, and for values of `show` where a condition begins to hold.
+    The trace is read block by block. However many scans there are, memory is used only for changes of its
+    conditions, 8 bytes each, and for values of `show` at beginnings of a condition.
 
     Args:
         text: the query, see docs/query.md.
-        show: further signals, whose values at the begin of each occurrence are returned.
+        show: further signals, whose values at the beginning of each occurrence are returned.
         progress: called at each block with the number of scans read so far.
 
     Raises:
@@ -58,14 +58,14 @@ def query(
 
 
 class _Reading:
-    """What a query needs of the blocks that were read."""
+    """What a query keeps of the blocks that were read."""
 
     def __init__(self, question: Query, shown: Sequence[Signal]) -> None:
         self.rows = RowIndex()
         self.stretches = [Stretches() for _ in question.conditions]
         self._question, self._shown, self._memory = question, shown, Memory()
         self._begins: list[NDArray[np.int64]] = []
-        self._columns: list[list[Column]] = [[] for _ in shown]  # the values of these rows, by signal
+        self._columns: list[list[Column]] = [[] for _ in shown]  # values of the signals in these rows
 
     def add(self, block: Block) -> None:
         chosen = {signal.name: signal for signal in (*self._question.signals, *self._shown)}
@@ -81,7 +81,7 @@ class _Reading:
                 column.append(scans.column(signal)[begins[0]])
 
     def shown(self, rows: NDArray[np.int64]) -> Iterator[Mapping[str, Any]]:
-        """Yield the values of the shown signals in some rows in which the first condition begins to hold."""
+        """Yield the values of the shown signals in some rows at which the first condition begins to hold."""
         if not self._shown or not len(rows):
             yield from ({} for _ in rows)
             return

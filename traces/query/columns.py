@@ -22,7 +22,7 @@ Column = Condition | Numbers
 
 
 Memory = dict[object, Any]
-"""What operators keep from block to block, each by a key of its own."""
+"""State that operators keep from block to block, each under its own key."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,12 +47,12 @@ class Scans:
         return numbers.numbers(values)
 
     def after_last(self, key: object, values: Column, find: Callable[[Any], Condition]) -> Condition:
-        """Apply an operator that compares each scan with the one before, the last of the block before too."""
+        """Apply an operator that compares each scan with the previous one, across blocks, too."""
         last, self.memory[key] = self.memory.get(key), values[-1:]
         return find(values) if last is None else find(joined((last, values)))[1:]
 
     def held(self, key: object, condition: Condition, least_ns: int) -> Condition:
-        """Apply `held`; a stretch may have begun in a block before."""
+        """Apply `held`; a stretch may have begun in an earlier block."""
         if not len(condition):
             return condition
         since_ns = since(condition, self.time_ns)
@@ -64,7 +64,7 @@ class Scans:
 
 
 def joined(parts: Sequence[Any]) -> Any:
-    """Return columns of one kind as one."""
+    """Join columns of the same kind."""
     if isinstance(parts[0], Numbers):
         return Numbers(
             np.concatenate([each.values for each in parts]), np.concatenate([each.none for each in parts])
@@ -73,7 +73,7 @@ def joined(parts: Sequence[Any]) -> Any:
 
 
 def rose(condition: Condition) -> Condition:
-    """True where a condition holds and did not in the scan before; never in the first scan.
+    """Return where a condition holds that did not hold in the previous scan; never in the first scan.
 
     >>> rose(np.array([True, False, True, True])).tolist()
     [False, False, True, False]
@@ -84,12 +84,12 @@ def rose(condition: Condition) -> Condition:
 
 
 def fell(condition: Condition) -> Condition:
-    """True where a condition does not hold and did in the scan before."""
+    """Return where a condition does not hold that held in the previous scan."""
     return rose(~condition)
 
 
 def changed(values: Column) -> Condition:
-    """True where a value differs from the scan before; never in the first scan."""
+    """Return where a value differs from the previous scan; never in the first scan."""
     if isinstance(values, Numbers):
         return numbers.changed(values)
     result = np.zeros(len(values), bool)
@@ -98,7 +98,7 @@ def changed(values: Column) -> Condition:
 
 
 def compared(operator: Callable[[Any, Any], Any], left: Column, right: Column) -> Condition:
-    """Compare two conditions, or two columns of numbers: false wherever either side has no value."""
+    """Compare two conditions, or two columns of numbers; false where either side has no value."""
     if isinstance(left, Numbers) and isinstance(right, Numbers):
         return numbers.compared(operator, left, right)
     result: Condition = operator(left, right)
@@ -106,7 +106,7 @@ def compared(operator: Callable[[Any, Any], Any], left: Column, right: Column) -
 
 
 def since(condition: Condition, time_ns: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return since when a condition has held, where it holds.
+    """Return the time since which a condition has held, where it holds, else 0.
 
     >>> since(np.array([True, True, False, True]), np.array([0, 2, 4, 6])).tolist()
     [0, 0, 0, 6]

@@ -1,4 +1,4 @@
-"""The parts of a query: functions of columns, with a type and a place in the text."""
+"""The parts of a query: functions of columns, each with a type and a place in the text."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Expression:
 
 
 class MeaningError(Exception):
-    """A grammatical query without a meaning."""
+    """A query is grammatical, but has no meaning."""
 
     def __init__(self, column: int, says: str) -> None:
         super().__init__(says)
@@ -44,19 +44,19 @@ class MeaningError(Exception):
 
 
 def leaf(kind: Type, token: Token, evaluate: Callable[[Scans], Any], *signals: Signal) -> Expression:
-    """Make an expression of a single token."""
+    """Make an expression from a single token."""
     return Expression(kind, column_of(token), str(token), evaluate, signals)
 
 
 def derived(kind: Type, part: Expression, evaluate: Callable[[Scans], Any]) -> Expression:
-    """Make an expression of another one."""
+    """Make an expression from another one."""
     return Expression(kind, part.column, part.text, evaluate, part.signals)
 
 
 def joined(
     kind: Type, left: Expression, right: Expression, operator: Callable[[Any, Any], Any]
 ) -> Expression:
-    """Make an expression of two."""
+    """Make an expression from two others."""
     return Expression(
         kind,
         left.column,
@@ -67,7 +67,7 @@ def joined(
 
 
 def combined(operator: Callable[[Any, Any], Any], parts: tuple[Expression, ...]) -> Expression:
-    """Make a condition of several."""
+    """Make a condition from several conditions."""
     for part in parts:
         want(part, Type.CONDITION)
     signals = tuple(signal for part in parts for signal in part.signals)
@@ -81,7 +81,7 @@ def combined(operator: Callable[[Any, Any], Any], parts: tuple[Expression, ...])
 
 
 def want(part: Expression, expected: Type, what: str = "") -> None:
-    """Refuse an expression of another type."""
+    """Raise a MeaningError if an expression has another type than `expected`."""
     if part.type is expected:
         return
     subject = f"{what} takes" if what else "this place takes"
@@ -90,7 +90,7 @@ def want(part: Expression, expected: Type, what: str = "") -> None:
 
 
 def same(left: Expression, right: Expression, sign: Token) -> None:
-    """Refuse two expressions of different types."""
+    """Raise a MeaningError if two expressions have different types."""
     if left.type is right.type:
         return
     hint = "; a time has a unit, as in 20 ms" if Type.DURATION in (left.type, right.type) else ""
@@ -99,7 +99,7 @@ def same(left: Expression, right: Expression, sign: Token) -> None:
 
 
 def duration_ns(token: Token) -> int:
-    """Return a duration of the text in ns.
+    """Return a duration in the text, ns.
 
     >>> duration_ns(Token("DURATION", "1.5 ms")), duration_ns(Token("DURATION", "2min"))
     (1500000, 120000000000)
@@ -111,7 +111,7 @@ def duration_ns(token: Token) -> int:
 
 
 def number_of(token: Token) -> int | float:
-    """Return a number of the text: an integer unless it has a fraction.
+    """Return a number in the text, as an integer unless it has a fraction.
 
     >>> [number_of(Token("NUMBER", text)) for text in ("4_000", "0x4000", "1.5")]
     [4000, 16384, 1.5]
@@ -125,9 +125,9 @@ def number_of(token: Token) -> int | float:
 
 
 DIGITS_MAX = 200
-"""Maximum digits of a number: its square is still a float."""
+"""Maximum digits of a number, whose square then still fits a float."""
 
 
 def column_of(token: Token) -> int:
-    """Return where a token begins in the text, from 1."""
+    """Return the column at which a token begins, from 1."""
     return (token.start_pos or 0) + 1

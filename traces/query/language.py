@@ -1,7 +1,7 @@
-"""From the text of a query to functions of columns.
+"""Parses the text of a query into functions of columns.
 
-Every expression has one of four types, and its place in the text, so that a
-mistake is reported with its column before the first scan is read:
+Every expression has one of four types, and its place in the text, so that an
+error is reported with its column before the first scan is read:
 
     condition   true or false in every scan    slot1.in.COMMAND_ERROR, time > 2 s
     number      a number in every scan         slot1.in.position, scan, 4000
@@ -45,7 +45,7 @@ from .patterns import Pattern, response, runs, silence
 
 
 class QueryError(ValueError):
-    """A query that can't be parsed; the message names the column."""
+    """The query can't be parsed; the message names the column."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,12 +54,16 @@ class Query:
 
     aggregate: str | None  # "count", "first", "last", "longest" or "shortest"; None for all occurrences
     conditions: tuple[Callable[[Scans], Condition], ...]
-    pattern: Pattern  # finds the occurrences in the stretches of the conditions
+    pattern: Pattern  # finds the occurrences from the stretches of the conditions
     signals: tuple[Signal, ...]
 
 
 def parse(text: str, catalog: Catalog) -> Query:
-    """Parse a query; QueryError if it is not a query, mixes types, or names an unknown signal."""
+    """Parse a query.
+
+    Raises:
+        QueryError: it is not a query, mixes types, or names an unknown signal.
+    """
     try:
         tree = _parser().parse(text)
         query: Query = _Builder(catalog).transform(tree)
@@ -123,7 +127,7 @@ _EDGES: Mapping[str, Callable[[Any], Condition]] = {
 
 
 def _query(pattern: Pattern, *conditions: Expression) -> Query:
-    """Make a query of its conditions."""
+    """Make a query from its conditions."""
     for each in conditions:
         want(each, Type.CONDITION)
     signals = tuple(signal for each in conditions for signal in each.signals)
@@ -131,7 +135,7 @@ def _query(pattern: Pattern, *conditions: Expression) -> Query:
 
 
 def _is_text(coded: Expression, text: Expression, sign: Token) -> Expression:
-    """Compare a step or a text with its possible values."""
+    """Compare a step or a text with one of its possible values."""
     signal = coded.signals[0] if coded.type is Type.NUMBER and len(coded.signals) == 1 else None
     if signal is None or signal.kind is not SignalKind.CODE or sign not in ("==", "!="):
         raise MeaningError(column_of(sign), "a text is compared with a step or a text, with == or !=")

@@ -1,10 +1,10 @@
-"""Numbers of whole columns, exact like Python's: integers stay integers, whatever their width and sign.
+"""Exact arithmetic on columns, as in Python: integers stay integers, whatever their width and sign.
 
-    int64      integers that fit, almost all
+    int64      integers that fit, which are almost all
     object     Python's integers, where a value or a result does not fit int64
     float64    numbers with fractions
 
-An integer meets a float as in Python: a comparison is exact, a sum is a float.
+Integers and floats combine as in Python: a comparison is exact, and a sum is a float.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ Condition = NDArray[np.bool_]
 Operator = Callable[[Any, Any], Any]
 
 EXACT_MAX = 2**53
-"""Every integer up to this one is a float64."""
+"""Every integer up to this one is exact as a float64."""
 
 _LEAST, _MOST = -(2**63), 2**63 - 1
 
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """A number per scan, or none."""
+    """One number, or no number, per scan."""
 
     values: Array  # int64, Python's integers (object) or float64
     none: Condition  # scans without a number
@@ -52,7 +52,7 @@ class Numbers:
 
 
 def numbers(values: Array) -> Numbers:
-    """Return an array of numbers of any type; NaN is none.
+    """Return an array of numbers of any type; NaN means no number.
 
     >>> list(numbers(np.array([2**64 - 1, 1], np.uint64))), list(numbers(np.array([1.5, np.nan])))
     ([18446744073709551615, 1], [1.5, None])
@@ -64,7 +64,7 @@ def numbers(values: Array) -> Numbers:
 
 
 def constant(value: int | float, count: int) -> Numbers:
-    """Return the same number for each of `count` scans."""
+    """Return a column with the same number in each of `count` scans."""
     if isinstance(value, float):
         return numbers(np.full(count, value))
     return numbers(np.full(count, value, np.int64 if _LEAST <= value <= _MOST else object))
@@ -79,7 +79,7 @@ def calculated(operator: Operator, left: Numbers, right: Numbers) -> Numbers:
     [18446744073709551614]
 
     Raises:
-        OverflowError: an integer is too large to meet a float.
+        OverflowError: an integer is too large to be combined with a float.
     """
     none = left.none | right.none
     if not (left.are_whole and right.are_whole):
@@ -92,7 +92,7 @@ def calculated(operator: Operator, left: Numbers, right: Numbers) -> Numbers:
 
 
 def compared(operator: Operator, left: Numbers, right: Numbers) -> Condition:
-    """Compare exactly; false wherever either side has no value.
+    """Compare exactly; the result is false where either side has no value.
 
     >>> from operator import eq
     >>> wide = numbers(np.array([2**53 + 1]))
@@ -123,9 +123,9 @@ def absolute(found: Numbers) -> Numbers:
 
 
 def changed(found: Numbers) -> Condition:
-    """True where a number differs from the previous scan; never in the first scan.
+    """Return where a number differs from the previous scan; never in the first scan.
 
-    A number that appears or disappears has changed; none after none has not.
+    A number that appears or disappears counts as changed; no number after no number does not.
 
     >>> changed(numbers(np.array([1.0, 1.0, np.nan, np.nan, 2.0]))).tolist()
     [False, False, True, False, True]
@@ -137,7 +137,7 @@ def changed(found: Numbers) -> Condition:
 
 
 def _narrow(values: Array) -> Array:
-    """Return integers as int64 if they fit, else as Python integers."""
+    """Return integers as int64 if they all fit, else as Python integers."""
     if values.dtype.kind == "O" or values.dtype == np.uint64:
         fits = not len(values) or (values.min() >= _LEAST and values.max() <= _MOST)
         return values.astype(np.int64) if fits else values.astype(object)
@@ -145,7 +145,7 @@ def _narrow(values: Array) -> Array:
 
 
 def _fits(operator: Operator, left: Array, right: Array) -> bool:
-    """Return whether results of integers fit int64: these operators are greatest and least at the corners."""
+    """Return whether integer results fit int64: their extremes come from the extremes of both sides."""
     if "O" in (left.dtype.kind, right.dtype.kind):
         return False
     if not len(left):
@@ -155,7 +155,7 @@ def _fits(operator: Operator, left: Array, right: Array) -> bool:
 
 
 def _exact_as_float(values: Array) -> bool:
-    """Return whether a comparison with floats may convert these values."""
+    """Return whether these values can be converted to floats exactly."""
     if values.dtype.kind == "f" or not len(values):
         return True
     return bool(values.min() >= -EXACT_MAX and values.max() <= EXACT_MAX)

@@ -1,4 +1,4 @@
-r"""Occurrences in a trace: the duration of a condition, the delay of an answer.
+r"""Finds occurrences in a trace: the duration of a condition, and the delay of a response.
 
 runs(A)             A   __/‾‾‾‾\____    from the scan in which A begins to hold
                           |<-->|        to the first in which it no longer does
@@ -7,7 +7,7 @@ response(A, B)      A   __/‾‾\______    from the scan in which A begins to h
                     B   _______/‾‾‾‾    to the first later scan in which B holds
                           |<-->|
 
-silence(A, B, 5 ms) the same, where B comes later than 5 ms, or never
+silence(A, B, 5 ms) the same, if B comes later than 5 ms, or never
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ Rows = NDArray[np.int64]
 class Occurrences:
     """Occurrences, in the order of their beginnings."""
 
-    first: Rows  # row of the first scan of each
-    last: Rows  # row of the last scan of each
-    end: Rows  # row of the scan whose time is the end of each
-    open: Condition  # whether each lasted beyond the last scan of the trace
+    first: Rows  # row of the first scan of each occurrence
+    last: Rows  # row of the last scan of each occurrence
+    end: Rows  # row of the scan whose time is the end of each occurrence
+    open: Condition  # whether each occurrence lasted beyond the trace
 
     def __len__(self) -> int:
         return len(self.first)
@@ -57,7 +57,7 @@ class Stretches:
         self._holds = False
 
     def add(self, condition: Condition) -> Rows:
-        """Add a block, and return the rows of the block in which the condition begins to hold."""
+        """Add a block; return the rows of the block in which the condition begins to hold."""
         differs = np.empty(len(condition), bool)
         differs[:1] = condition[:1] != self._holds
         np.not_equal(condition[1:], condition[:-1], out=differs[1:])
@@ -69,12 +69,12 @@ class Stretches:
 
     @property
     def first(self) -> Rows:
-        """The first row of each."""
+        """The first row of each stretch."""
         return self._all[::2]
 
     @property
     def end(self) -> Rows:
-        """The row after the last one of each; none of one that holds in the last row of all."""
+        """The row after each stretch; none for a stretch that continues at the end of the trace."""
         return self._all[1::2]
 
     @property
@@ -84,14 +84,14 @@ class Stretches:
 
 
 Pattern = Callable[[Sequence[Stretches], RowIndex], Occurrences]
-"""Finds the occurrences, from the stretches of its conditions."""
+"""Function that finds occurrences from the stretches of a query's conditions."""
 
 
 def runs(conditions: Sequence[Stretches], _rows: RowIndex) -> Occurrences:
     """Find the stretches in which a condition holds."""
     (condition,) = conditions
     first, end = condition.first, condition.end
-    still = len(first) - len(end)  # 0 or 1: holding in the last scan
+    still = len(first) - len(end)  # 1 if the condition holds in the last scan, else 0
     rest = [condition.rows - 1] * still
     open_ = np.zeros(len(first), bool)
     open_[len(first) - still :] = True
@@ -100,7 +100,7 @@ def runs(conditions: Sequence[Stretches], _rows: RowIndex) -> Occurrences:
 
 
 def response(within_ns: int | None, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
-    """Find each beginning of a cause that an effect follows, in a later scan, and in time."""
+    """Find each beginning of a cause that an effect follows in a later scan, within the time."""
     found = _answers(*conditions)
     answered = ~found.open
     if within_ns is not None:
@@ -109,16 +109,16 @@ def response(within_ns: int | None, conditions: Sequence[Stretches], rows: RowIn
 
 
 def silence(within_ns: int, conditions: Sequence[Stretches], rows: RowIndex) -> Occurrences:
-    """Find each beginning of a cause that no effect follows in time.
+    """Find each beginning of a cause that no effect follows within the time.
 
-    A cause shortly before the end of the trace is left out if its time is not over.
+    A cause near the end of the trace is left out if the trace ends before the time is over.
     """
     found = _answers(*conditions)
     return found.some(np.flatnonzero(lengths(found, rows) > within_ns))
 
 
 def _answers(cause: Stretches, effect: Stretches) -> Occurrences:
-    """Find each beginning of a cause, with the first later scan in which the effect holds, or the last."""
+    """Find each beginning of a cause, with the first later scan with the effect, else the last scan."""
     first, count = cause.first, cause.rows
     ends = np.append(effect.end, [count] * (len(effect.first) - len(effect.end)))
     begins = np.append(effect.first, count)
@@ -129,6 +129,6 @@ def _answers(cause: Stretches, effect: Stretches) -> Occurrences:
 
 
 def lengths(found: Occurrences, rows: RowIndex) -> Rows:
-    """Return the durations, ns."""
+    """Return the durations of occurrences, ns."""
     result: Rows = rows.time_ns(found.end) - rows.time_ns(found.first)
     return result

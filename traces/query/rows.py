@@ -1,4 +1,4 @@
-"""Numbers and times of scans by row, in a few numbers for each block whose scans are evenly spaced."""
+"""Numbers and times of scans by row; a block with evenly spaced scans takes only a few numbers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class EvenSteps:
         self._begins: list[int] = []  # first row, first value and step of each block
         self._values: list[int] = []
         self._steps: list[int] = []
-        self._uneven: dict[int, Column] = {}  # the values of other blocks, by the number of the block
+        self._uneven: dict[int, Column] = {}  # all values of other blocks, by block number
 
     def add(self, values: Column) -> None:
         """Add the values of a block."""
@@ -38,7 +38,7 @@ class EvenSteps:
         self.rows += len(values)
 
     def at(self, rows: Column) -> Column:
-        """Return the values in some rows, which are in order."""
+        """Return the values in some rows, given in order."""
         begins, values, steps = (
             np.array(each, np.int64) for each in (self._begins, self._values, self._steps)
         )
@@ -62,9 +62,9 @@ class RowIndex:
         self._times.add(time_ns)
 
     def scan(self, rows: Column) -> Column:
-        """Return the numbers of the scans in some rows, which are in order."""
+        """Return the numbers of the scans in some rows, given in order."""
         return self._scans.at(rows)
 
     def time_ns(self, rows: Column) -> Column:
-        """Return the times of the scans in some rows, which are in order."""
+        """Return the times of the scans in some rows, given in order."""
         return self._times.at(rows)

@@ -1,1 +1,1 @@
-"""Reading of recordings."""
+"""Reading recordings."""

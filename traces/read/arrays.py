@@ -1,13 +1,13 @@
-"""A trace as numpy arrays: whole, by slices of scans or of time, or one scan at random.
+"""Reads a trace as numpy arrays: all of it, slices of scans or of time, or any single scan.
 
     with open_trace(path) as trace:
         columns = read_columns(trace)                       # all scans
         named = by_name(columns.words, trace.head.slots)
         named["slot1"]["in"]["position_msw"]                # a word in every scan, int16
 
-A chunk of ours has messages of one size and is read as one array; chunks of other
+Our chunks have messages of the same size, and each is read as one array; chunks of other
 writers are read message by message where necessary. Slices read only the chunks they
-need. `column_chunks` uses the same memory for any length of trace.
+need. The memory that `column_chunks` uses does not depend on the length of the trace.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False
     Scans of a damaged chunk are missing; `trace.notes` lists them.
 
     Args:
-        selection: without scans the columns are empty.
+        selection: the scans to read; if there are none, the columns are empty.
         tags: also read recorded tags: `read_columns(trace, tags=True).tags["fill_acc"]`.
     """
     parts = []
@@ -57,7 +57,7 @@ def column_chunks(
     """Iterate over the selected chunks of a trace, in the order of the file.
 
     Args:
-        selection: the first and the last chunk may have other scans as well.
+        selection: the scans to read; the first and the last chunk may have other scans as well.
         margin: number of additional scans before and after them, if the trace has them.
     """
     for section in _needed(trace, selection, margin):
@@ -67,7 +67,7 @@ def column_chunks(
 
 
 def column_chunks_and_events(trace: Trace) -> Iterator[tuple[Columns, list[TraceEvent]]]:
-    """Iterate over all chunks: their scans, none in some, and their events. Each is read once."""
+    """Iterate over the scans and events of all chunks, some without scans; each chunk is read once."""
     nothing = no_columns(trace.head.layout.words)
     for section in trace.sections:
         parts, events = trace.scans_and_events(section)
@@ -76,7 +76,7 @@ def column_chunks_and_events(trace: Trace) -> Iterator[tuple[Columns, list[Trace
 
 
 def scan_count(trace: Trace, selection: Selection = ALL, *, margin: int = 0) -> int:
-    """Return the number of scans in the chunks of `column_chunks`, by the indexes. Nothing is read."""
+    """Return the number of scans in the chunks of `column_chunks`, from the indexes only."""
     return sum(map(trace.shape.expected, _needed(trace, selection, margin)))
 
 
@@ -84,7 +84,7 @@ def scan_at(trace: Trace, number: int) -> Scan:
     """Return one scan, reading only the parts of the trace that lead to it.
 
     Raises:
-        ValueError: the trace has no scan of this number; the message has the existing ones.
+        ValueError: the trace has no scan with this number; the message says which scans exist.
     """
     for section in _needed(trace, Selection(number, number), 0):
         for rows in trace.scan_rows(section):
@@ -97,7 +97,7 @@ def scan_at(trace: Trace, number: int) -> Scan:
 
 
 def extent(trace: Trace) -> Columns:
-    """Return two rows, the first scan of a trace and its last; none for a trace without scans."""
+    """Return the first and the last scan of a trace as two rows; no rows for a trace without scans."""
     ends = [trace.edge(last=last) for last in (False, True)]
     parts = [_columns(rows) for rows in ends if rows is not None]
     return join(parts) if parts else no_columns(trace.head.layout.words)
@@ -119,7 +119,7 @@ def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section
 
 
 def _back(trace: Trace, place: int, margin: int) -> int:
-    """Return the place `margin` scans earlier."""
+    """Return the place of the section `margin` scans before the one at `place`."""
     while place > 0 and margin > 0:
         place -= 1
         margin -= trace.shape.expected(trace.sections[place])
@@ -127,7 +127,7 @@ def _back(trace: Trace, place: int, margin: int) -> int:
 
 
 def _ahead(trace: Trace, place: int, margin: int) -> int:
-    """Return the place `margin` scans later."""
+    """Return the place of the section `margin` scans after the one at `place`."""
     while place < len(trace.sections) and margin > 0:
         margin -= trace.shape.expected(trace.sections[place])
         place += 1

@@ -1,9 +1,9 @@
-"""Changes from scan to scan by name: the rows of a table for people.
+"""Names the changes from scan to scan, as the rows of a table.
 
 A row shows one direction of one slot in one scan, in the order of the scan:
 the input image, which the logic reads, before the output image, which it writes.
 Scans without a change have no row. Scans in which only positions and
-counts of 3601s changed are counted, and one row has their number. Tags
+counts of 3601s changed are only counted, and one row states their number. Tags
 that are numbers, such as the ACC of a timer, are shown with `every` only.
 """
 
@@ -25,17 +25,17 @@ from .sections import ScanRows
 from .tag_text import TagText
 
 _REPORTS = {"position": "position", "encoder": "encoder count"}
-"""Quantities with a column each, and what they are in a text."""
+"""Quantities that have a column each, and their names in texts."""
 
 _MODE_CONFIG_HIGH = 0x80
 """Bit 15 of a status word, in its high byte."""
 
 
 class _Reporting(NamedTuple):
-    """The bytes of the memory block in which a module reports position and count."""
+    """The places in the memory block where a module reports position and count."""
 
-    status: int  # the high byte of the word that has the mode
-    spans: Mapping[str, slice]  # by the text of the quantity
+    status: int  # place of the high byte of the word with the mode
+    spans: Mapping[str, slice]  # by the quantity's name in texts
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,11 +43,11 @@ class Row:
     """One direction of one slot in one scan."""
 
     scan: int | None  # number of the scan; None for a row of several scans
-    now_ns: int | None  # virtual time of the scan; None likewise
+    now_ns: int | None  # virtual time of the scan; None for a row of several scans
     slot: int | None  # number of the slot; None for the CPU
     direction: str  # "in", "out", "cpu" or "tags"; empty for several scans
     position: int | None  # reported position, steps; None where the image has none
-    encoder: int | None  # reported count; None likewise
+    encoder: int | None  # reported count; None where the image has none
     text: str
 
 
@@ -58,7 +58,7 @@ class ChangeRows:
         flag_names: returns the names of the CPU's flags that are set in a scan.
         every: a row for every change, including positions and counts.
         tags: describes tags; None for a trace without any.
-        formats: of the numbers of modules whose configuration selects them.
+        formats: number formats of modules whose configuration selects them.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class ChangeRows:
         self._folded_what = dict.fromkeys(_REPORTS.values(), False)
 
     def rows(self, scan: Scan) -> Iterator[Row]:
-        """Return the changes since the previous scan; in the first scan everything that is not 0."""
+        """Return the changes since the previous scan; for the first scan, everything that is not 0."""
         tags = "" if self._tags is None else self._tags.changes(self._tag_row, scan.tags)
         if not tags and scan.memory == self._memory and scan.flags == self._flags:
             self._tag_row = scan.tags
@@ -110,7 +110,7 @@ class ChangeRows:
 
         Args:
             scans: 1 or more.
-            inside: the scans that become rows.
+            inside: mask of the scans that are shown as rows.
             as_scans: makes scans of an array, `Trace.as_scans`.
         """
         changed, folded, moved = self._compared(scans)
@@ -132,8 +132,8 @@ class ChangeRows:
         """Compare scans with the previous ones; the first one counts as changed.
 
         Returns:
-            Masks of the changed scans, of those that are only counted, and by name the words in which
-            these differ.
+            Masks of the changed scans, and of the scans that are only counted; and by name, masks of the
+            scans whose position or count differs.
         """
         words = np.ascontiguousarray(scans["images"]).view(np.int16).reshape(len(scans), -1)
         differs = np.zeros(words.shape, bool)
@@ -165,11 +165,11 @@ class ChangeRows:
                 self._folded_what[name] |= bool((folded[span] & differs[span]).any())
 
     def skip(self, scan: Scan) -> None:
-        """Note the values of a scan that is not shown."""
+        """Remember the values of a scan that is not shown."""
         self._memory, self._flags, self._tag_row = scan.memory, scan.flags, scan.tags
 
     def rest(self) -> Iterator[Row]:
-        """Return the number of scans folded since the last row."""
+        """Yield a row with the number of scans folded since the last row, if any, and reset it."""
         if self._folded:
             scans = "scan" if self._folded == 1 else "scans"
             what = " and ".join(name for name, changed in self._folded_what.items() if changed)
@@ -183,7 +183,7 @@ class ChangeRows:
         start = 0
         for each in self._reporting:
             if memory[each.status] & _MODE_CONFIG_HIGH:
-                return False  # there these words mirror the configuration
+                return False  # in configuration mode these words mirror the configuration
             for span in each.spans.values():
                 if memory[start : span.start] != self._memory[start : span.start]:
                     return False
@@ -215,7 +215,7 @@ class ChangeRows:
         return Row(scan.scan, scan.now_ns, slot.number, direction, position, encoder, text)
 
     def _reported(self, scan: int, slot: SlotInfo, direction: str, words: Words) -> list[int | None]:
-        """Return position and count of an image, None where it has none."""
+        """Return the position and count in an image; None where it has none."""
         if direction != "in" or slot.words.configures("in", words):
             return [None] * len(_REPORTS)
         quantities = map(slot.words.quantity, _REPORTS)
@@ -224,10 +224,10 @@ class ChangeRows:
 
 
 def _reporting(slot: SlotInfo, start: int) -> _Reporting | None:
-    """Return the places of a module's position and count; None if it reports neither.
+    """Return the places of a module's position and count; None if the module reports neither.
 
     Args:
-        start: of its input image in the memory block, in bytes.
+        start: first byte of its input image in the memory block.
     """
     quantities = {what: slot.words.quantity(name) for name, what in _REPORTS.items()}
     spans = {

@@ -1,4 +1,4 @@
-"""Scans as columns, selections of scans, and their words by name."""
+"""Scans as columns, selections of scans, and words by name."""
 
 from __future__ import annotations
 
@@ -38,19 +38,19 @@ class Columns(NamedTuple):
         return Columns._make(None if column is None else change(column) for column in self)
 
     def followed_by(self, other: Columns) -> Columns:
-        """Return these rows and then those of another."""
+        """Return these rows, followed by the rows of another."""
         return join((self, other))
 
 
 def join(parts: Sequence[Columns]) -> Columns:
-    """Return the rows of several columns, one after the other; at least one."""
+    """Join the rows of several columns; there must be at least one."""
     return Columns._make(
         None if columns[0] is None else np.concatenate(columns) for columns in zip(*parts, strict=True)
     )
 
 
 def no_columns(words: int, tags: np.dtype[np.void] | None = None) -> Columns:
-    """Return columns without scans, for a memory block of a number of words and such tags."""
+    """Return columns without scans, for a memory block with a number of words, and a type of tags."""
     return Columns(
         np.zeros(0, np.int64),
         np.zeros(0, np.int64),
@@ -69,7 +69,7 @@ def by_name(words: NDArray[np.int16], slots: Sequence[SlotInfo]) -> NDArray[np.v
     ([11, 43], [16, 48])
 
     Args:
-        words: `words` of `Columns`, rows one after the other in memory.
+        words: `words` of `Columns`, with contiguous rows in memory.
         slots: the slots of the trace, `head.slots`.
     """
     fields = {f"slot{slot.number}": _slot_layout(slot) for slot in slots}
@@ -91,7 +91,7 @@ def _slot_layout(slot: SlotInfo) -> np.dtype[np.void]:
 
 @dataclass(frozen=True, slots=True)
 class Selection:
-    """A selection of scans: those within both ranges, ends included."""
+    """A selection of the scans within a range of numbers and a range of times, ends included."""
 
     first: int = 0  # lowest scan number
     last: int | None = None  # highest scan number; None = to the end
@@ -99,20 +99,20 @@ class Selection:
     end_ns: int | None = None  # latest virtual time; None = to the end
 
     def rows(self, columns: Columns) -> tuple[int, int]:
-        """Return first row and end of the selected rows."""
+        """Return the first row, and the end, of the selected rows."""
         return (
             max(_at_least(columns.scan, self.first), _at_least(columns.time_ns, self.start_ns)),
             min(_beyond(columns.scan, self.last), _beyond(columns.time_ns, self.end_ns)),
         )
 
     def has(self, scan: Any, time_ns: Any) -> Any:
-        """Return whether it includes a scan; for columns, a column of answers."""
+        """Return whether the selection includes a scan; for columns, a column of answers."""
         after = (scan >= self.first) & (time_ns >= self.start_ns)
         before = (self.last is None or scan <= self.last) & (self.end_ns is None or time_ns <= self.end_ns)
         return after & before
 
     def says(self) -> str:
-        """Return it in words, for a message.
+        """Return the selection as text, for a message.
 
         >>> Selection(first=5, end_ns=2_500_000_000).says()
         'scans from 5, time up to 2.5 s'

@@ -1,15 +1,15 @@
-"""Events as sentences: a rule that fired, a button pressed, a force, a mode, a fault."""
+"""Describes events in sentences: a rule that fired, a button pressed, a force, a mode, a fault."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
 OF_ADAPTERS = ("refusal", "adapter")
-"""Kinds of events in which an adapter sets bits for a reason of its controller's."""
+"""Kinds of events in which an adapter sets bits because of its controller."""
 
 
 def move_wording(kind: object, outcome: object) -> str:
-    """Return a kind of move and its end, as text.
+    """Return a kind of move and its outcome as text.
 
     >>> move_wording("absolute", "complete"), move_wording("home", "home")
     ('absolute: complete', 'search for home: found')
@@ -51,7 +51,7 @@ def _rule(scan: int, fields: Mapping[str, object]) -> str:
 
 
 def _clause(sentence: str) -> str:
-    """Return a sentence as part of another one; a name in capitals stays unchanged."""
+    """Return a sentence in the form of a clause; an initial name in capitals stays unchanged."""
     sentence = sentence.removesuffix(".")
     if sentence[1:2].isupper() or sentence[1:2] in "-_":
         return sentence

@@ -2,8 +2,8 @@
 
     head | chunk | index | chunk | index | data end | summary | footer | magic
 
-Reading does not depend on the summary, which a killed process could not write. A chunk states its
-length twice, in its head and by the length of its data, so that either may be damaged:
+Reading does not depend on the summary, which a killed process did not write. A chunk states its
+length twice, in its head and by the length of its data, so either may be damaged:
 
     06 | length | times, size, CRC | "zstd" | length of the data | data
          ^^^^^^                               ^^^^^^^^^^^^^^^^^^
@@ -25,7 +25,7 @@ from ..format.records import DRAFT, MAGIC, RECORD_HEAD, Damage, Span, TraceError
 _COMPRESSION = re.compile(rb"\x04\x00\x00\x00zstd|\x03\x00\x00\x00lz4")
 _COMPRESSION_BYTES_MAX = 8
 _CHUNK_NAME = 37
-"""Place of the compression's name in a chunk, after opcode, length, two times, size and CRC."""
+"""Offset of the compression's name in a chunk, after opcode, length, two times, size and CRC."""
 
 _CRC = struct.Struct("<I")
 _LENGTH = struct.Struct("<Q")
@@ -47,11 +47,11 @@ def find_records(
     """Find the records of a file. After a damaged length, continue at the next chunk, or the end.
 
     Args:
-        known: its first records; the search begins after them.
-        drafts: whether an unfinished chunk counts; if not, the file ends before it.
+        known: the first records of the file; the search begins after them.
+        drafts: whether an unfinished chunk is read; if not, the file ends before it.
 
     Returns:
-        The whole records in order, and the defects of the file; the last note describes a missing end.
+        The whole records in order, and notes on the file's defects; the last note describes a missing end.
 
     Raises:
         TraceLimitError: there are more records than the limits allow.
@@ -77,7 +77,7 @@ def find_records(
 def _hop(
     file: BinaryIO, size: int, offset: int, spans: list[Span], notes: list[str], *, drafts: bool
 ) -> str | None:
-    """Add the records from `offset` on; return the defect that ended them before the footer."""
+    """Add the records from `offset` on; return the defect that ends them before the footer, or None."""
     while offset + RECORD_HEAD.size <= size:
         span = _record_at(file, size, offset, notes)
         if span is None or (span.opcode == DRAFT and not drafts):
@@ -105,7 +105,7 @@ def _note_what_follows(rest: int, offset: int, notes: list[str]) -> None:
 def _record_at(file: BinaryIO, size: int, offset: int, notes: list[str]) -> Span | None:
     """Return the record at `offset`; a chunk is found despite a damaged opcode or length.
 
-    None if the file has become shorter than `size`: a recorder has taken its unfinished chunk back.
+    None if the file has become shorter than `size`, because a recorder has removed its unfinished chunk.
     """
     file.seek(offset)
     head = file.read(_CHUNK_HEAD_BYTES)
@@ -125,7 +125,7 @@ def _record_at(file: BinaryIO, size: int, offset: int, notes: list[str]) -> Span
 
 
 def _chunk_content_bytes(head: bytes) -> int | None:
-    """Return the length of a chunk's content by the length of its data; None if this is not a chunk."""
+    """Return the length of a chunk's content, computed from that of its data; None if it is no chunk."""
     match = _COMPRESSION.match(head, _CHUNK_NAME)
     if match is None or len(head) < match.end() + _LENGTH.size:
         return None
@@ -134,7 +134,7 @@ def _chunk_content_bytes(head: bytes) -> int | None:
 
 
 def _contradicts_itself(file: BinaryIO, size: int, offset: int) -> bool:
-    """Return whether a chunk at `offset` states two lengths: it is damaged, not cut off."""
+    """Return whether a chunk at `offset` states two different lengths, so that it is damaged, not cut off."""
     if offset + RECORD_HEAD.size > size:
         return False
     file.seek(offset)
@@ -156,7 +156,7 @@ def _begins_record(file: BinaryIO, size: int, offset: int) -> bool:
 
 
 def ends_whole(file: BinaryIO, spans: Sequence[Span]) -> bool:
-    """Return whether the last of the records is the footer, and the magic follows it."""
+    """Return whether the last record is the footer, and is followed by the magic."""
     if not spans or spans[-1].opcode != Opcode.FOOTER:
         return False
     file.seek(spans[-1].end)
@@ -164,7 +164,7 @@ def ends_whole(file: BinaryIO, spans: Sequence[Span]) -> bool:
 
 
 def sound_summary(file: BinaryIO, spans: Sequence[Span]) -> int | None:
-    """Return the offset of a file's summary; None without one, or with a wrong CRC."""
+    """Return the offset of a file's summary; None if it has none, or one with a wrong CRC."""
     footer = _footer(file, spans)
     if footer is None or not footer.summary_start or not footer.summary_crc:
         return None
@@ -176,7 +176,7 @@ def sound_summary(file: BinaryIO, spans: Sequence[Span]) -> int | None:
 
 
 def summary_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
-    """Return a note if the CRC of the summary does not fit; None if it fits, or there is none."""
+    """Return a note if the CRC of the summary is wrong; None if it is right, or there is none."""
     footer = _footer(file, spans)
     if footer is None or not footer.summary_start or not footer.summary_crc:
         return None
@@ -188,7 +188,7 @@ def _footer(file: BinaryIO, spans: Sequence[Span]) -> Footer | None:
 
 
 def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
-    """Return the CRC of all data in a file; 0 = none is stated, None = its data have no end."""
+    """Return the stated CRC of all data in a file; 0 = no CRC is stated, None = the data have no end."""
     ends = [span for span in spans if span.opcode == Opcode.DATA_END]
     try:
         return read_record(file, ends[-1], DataEnd.read).data_section_crc if ends else None
@@ -197,7 +197,7 @@ def data_crc(file: BinaryIO, spans: Sequence[Span]) -> int | None:
 
 
 def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
-    """Return a note if the CRC of all data does not fit; None if it fits, or the file states none."""
+    """Return a note if the CRC of all data is wrong; None if it is right, or the file states none."""
     recorded_crc = data_crc(file, spans)
     if not recorded_crc:
         return None
@@ -221,7 +221,7 @@ def _last(spans: Sequence[Span]) -> tuple[int, int]:
 
 
 def _next_chunk(file: BinaryIO, size: int, start: int) -> int | None:
-    """Search for a chunk that begins at `start` or later by the name of its compression and by its sizes."""
+    """Search for a chunk at `start` or later, by the name of its compression and by its sizes."""
     before = b""
     file.seek(start + _CHUNK_NAME)
     place = start + _CHUNK_NAME
@@ -239,7 +239,7 @@ def _next_chunk(file: BinaryIO, size: int, start: int) -> int | None:
 
 
 def _is_chunk(file: BinaryIO, size: int, offset: int) -> bool:
-    """Return whether a chunk that the file holds whole begins at `offset`."""
+    """Return whether a whole chunk begins at `offset`."""
     span = _record_at(file, size, offset, [])
     file.seek(offset)
     return (
@@ -261,7 +261,7 @@ def _footer_at_the_end(file: BinaryIO, size: int) -> int | None:
 
 
 def _end_of_data(file: BinaryIO, size: int, start: int) -> int | None:
-    """Return the end of the data, by the footer at the end of the file; None if not after `start`."""
+    """Return the end of the data, from the footer at the end of the file; None if it is not after `start`."""
     footer = _footer_at_the_end(file, size)
     if footer is None:
         return None

@@ -1,4 +1,4 @@
-"""The head of a trace: everything needed to read its scans, checked first."""
+"""The head of a trace: everything needed to read its scans, checked before use."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
 
 
 def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel], dict[int, Schema]]:
-    """Return channels by topic and schemas by id: those of the summary if its CRC fits, or the first."""
+    """Return channels by topic and schemas by id, from a sound summary, else the first of each."""
     channels: dict[str, Channel] = {}
     schemas: dict[int, Schema] = {}
     summary = sound_summary(file, spans) or 0
@@ -85,7 +85,7 @@ def _channels(file: BinaryIO, spans: Sequence[Span]) -> tuple[dict[str, Channel]
 
 
 def _registered(file: BinaryIO, spans: Sequence[Span]) -> Iterator[Schema | Channel]:
-    """Yield schemas and channels; other tools write them in the first chunk only."""
+    """Yield schemas and channels; other tools may write them only in the first chunk."""
     for span in spans:
         if span.opcode == Opcode.SCHEMA:
             yield read_record(file, span, Schema.read)
@@ -142,7 +142,11 @@ def _tags(metadata: Mapping[str, str], schema: Schema | None) -> TagPlan | None:
 def _rest_bytes(
     channel: Channel, schema: Schema | None, slots: Sequence[SlotInfo], tags: TagPlan | None
 ) -> int:
-    """Return the bytes of a scan after the tags; TraceError if the fields before them are unknown."""
+    """Return the number of bytes of a scan after the tags.
+
+    Raises:
+        TraceError: the fields before these bytes are unknown.
+    """
     text = "" if schema is None else schema.data.decode("utf-8", "replace")
     known = scan_schema(slots, tags)
     found = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()

@@ -1,4 +1,4 @@
-"""Images in words: bits that rose and fell, the command by name, decoded values."""
+"""Describes images as text: bits that rose and fell, the command by name, decoded values."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ _PARAMETERS: Mapping[str, tuple[int, ...]] = {
 def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) -> str:
     """Return a changed input image of a 3601 as text: bits that rose and fell, and a captured value.
 
-    Position and counts have their own columns.
+    Position and counts are left out, because they have their own columns.
 
     >>> input_wording((0x4008, 0, 0, 0, 0, 0, 0, 0), (0x4021, 0, 0, 3, 0, 0, 0, 0))
     '+MOVING_CW +ACCELERATING -STOPPED'
@@ -72,7 +72,7 @@ def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) ->
 
 
 def _further_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
-    """Return what changed besides the bits by the mode: firmware, echoed configuration, captured value."""
+    """Return other changes, depending on the mode: firmware, echoed configuration, captured value."""
     was, now = in_configuration_mode(before), in_configuration_mode(after)
     if now and not was:
         return f"firmware {after[6]}.{after[7]}"
@@ -83,7 +83,7 @@ def _further_inputs(before: Words, after: Words, *, has_bits: bool) -> str:
 
 
 def in_thousands(quantity: Quantity, words: Words) -> int:
-    """Return a quantity in the words of its image; without a known format in thousands."""
+    """Return a quantity in the words of its image; if its format is not fixed, it is read in thousands."""
     first, *rest = words[quantity.word : quantity.word + quantity.words]
     return (quantity.format or NumberFormat.THOUSANDS).reported(first, rest[0]) if rest else first
 
@@ -93,8 +93,8 @@ def moded_wording(
 ) -> str:
     """Return a changed image of a module with two modes as text, by its own names.
 
-    Outputs: the bits that are on, and the quantities that changed or belong to a new command. Inputs: bits
-    that rose and fell, and quantities but those with columns of their own.
+    For outputs: the bits that are on, and the quantities that changed or belong to a new command. For inputs:
+    bits that rose and fell, and quantities without columns of their own.
 
     >>> from scanrack.io_images.drives.models import SMD23E2
     >>> moded_wording(SMD23E2.words, "out", (0,) * 10, (2, -0x8000, 12, 345, 5, 0, 20, 10, 0, 0))
@@ -120,20 +120,20 @@ def moded_wording(
 
 
 def _bits_on(module: ModuleWords, direction: str, words: Words) -> list[str]:
-    """Return the names of the bits that are on; a nameless one of a word with names as `status_1.5`."""
+    """Return the names of the bits that are on; in a word with names, a nameless bit is like `status_1.5`."""
     names = module.named(direction)
     by_word = _named_bits(module, direction)
     return [on for word, bits in by_word.items() for on in _names_on(names[word], bits, words[word])]
 
 
 def _named_bits(module: ModuleWords, direction: str) -> dict[int, dict[str, int]]:
-    """Return the bits of the words that have names of bits."""
+    """Return the named bits of each word that has any."""
     image, words = "O" if direction == "out" else "I", range(len(module.named(direction)))
     return {word: bits for word in words if (bits := dict(module.bits(image, word)))}
 
 
 def _unnamed(module: ModuleWords, direction: str, before: Words, after: Words) -> str:
-    """Return the changes in words that neither have named bits nor are quantities."""
+    """Return the changes in words without named bits that are no part of a quantity."""
     known = module.covered(direction) | {each.word for each in module.quantities_in(direction)}
     return _plain_words(module, direction, known, before, after)
 
@@ -141,7 +141,7 @@ def _unnamed(module: ModuleWords, direction: str, before: Words, after: Words) -
 def _plain_words(
     module: ModuleWords, direction: str, known: Collection[int], before: Words, after: Words
 ) -> str:
-    """Return the changes in words but for the known ones."""
+    """Return the changes in words, except the known ones."""
     names = module.named(direction)
     rest = [word for word in range(len(names)) if word not in known]
     was, now = ([words[word] for word in rest] for words in (before, after))
@@ -149,12 +149,12 @@ def _plain_words(
 
 
 def in_configuration_mode(inputs: Words) -> bool:
-    """Return whether an input image of a 3601 is in configuration mode: a mirror, without positions."""
+    """Return whether a 3601's input image is in configuration mode, a mirror without positions."""
     return bool(inputs[0] & _MODE_CONFIG)
 
 
 def plain_wording(names: Sequence[str], before: Words, after: Words) -> str:
-    """Return changed words of any other module as text.
+    """Return the changed words of a module of any other kind as text.
 
     >>> plain_wording(["a", "b"], (1, 2), (1, -3))
     'b 2 -> -3'
@@ -165,7 +165,7 @@ def plain_wording(names: Sequence[str], before: Words, after: Words) -> str:
 
 
 def risen_and_fallen(before: Sequence[str], after: Sequence[str]) -> str:
-    """Return the difference of two lists of names as text.
+    """Return the difference between two lists of names as text.
 
     >>> risen_and_fallen(["A", "B"], ["B", "C"])
     '+C -A'
@@ -176,7 +176,7 @@ def risen_and_fallen(before: Sequence[str], after: Sequence[str]) -> str:
 
 
 def bit_names(bits: type[IntFlag], word: int) -> list[str]:
-    """Return the names of the bits that are set in a word, `bit6` for a nameless one.
+    """Return the names of the bits that are set in a word; a bit without a name is like `bit6`.
 
     >>> bit_names(CommandLsw, 0x0041)
     ['S_CURVE', 'bit6']
@@ -210,7 +210,7 @@ def module_text(
 
 
 def _names_on(word: str, bits: Mapping[str, int], value: int) -> list[str]:
-    """Return the names of the bits that are on; a nameless one as `data.5`."""
+    """Return the names of the bits that are on; a bit without a name is like `data.5`."""
     by_number = {number: name for name, number in bits.items()}
     return [by_number.get(number, f"{word}.{number}") for number in range(16) if value >> number & 1]
 
@@ -229,7 +229,7 @@ def _configuration(words: Words) -> str:
 
 
 def _value(words: Words) -> str:
-    """Return a parameter of one or two words as text; an illegal pair as the pair."""
+    """Return a parameter of one or two words as text; an illegal pair is shown as two words."""
     if len(words) == 1:
         return f"{words[0]:,}"
     return f"{join_thousands(*words):,}" if is_legal_pair(*words) else f"({words[0]}, {words[1]})"

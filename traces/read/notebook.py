@@ -1,4 +1,4 @@
-"""A trace as a notebook shows it: name, length, the way of the first axis, rules and faults."""
+"""Shows a trace in a notebook: name, length, the position of the first axis, rules and faults."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ EVENTS = 8
 
 
 def short_text(trace: Trace) -> str:
-    """Return a trace as a terminal shows it: `<Trace 'feeder': scans 0 to 19,999>`."""
+    """Return a trace as short text for a terminal: `<Trace 'feeder': scans 0 to 19,999>`."""
     first, last = trace.edge(last=False), trace.edge(last=True)
     name = trace.head.metadata.get("name", "")
     if first is None or last is None:
@@ -32,7 +32,7 @@ def short_text(trace: Trace) -> str:
 
 
 def as_html(trace: Trace) -> str:
-    """Return a trace as HTML of at most some 20 kB, however long it is."""
+    """Return a trace as HTML of at most about 20 kB, however long the trace is."""
     name = trace.head.metadata.get("name") or "trace"
     first, last = trace.edge(last=False), trace.edge(last=True)
     if first is None or last is None:
@@ -43,7 +43,7 @@ def as_html(trace: Trace) -> str:
 
 
 def _way(trace: Trace) -> str:
-    """Return the position of the first slot that has one, as a line."""
+    """Return the position of the first slot with a position, drawn as a line."""
     slot = next((each for each in trace.head.slots if each.words.is_axis), None)
     values = [] if slot is None else _positions(trace, slot)
     if slot is None or len(values) < 2:
@@ -53,7 +53,7 @@ def _way(trace: Trace) -> str:
 
 
 def _positions(trace: Trace, slot: SlotInfo) -> Sequence[int]:
-    """Return positions at even distances; of a long trace not more than a scan of each part is read."""
+    """Return positions at even distances; in a long trace at most one scan of each part is read."""
     parts = trace.sections[:: max(1, len(trace.sections) // POINTS)]
     each = max(1, POINTS // max(len(parts), 1))
     position, formats = slot.words.quantity("position"), NumberFormats.of(trace)

@@ -1,9 +1,10 @@
-"""The number format in each scan, for modules whose configuration selects it.
+"""Number formats in each scan, for modules whose configuration selects the format.
 
-A module reports each change as an event of kind "format"; until the first one its numbers are in thousands.
+A module reports each change in an event of kind "format"; before the first event, its numbers are in
+thousands.
 
     scan       n - 1          n
-    outputs    new format     ...            the module meets the outputs of n - 1 at the beginning of n
+    outputs    new format     ...            the module reads the outputs of n - 1 at the beginning of n
     inputs     old format     new format
 """
 
@@ -20,11 +21,11 @@ from numpy.typing import NDArray
 from scanrack.io_images.module_words import INPUT, ModuleWords, Quantity
 from scanrack.io_images.number_formats import NumberFormat
 
-if TYPE_CHECKING:  # a run reads no recording
+if TYPE_CHECKING:  # a run does not read recordings
     from .reader import Trace
 
 KIND = "format"
-"""Kind of the events that report formats, in their fields `reads` and `writes`."""
+"""Kind of the events that report formats, in the fields `reads` and `writes`."""
 
 _FORMATS = {each.value: each for each in NumberFormat}
 
@@ -37,7 +38,7 @@ class NumberFormats:
 
     @classmethod
     def of(cls, trace: Trace) -> NumberFormats:
-        """Return the formats in a trace; only one with such a module is searched for them."""
+        """Return the formats in a trace; the events are read only if it has such a module."""
         formats = cls()
         if any(formats_vary(slot.words) for slot in trace.head.slots):
             for each in trace.events(topics={"/events"}):
@@ -45,7 +46,7 @@ class NumberFormats:
         return formats
 
     def note(self, scan: int, fields: Mapping[str, Any]) -> None:
-        """Note an event; of another kind it has no effect."""
+        """Record the formats in an event; events of other kinds are ignored."""
         slot = fields.get("slot")
         if fields.get("kind") != KIND or not isinstance(slot, int):
             return
@@ -59,7 +60,7 @@ class NumberFormats:
                 formats[place : place + same] = [format]
 
     def changes(self) -> list[tuple[int, str, int, str]]:
-        """Return all changes: slot, "I" or "O", the first scan, and the format."""
+        """Return all changes: slot, "I" or "O", first scan, and format."""
         return [
             (slot, "I" if is_input else "O", scan, format.value)
             for (slot, is_input), changes in self._changes.items()
@@ -109,5 +110,5 @@ class NumberFormats:
 
 
 def formats_vary(words: ModuleWords) -> bool:
-    """Whether a module's configuration selects the format of its numbers."""
+    """Return whether a module's configuration selects the format of its numbers."""
     return any(each.format is None for each in words.quantities)

@@ -1,7 +1,7 @@
-"""Scans in memory, packed: a few bytes a scan instead of 52, and read in order as fast as a list.
+"""Packs scans in memory: each takes a few bytes instead of 52, and reading in order is as fast as a list.
 
 chunk      4,096 scans, compressed         any number of them
-view       a column as a sequence          keeps the chunk unpacked that it reads from
+view       a column as a sequence          keeps the chunk that it reads unpacked
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _HEAD = 3
 T = TypeVar("T")
 
 RECENT = 16
-"""Chunks read by number that are kept unpacked: searches read them more than once."""
+"""Number of unpacked chunks that are kept, because searches read chunks more than once."""
 
 
 class PackedScans:
@@ -34,11 +34,11 @@ class PackedScans:
         self._packed: list[bytes] = []
         self._waiting = no_columns(words)
         self._compressor = zstandard.ZstdCompressor(level=1)
-        self._recent: dict[int, Columns] = {}  # unpacked chunks, the latest one last
+        self._recent: dict[int, Columns] = {}  # unpacked chunks, the most recent one last
 
     @classmethod
     def of(cls, words: int, parts: Iterator[Columns] | Sequence[Columns]) -> PackedScans:
-        """Return scans of a memory block of a number of words, packed part by part."""
+        """Return packed scans, for a memory block with a number of words."""
         scans = cls(words)
         for columns in parts:
             scans.add(columns)
@@ -67,12 +67,12 @@ class PackedScans:
         return self._waiting if number == len(self._packed) else no_columns(self._words)
 
     def chunks(self, first: int = 0) -> Iterator[Columns]:
-        """Iterate over the chunks from one on; none is kept."""
+        """Iterate over the chunks, beginning with number `first`; none is kept unpacked."""
         for number in range(first, len(self._packed) + 1):
             yield self._unpack(self._packed[number]) if number < len(self._packed) else self._waiting
 
     def columns(self, first: int = 0) -> Columns:
-        """Return all scans from a chunk on as columns: 20 bytes per scan and two per word."""
+        """Return all scans, beginning with a chunk, as columns: 20 bytes per scan and two per word."""
         return join([no_columns(self._words), *self.chunks(first)])
 
     def view(self, values: Callable[[Columns], Sequence[T]]) -> View[T]:
@@ -81,7 +81,7 @@ class PackedScans:
 
     def _pack(self, columns: Columns) -> bytes:
         packed = self._compressor.compress(b"".join(column.tobytes() for column in columns.images()))
-        return bytes(memoryview(packed))  # the compressor keeps room for incompressible data
+        return bytes(memoryview(packed))  # a copy without the compressor's spare room
 
     def _unpack(self, packed: bytes) -> Columns:
         data = zstandard.decompress(packed)
@@ -108,14 +108,14 @@ class NotedScans:
         return len(self._packed) + len(self._heads) // _HEAD
 
     def add(self, scan: int, now_ns: int, flags: int, block: bytes | bytearray) -> None:
-        """Add a scan: its number, time and flags, and the rack's present memory block."""
+        """Add a scan: its number, time and flags, and the rack's current memory block."""
         self._heads.extend((scan, now_ns, flags))
         self._blocks += block
         if len(self._heads) == _HEAD * CHUNK_SCANS:
             self.packed()
 
     def packed(self) -> PackedScans:
-        """Return all scans so far; later ones will be added to the same object."""
+        """Return all scans so far; later scans are added to the same object."""
         if self._heads:
             heads = np.array(self._heads, np.int64).reshape(-1, _HEAD)
             words = np.array(self._blocks).view(np.int16).reshape(len(heads), -1)
@@ -145,7 +145,7 @@ class View(Sequence[T], Generic[T]):
     @overload
     def __getitem__(self, row: slice) -> Sequence[T]: ...
     def __getitem__(self, row: int | slice) -> T | Sequence[T]:
-        if row.__class__ is int and self._start <= row < self._stop:  # in order, as nearly always
+        if row.__class__ is int and self._start <= row < self._stop:  # read in order, as in nearly all cases
             return self._held[row - self._start]
         if isinstance(row, slice):
             return [self[each] for each in range(*row.indices(len(self)))]
@@ -153,7 +153,7 @@ class View(Sequence[T], Generic[T]):
         return self._held[row - self._start]
 
     def _hold(self, row: int) -> int:
-        """Unpack the chunk of a row; return the row, counted from the beginning."""
+        """Unpack the chunk that contains a row; return the row, counted from the beginning."""
         row = row + len(self) if row < 0 else row
         if not 0 <= row < len(self):
             raise IndexError("no such scan")

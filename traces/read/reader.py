@@ -4,7 +4,7 @@
         for scan in trace.scans():
             scan.inputs(1)[2]              # slot 1, input word 2
 
-A trace of a killed process has no end; it is read up to its last whole
+A killed process leaves a trace without an end; it is read up to its last whole
 chunk, with a note in `notes`. A damaged chunk is left out, and noted.
 """
 
@@ -55,7 +55,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 CHECKED_BYTES = 256 * 1024 * 1024
-"""Size up to which a trace is checked as it is opened; a longer one where its metadata decide what runs."""
+"""Maximum size of a trace that is checked when it is opened, bytes.
+
+A larger trace is checked where its metadata decide what runs.
+"""
 
 ENDED = "its recording was ended from outside, or by os._exit; scanrack repair completes it"
 
@@ -71,11 +74,11 @@ class Scan(NamedTuple):
     tags: bytes = b""  # the row of tags; empty without any
 
     def outputs(self, slot: int) -> Image:
-        """Return a copy of a slot's output image (logic to module); KeyError for no such slot."""
+        """Return a copy of a slot's output image (logic to module); KeyError if there is none."""
         return self._image(self.places[slot].outputs)
 
     def inputs(self, slot: int) -> Image:
-        """Return a copy of a slot's input image (module to logic); KeyError for no such slot."""
+        """Return a copy of a slot's input image (module to logic); KeyError if there is none."""
         return self._image(self.places[slot].inputs)
 
     def _image(self, place: slice) -> Image:
@@ -93,16 +96,17 @@ class TraceEvent:
 
 
 class Records:
-    """A file of records that is open for reading, with any topics.
+    """A file of records, with any topics, open for reading.
 
     Args:
-        grows: it is being recorded: the draft at its end, which may disappear at any time, is left out.
+        grows: whether it is being recorded; if so, the draft at its end is left out, as it may disappear any
+            time.
 
     Attributes:
         notes: the defects of the file; a damaged chunk is noted when it is read.
-        spans: its whole records, in order.
+        spans: places of its whole records, in order.
         sections: places of the messages, in the order of the file.
-        shape: layout of scans in them; here there are none.
+        shape: layout of scans in the sections; here there are none.
 
     Raises:
         TraceError: it is not an MCAP file.
@@ -141,7 +145,7 @@ class Records:
         return bool(self._of_the_end)
 
     def follow(self) -> bool:
-        """Read the new records of a file without an end; return whether there are any.
+        """Read the new records of a file without an end; return whether there were any.
 
         Raises:
             TraceLimitError: it has more records than the limits allow.
@@ -168,16 +172,16 @@ class Records:
     def _found(self, size: int, known: Sequence[Span] = ()) -> tuple[int, list[Span], list[str]]:
         """Return the size of the file without a draft, its records, and its defects."""
         if self._grows:
-            self.file.seek(0, os.SEEK_END)  # drops buffered data: a chunk may have replaced it
+            self.file.seek(0, os.SEEK_END)  # drops buffered data, which a chunk may have replaced
         spans, notes = find_records(self.file, size, known, drafts=not self._grows)
         cut = bool(notes) and notes[-1] == UNDER_WAY
         return (spans[-1].end if cut and spans else size), spans, notes
 
     def parts(self, section: Section) -> list[Part] | None:
-        """Take a section apart; note a damaged one and return None.
+        """Split a section into parts; note a damaged section and return None.
 
         Raises:
-            TraceLimitError: it unpacks to more, or has more records, than the limits allow.
+            TraceLimitError: the section unpacks to more bytes, or has more records, than the limits allow.
         """
         try:
             return take_apart(self.file, section, self.shape)
@@ -188,10 +192,10 @@ class Records:
             return None
 
     def check_data(self) -> None:
-        """Note a wrong CRC of all data, once, unless damage is known already.
+        """Note a wrong CRC of all data, once, unless damage is already known.
 
-        It protects parts without their own CRC: the metadata. The whole file is read, a GB in about a
-        second.
+        This CRC protects parts without their own, which are the metadata. The whole file is read, a GB in
+        about a second.
         """
         if self._checked or any(isinstance(note, Damage) for note in self.notes):
             return
@@ -205,7 +209,7 @@ class Records:
         return self.file.read(span.end - span.offset)
 
     def note(self, note: str) -> None:
-        """Add a note, once. What is damaged takes the place of the note that something is."""
+        """Add a note, unless it exists. A note on specific damage replaces the general one."""
         if note in self.notes:
             return
         if isinstance(note, Damage) and DATA_DAMAGE in self.notes:
@@ -214,12 +218,12 @@ class Records:
 
 
 class Trace(Records):
-    """A trace of scans that is open for reading. Each iteration starts at its beginning.
+    """A trace of scans, open for reading. Each iteration starts at its beginning.
 
     Args:
-        file: open for reading. It is closed with the trace.
+        file: the file, open for reading; it is closed with the trace.
         grows: see `Records`.
-        check: check the data of up to `CHECKED_BYTES`, see `check_data`.
+        check: whether data of up to `CHECKED_BYTES` are checked, see `check_data`.
 
     Attributes:
         shape: layout of the scans in its sections.
@@ -262,7 +266,7 @@ class Trace(Records):
         return grown
 
     def _leave_out_repeated(self) -> None:
-        """Leave out and note chunks of the times and the size of an earlier one: no recorder writes such."""
+        """Leave out and note chunks with the times and size of an earlier one, which no recorder writes."""
         kept: dict[tuple[int, ...], Section] = {}
         for section in self.sections:
             has_span = section.is_chunk and section.start_ns < section.end_ns
@@ -273,7 +277,7 @@ class Trace(Records):
         self.sections = list(kept.values())
 
     def __iter__(self) -> Iterator[Scan | TraceEvent]:
-        """Iterate over scans and events in the order of the file; leave out and note damaged parts."""
+        """Iterate over scans and events in the order of the file; damaged parts are noted and left out."""
         for section in self.sections:
             for entry in self.entries(section):
                 if isinstance(entry, TraceEvent):
@@ -319,11 +323,11 @@ class Trace(Records):
     def events(
         self, start_ns: int = 0, end_ns: int | None = None, topics: Collection[str] | None = None
     ) -> Iterator[TraceEvent]:
-        """Iterate over the events. Only chunks that may have the selected ones are read.
+        """Iterate over the events. Only chunks that may have selected events are read.
 
         Args:
             start_ns: chunks that end before that time are left out.
-            end_ns: also those that begin after it; None = none.
+            end_ns: chunks that begin after that time are left out; None = no limit.
             topics: only events of these; None = of all.
         """
         for section in self.sections:
@@ -341,14 +345,14 @@ class Trace(Records):
         yield from (event for event in counts if topics is None or event.topic in topics)
 
     def scans_and_events(self, section: Section) -> tuple[list[ScanRows], list[TraceEvent]]:
-        """Return the scans and the events of a section, which is read once."""
+        """Return the scans and the events of a section; the section is read only once."""
         parts = self._messages(section)
         return _rows_of(parts), list(self._events_in(parts, section))
 
     def may_tell(self, section: Section, topics: Collection[str] | None = None) -> bool:
-        """Return whether a section may have events of some topics, or any for None; it is not read.
+        """Return whether a section may have events of some topics, or any if None, without reading it.
 
-        The answer comes from its indexes, unless the file is damaged, or ends at them.
+        The answer is based on its indexes, unless the file is damaged, or ends with them.
         """
         if self.shape.only_scans(section):
             return False
@@ -372,7 +376,7 @@ class Trace(Records):
         return found
 
     def scan_rows(self, section: Section) -> list[ScanRows]:
-        """Return the scans of a section as arrays; none for a damaged one, which is noted."""
+        """Return the scans of a section as arrays; a damaged section is noted and has none."""
         return _rows_of(self._messages(section))
 
     def as_scans(self, rows: ScanRows) -> Iterator[Scan]:
@@ -386,14 +390,14 @@ class Trace(Records):
             yield Scan(scan, now_ns, flags, image, self._places, tags[place] if tags else b"")
 
     def edge(self, *, last: bool) -> ScanRows | None:
-        """Return the first scan, or the last one, as an array of one; None for a trace without scans."""
+        """Return the first or the last scan as an array with one row; None for a trace without scans."""
         for section in reversed(self.sections) if last else self.sections:
             if parts := self.scan_rows(section):
                 return parts[-1][-1:] if last else parts[0][:1]
         return None
 
     def first_scan(self, place: int) -> int:
-        """Return the first scan in a section or after it, 2**32 without one."""
+        """Return the number of the first scan in a section or after it; 2**32 if there is none."""
         if place not in self._firsts:
             found = (rows for section in self.sections[place:] for rows in self.scan_rows(section)[:1])
             rows = next(found, None)
@@ -401,11 +405,11 @@ class Trace(Records):
         return self._firsts[place]
 
     def place_of(self, scan: int) -> int:
-        """Return the last section that begins with a scan up to this one; -1 without one.
+        """Return the last section whose first scan is at most this one; -1 if there is none.
 
         Only the sections around an estimated place are read.
         """
-        low, high = -1, len(self.sections)  # the first scan of low is up to it, that of high is not
+        low, high = -1, len(self.sections)  # the first scan of low is at most `scan`, that of high is greater
         place, step = self._guess(scan), 1
         while high - low > 1:
             if self.first_scan(place) <= scan:
@@ -445,7 +449,7 @@ class Trace(Records):
         return [(span, attachment_name(self.file, span)) for span in spans]
 
     def _messages(self, section: Section) -> list[ScanRows | Message]:
-        """Return scans and messages of a section; none for a damaged one, which is noted."""
+        """Return scans and messages of a section; a damaged section is noted and has none."""
         parts = self.parts(section) or ()
         messages = [part.what for part in parts if not isinstance(part.what, Channel | Schema)]
         return [message for message in messages if self._is_sound(message, section)]
@@ -457,7 +461,7 @@ class Trace(Records):
                 yield from self._events(part, section)
 
     def _is_sound(self, part: ScanRows | Message, section: Section) -> bool:
-        """Return whether a message is no malformed scan; note one that is."""
+        """Return whether a part is anything but a malformed scan; note a malformed scan."""
         if not isinstance(part, Message) or part.channel != self.shape.channel:
             return True
         self.note(
@@ -467,7 +471,7 @@ class Trace(Records):
         return False
 
     def _events(self, message: Message, section: Section) -> Iterator[TraceEvent]:
-        """Yield the event of a message, if it is one."""
+        """Yield the event in a message; note any other message."""
         topic = self._topics.get(message.channel)
         if topic not in _EVENT_TOPICS:
             self._note_stranger(message.channel, topic)
@@ -479,7 +483,7 @@ class Trace(Records):
                 self.note(f"{where} has a bad message on {topic}: {error}; it is left out")
 
     def _note_stranger(self, channel: int, topic: str | None) -> None:
-        """Note messages that our traces never have: the record of their channel is damaged."""
+        """Note messages that our traces never have, because the record of their channel is damaged."""
         if topic is None:
             self.note(f"no record tells what channel {channel} is; its messages are left out")
         elif self.head.library.startswith(LIBRARY):
@@ -492,7 +496,7 @@ class Trace(Records):
             self._of_the_end = [*self._of_the_end[:1], *ends]
 
     def _where_it_ends(self) -> Iterator[str]:
-        """Yield as notes the last scan of a trace without an end, and unfinished records after it."""
+        """Yield notes on the last scan of a trace without an end, and on unfinished records after it."""
         row = self.edge(last=True)
         if row is None:
             yield "no whole chunk with scans"
@@ -518,7 +522,7 @@ def open_trace(path: Path | str, *, check: bool = True) -> Trace:
     """Open a trace of scans for reading.
 
     Args:
-        check: see `Trace`; a reader that reads all its bytes may check their CRC itself.
+        check: see `Trace`; a caller that reads all bytes may check the CRC itself.
 
     Raises:
         TraceError: it can't be read, is not an MCAP file, has no scans of ours, or scans with a layout
@@ -549,7 +553,7 @@ def _opened(path: Path, kind: Callable[..., R]) -> R:
 
 
 _NO_SCAN = 1 << 32
-"""More than the number of any scan."""
+"""A number greater than that of any scan."""
 
 _EVENT_TOPICS = frozenset(topic.name for topic in ALL_TOPICS)
 
@@ -559,7 +563,7 @@ def _rows_of(parts: Iterable[ScanRows | Message]) -> list[ScanRows]:
 
 
 def _event(message: Message, topic: str) -> TraceEvent:
-    """Read an event; ValueError if it is none."""
+    """Read an event; raise a ValueError if the message is not one."""
     fields = json_value(message.data)
     if not isinstance(fields, dict) or not isinstance(fields.get("scan"), int):
         raise ValueError("it does not tell its scan")

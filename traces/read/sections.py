@@ -1,6 +1,6 @@
-"""The sections of a trace: their contents, and how to take one apart.
+"""The sections of a trace: their contents, and how to split a section into parts.
 
-A section is a chunk, or, in files of other writers without chunks, a stretch of
+A section is a chunk or, in files without chunks from other writers, a stretch of
 uncompressed messages. The contents of a section are known
 before it is read, from the head of the chunk and the message indexes after it:
 
@@ -42,11 +42,11 @@ _INDEX_ENTRY_BYTES = 16
 _LOOSE_BYTES = 1 << 20
 _EVER = 1 << 64
 _SAME_HEAD = struct.Struct("<BQH")
-"""The common first bytes of all messages of one size on one channel."""
+"""The first bytes of a message, equal for all messages with the same size and channel."""
 
 _PREFIX = CDR_PREFIX.to_bytes(4, "little")
 _PREFIX_AT = 31
-"""Place of the payload's prefix in the record of a scan."""
+"""Offset of the payload's prefix in the record of a scan."""
 
 ScanRows = NDArray[np.void]
 """Successive scans, with the layout of `message_layout`."""
@@ -56,8 +56,8 @@ class Part(NamedTuple):
     """A part of a section.
 
     Attributes:
-        offset: its begin in the section.
-        what: successive scans, another message, or a registered channel or schema.
+        offset: its first byte in the section.
+        what: successive scans, another message, or a channel or schema.
     """
 
     offset: int
@@ -68,11 +68,11 @@ class Part(NamedTuple):
 class Section:
     """A stretch of messages."""
 
-    span: Span  # the chunk; for messages outside of chunks, all of them from the first one's opcode on
+    span: Span  # the chunk; outside of chunks, all messages from the first one's opcode on
     start_ns: int  # earliest time of a message in it; 0 if unknown
-    end_ns: int  # latest; 2**64 if unknown
+    end_ns: int  # latest time of a message in it; 2**64 if unknown
     size: int  # bytes of its messages, before compression
-    counts: Mapping[int, int] = field(default_factory=dict)  # messages by channel, from its indexes
+    counts: Mapping[int, int] = field(default_factory=dict)  # number of messages by channel, from its indexes
 
     @property
     def is_chunk(self) -> bool:
@@ -119,7 +119,7 @@ def torn_chunk(file: BinaryIO, spans: Sequence[Span], size: int) -> Section | No
 
 
 def _stretches(messages: Sequence[Span]) -> Iterator[Section]:
-    """Yield messages outside of chunks; adjacent ones are combined, up to a MiB."""
+    """Yield sections of messages outside of chunks; adjacent messages are combined, up to a MiB."""
     begin = 0
     for place, (one, other) in enumerate(pairwise(messages), start=1):
         touching = one.end == other.offset
@@ -141,7 +141,7 @@ class ScanShape:
 
     Args:
         channel: id of the scans' channel; None for a trace without scans.
-        tags: the row of tags after it, or None.
+        tags: type of the row of tags after it, or None.
     """
 
     def __init__(
@@ -159,7 +159,7 @@ class ScanShape:
         self._begin = b"" if channel is None else _SAME_HEAD.pack(Opcode.MESSAGE, self._length, channel)
 
     def only_scans(self, section: Section) -> bool:
-        """Return whether a section certainly has only scans, without reading it.
+        """Return whether it is certain, without reading it, that a section has only scans.
 
         Size and index must agree, so that a damaged or incomplete index is not used.
         """
@@ -167,19 +167,19 @@ class ScanShape:
         return section.is_chunk and count * self.stride == section.size
 
     def expected(self, section: Section) -> int:
-        """Return the expected number of scans in a section: by its index, or by its size."""
+        """Return the expected number of scans in a section, from its index or from its size."""
         if self.channel is None:
             return 0
         return section.counts.get(self.channel, 0 if section.counts else section.size // self.stride)
 
     def take_apart(self, data: bytes) -> Iterator[Part]:
-        """Yield the parts of a section: successive scans together, other records one by one.
+        """Yield the parts of a section: successive scans as one part, and other records one by one.
 
         A message on the scans' channel with another layout becomes a `Message`.
 
         Raises:
-            ValueError: they are not whole records.
-            TraceLimitError: they are too many; the message is the end of a sentence.
+            ValueError: the data are not whole records.
+            TraceLimitError: there are too many records; the message is the end of a sentence.
         """
         offset = singles = single_bytes = 0
         while offset < len(data):
@@ -210,7 +210,7 @@ class ScanShape:
         return len(rows)
 
     def _is_scan(self, data: bytes, offset: int) -> bool:
-        """Return whether a whole scan begins at `offset`: the same as `_fits`, for one."""
+        """Return whether a whole scan begins at `offset`: like `_fits`, but for a single scan."""
         whole = offset + self.stride <= len(data)
         return (
             whole and data.startswith(self._begin, offset) and data.startswith(_PREFIX, offset + _PREFIX_AT)
@@ -225,7 +225,7 @@ class ScanShape:
 
 
 def held(shape: ScanShape, section: Section) -> str:
-    """Return the expected number of scans in a section, and their time, as far as known."""
+    """Return, as text, the expected number of scans in a section and their times, as far as known."""
     count = shape.expected(section)
     if not count or section.end_ns >= _EVER:
         return "its scans"
@@ -235,10 +235,10 @@ def held(shape: ScanShape, section: Section) -> str:
 
 
 def read_section(file: BinaryIO, section: Section) -> bytes:
-    """Return the messages of a section, one after the other.
+    """Return the bytes of a section's messages, one after the other.
 
     Raises:
-        TraceError: it is damaged, its CRC included; the message names its offset.
+        TraceError: the section, or its CRC, is damaged; the message names its offset.
     """
     if section.is_chunk:
         return chunk_data(file, section.span)
@@ -247,11 +247,11 @@ def read_section(file: BinaryIO, section: Section) -> bytes:
 
 
 def take_apart(file: BinaryIO, section: Section, shape: ScanShape) -> list[Part]:
-    """Read a section and take it apart.
+    """Read a section and split it into parts.
 
     Raises:
-        TraceError: as `read_section`, or its messages are not whole records.
-        TraceLimitError: it unpacks to more, or has more records, than the limits allow.
+        TraceError: as in `read_section`, or its messages are not whole records.
+        TraceLimitError: the section unpacks to more bytes, or has more records, than the limits allow.
     """
     data = read_section(file, section)
     try:

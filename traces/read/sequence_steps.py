@@ -1,6 +1,6 @@
-"""The waits of a program's sequences: the messages of /sequences.
+"""Reads the waits of a program's sequences from the messages of /sequences.
 
-A message has the wait of a sequence from its scan on, until the next message of the same sequence. Most
+A message has the wait of a sequence that begins in its scan and lasts until the sequence's next message. Most
 scans have none.
 """
 
@@ -14,23 +14,23 @@ from scanrack.io_images.times import seconds
 
 from ..format.topics import SEQUENCES
 
-if TYPE_CHECKING:  # a run reads no recording
+if TYPE_CHECKING:  # a run does not read recordings
     from .reader import Trace, TraceEvent
 
 OVER = "over"
-"""Wait of a sequence that has ended or has not begun."""
+"""Value of `wait` for a sequence that has ended or has not begun."""
 
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """The wait of a sequence from a scan on."""
+    """The wait of a sequence that begins in a scan."""
 
     scan: int
     now_ns: int
     sequence: str
-    file: str  # name of the file; empty once it is over
-    line: int  # the line of the wait; 0 once it is over
-    wait: str  # the condition; empty once it is over
+    file: str  # name of the file; empty once the sequence is over
+    line: int  # the line of the wait; 0 once the sequence is over
+    wait: str  # the condition; empty once the sequence is over
 
     @property
     def label(self) -> str:
@@ -42,7 +42,7 @@ class Step:
         return f"line {self.line}: {self.wait}" if self.line else OVER
 
     def __str__(self) -> str:
-        """Return line, condition and begin of the wait.
+        """Return line, condition and beginning of the wait.
 
         >>> str(Step(602, 1_204_000_000, "cycle", "line.py", 14, "axis.move_to(4000)"))
         'cycle waits at line 14 of line.py for axis.move_to(4000) since 1.204 s'
@@ -61,7 +61,7 @@ def step_of(event: TraceEvent) -> Step:
 
 
 def steps_of(events: Iterable[TraceEvent]) -> dict[str, list[Step]]:
-    """Return the steps of each sequence in order; the sequences in the order of their first steps."""
+    """Return the steps of each sequence in order; sequences are in the order of their first steps."""
     found: dict[str, list[Step]] = {}
     for event in events:
         if event.topic == SEQUENCES.name:
@@ -71,5 +71,5 @@ def steps_of(events: Iterable[TraceEvent]) -> dict[str, list[Step]]:
 
 
 def sequence_steps(trace: Trace) -> dict[str, list[Step]]:
-    """Return the steps of the sequences of a trace; none where none is recorded."""
+    """Return the steps of each sequence in a trace; empty if none is recorded."""
     return steps_of(trace.events()) if SEQUENCES.name in trace.head.channels else {}

@@ -1,4 +1,4 @@
-"""Reads the snapshots of a recording, which may come from anywhere: text, limited in size, never executed."""
+"""Reads the snapshots of a recording. They are untrusted text: limited in size, and never executed."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ if TYPE_CHECKING:
 
 _DIGITS = 15
 
-_MOST_BYTES = SNAPSHOTS_BYTES + (1 << 20)  # the numbers of the scans are not counted by the writer
+_MOST_BYTES = SNAPSHOTS_BYTES + (1 << 20)  # the writer does not count the scan numbers
 
 
 def snapshots_of(trace: Trace) -> Mapping[int, str]:
-    """Return the snapshots of a trace by the number of the scan that follows, as text of JSON.
+    """Return the snapshots of a trace as JSON text, by the number of the scan that follows.
 
-    There are none if they are damaged: a question then runs the scans from the first one.
+    If they are damaged, there are none, and a question runs all scans from the first.
     """
     spans = [span for span, name in trace.attachment_names() if name == SNAPSHOTS]
     try:

@@ -1,4 +1,4 @@
-"""Changes of recorded tags in words: `+Run`, `-Lamp`, `Step IDLE -> FILL`, `Counts[2] 7 -> 9`."""
+"""Describes changes of recorded tags as text: `+Run`, `-Lamp`, `Step IDLE -> FILL`, `Counts[2] 7 -> 9`."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class TagText:
         self._fields = [field for field in plan.fields if every or field.tag.type in DISCRETE]
 
     def changed(self, rows: NDArray[np.void]) -> NDArray[np.bool_]:
-        """Return which rows differ from the one before in a shown value; the first one counts as changed."""
+        """Return which rows differ from the previous one in a shown value; the first counts as changed."""
         changed = np.zeros(len(rows), bool)
         changed[:1] = True
         for field in self._fields:
@@ -37,7 +37,7 @@ class TagText:
         return changed
 
     def changes(self, before: bytes, after: bytes) -> str:
-        """Return the changes in words; without a previous row, the values that are not 0."""
+        """Return the changes as text; without a previous row, the values that are not 0."""
         if before == after:
             return ""
         new = np.frombuffer(after, self._dtype)
@@ -48,7 +48,7 @@ class TagText:
         values = np.atleast_1d(new[field.name][0])
         zeros = np.zeros_like(values)
         known = zeros if old is None else np.atleast_1d(old[field.name][0])
-        codes = old is None and field.tag.type in ("ENUM", "TEXT")  # code 0 is a name, too
+        codes = old is None and field.tag.type in ("ENUM", "TEXT")  # code 0 is also a name
         for place in np.flatnonzero(
             np.ones(len(values), bool) if codes else _differs(values, known)
         ).tolist():
@@ -69,7 +69,7 @@ class TagText:
 
 
 def _differs(one: NDArray[Any], other: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return where two arrays differ; NaN is equal to NaN."""
+    """Return where two arrays differ; NaN equals NaN."""
     differs: NDArray[np.bool_] = one != other
     if one.dtype.kind == "f":
         differs &= ~(np.isnan(one) & np.isnan(other))

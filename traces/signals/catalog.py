@@ -34,19 +34,19 @@ _DIRECTIONS = ("in", "out")
 
 
 class UnknownSignalError(ValueError):
-    """A name without a signal."""
+    """No signal has this name, or several have."""
 
 
 class Catalog(Mapping[str, Signal]):
-    """The signals of a rack by name, in an order for people: per slot speed, values, bits, words.
+    """The signals of a rack by name, ordered for readability: per slot speed, values, bits, words.
 
-    A bit without its own name has one by number, `slot1.in.word3.12`; the catalog finds these,
+    A bit without its own name has a numbered name such as `slot1.in.word3.12`; the catalog finds these names,
     but does not list them.
 
     Args:
         texts: meanings of the codes of its texts.
         sequences: the steps of its sequences.
-        formats: of the numbers of modules whose configuration selects them.
+        formats: number formats of modules whose configuration selects them.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Catalog(Mapping[str, Signal]):
         """Return a signal, by its name in the trace or in the program, or by the address of an image.
 
         Raises:
-            UnknownSignalError: an unknown name, with the closest one; or an ambiguous name.
+            UnknownSignalError: the name is unknown (the message has similar names) or ambiguous.
         """
         try:
             found = self._found(name) or self._meant(name)
@@ -101,15 +101,15 @@ class Catalog(Mapping[str, Signal]):
 
     @property
     def tags(self) -> list[Signal]:
-        """The recorded tags, a signal for each value, and the waits of each sequence."""
+        """The recorded tags, with a signal for each value, and the waits of each sequence."""
         return [signal for signal in self._signals.values() if signal.title]
 
     def matching(self, patterns: Sequence[str]) -> list[Signal]:
         """Return the signals that match any of some patterns, in the catalog's order.
 
         Args:
-            patterns: names, with `*` and `?` as in file names; of tags those of the program, too. Empty for
-                everything but words that are shown as bits and values anyway.
+            patterns: names, with `*` and `?` as in file names; for tags, the program's names, too. Empty for
+                everything except words that are shown as bits and values anyway.
 
         Raises:
             UnknownSignalError: a pattern matches nothing.
@@ -123,12 +123,12 @@ class Catalog(Mapping[str, Signal]):
         return [self[name] for name in sorted(names, key=lambda name: order.get(name, len(order)))]
 
     def _names_of(self, pattern: str) -> list[str]:
-        """Return the names of the signals that match a pattern, else of tags, else of the signal it names."""
+        """Return the names of signals that match a pattern, else matching tags, else the signal it names."""
         matches = [name for name in self._signals if fnmatchcase(name, pattern)]
         return matches or [signal.name for signal in self.tags_named(pattern)] or [self[pattern].name]
 
     def tags_named(self, pattern: str) -> list[Signal]:
-        """Return the recorded tags of a pattern.
+        """Return the recorded tags that match a pattern.
 
         Raises:
             UnknownSignalError: several programs have a tag of that name.
@@ -148,7 +148,7 @@ class Catalog(Mapping[str, Signal]):
         return self._signals.get(name) or self._numbered_bit(name) or self._constant(name)
 
     def _meant(self, name: str) -> Signal | None:
-        """Return the signal of a person's name for a tag, a terminal, an image, or a part of it."""
+        """Return the signal that a person's name for a tag, a terminal, an image, or a part of one means."""
         name = normal(name)
         whole = self._names(name)
         if whole is not None:
@@ -172,7 +172,7 @@ class Catalog(Mapping[str, Signal]):
         return Signal(name, SignalKind.BIT, partial(_bit_of, source, int(number)))
 
     def _close_to(self, name: str) -> list[str]:
-        """Return the signals of similar names, else those whose last part is similar."""
+        """Return the signals with similar names, else those with a similar last part."""
         folded = {known.lower(): known for known in self._signals}
         close = [folded[match] for match in get_close_matches(name.lower(), list(folded), 3, 0.7)]
         if close:
@@ -213,7 +213,7 @@ def _slot_signals(slot: SlotInfo, formats: NumberFormats) -> Iterator[Signal]:
 
 
 def _covered_words(slot: SlotInfo) -> Iterator[str]:
-    """Yield the signals of words that other signals show."""
+    """Yield the names of words that other signals show."""
     for direction in _DIRECTIONS:
         names = slot.words.named(direction)
         for word in slot.words.covered(direction):
@@ -251,7 +251,7 @@ def _speed(slot: int, words: ModuleWords, position: Quantity, formats: NumberFor
 
 
 def _blanked(words: ModuleWords, quantity: Quantity, image: Array, values: Array) -> Array:
-    """Return values of command mode, NaN in configuration mode."""
+    """Return values, with NaN in configuration mode."""
     if words.modes is not None:
         values[~decode.in_command_mode(image, words.modes.word(quantity.image))] = np.nan
     return values

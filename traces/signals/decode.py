@@ -1,4 +1,4 @@
-"""Words of a module with two modes into bits and speeds, for whole columns at once."""
+"""Decodes words of a module with two modes to bits and speeds, for whole columns at once."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scanrack.io_images.module_words import ModuleWords
 
 Words = NDArray[np.int16]
-"""A column per word, a row per scan: one image of one slot."""
+"""One image of one slot, with a column per word and a row per scan."""
 
 CW, CCW = "MOVING_CW", "MOVING_CCW"
 """Status bits of an axis."""
@@ -30,11 +30,11 @@ def bit(column: NDArray[Any], mask: int) -> NDArray[np.bool_]:
 def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: int) -> NDArray[np.bool_]:
     """Return the scans in which a named bit is set.
 
-    In configuration mode most bits mirror the configuration: none of these counts as set then.
+    In configuration mode most bits mirror the configuration; none of these counts as set.
 
     Args:
         image: "I" or "in", "O" or "out".
-        mask: of the bit in the word.
+        mask: mask of the bit in the word.
     """
     found = bit(np.ascontiguousarray(words[:, word]), mask)
     if module.modes is None or mask & module.live(image, word):
@@ -43,7 +43,7 @@ def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: i
 
 
 def input_bit(words: Words, module: ModuleWords, name: str) -> NDArray[np.bool_]:
-    """Return the scans in which a bit of the input image is set, by its name; none for an unknown name."""
+    """Return the scans in which a named bit of the input image is set; none for an unknown name."""
     at = module.place(name)
     if at is None:
         return np.zeros(len(words), bool)
@@ -53,7 +53,7 @@ def input_bit(words: Words, module: ModuleWords, name: str) -> NDArray[np.bool_]
 def travel(words: Words, module: ModuleWords, positions: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the motion of the position since the previous scan, steps.
 
-    A preset, the end of homing or a configuration sets the position without a step: changes
+    A preset, the end of homing or a configuration sets the position without a step; therefore changes
     while neither MOVING bit is set, or against its direction, count as 0.
 
     Args:
@@ -73,7 +73,7 @@ def speed(steps: NDArray[np.float64], time_ns: NDArray[np.int64], margin: int) -
 
     Args:
         steps: the motion since the previous scan, see `travel`.
-        margin: scans either way, 1 or more; fewer at the ends.
+        margin: number of scans on either side, 1 or more; fewer are used at the ends.
     """
     distance = np.cumsum(steps)
     rows = np.arange(len(steps))

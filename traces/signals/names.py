@@ -34,13 +34,13 @@ class SignalNames:
         self._slots = slots
 
     def __call__(self, text: str) -> str | None:
-        """Return the signal of a name, or None; AmbiguousNameError for several."""
+        """Return the signal with a name, or None; raise an AmbiguousNameError if there are several."""
         scoped = in_scope(text, self._bases)
         key = key_of(scoped) or scoped.lower()
         return self._by_key.get(key) or self._by_part(key) or self._of_image(text)
 
     def scoped(self, pattern: str) -> str:
-        """Return a pattern with its program; see `in_scope`.
+        """Return a pattern, with its program added; see `in_scope`.
 
         Raises:
             AmbiguousNameError: several programs have a tag of that name.
@@ -58,7 +58,7 @@ class SignalNames:
 
     @cached_property
     def _parts(self) -> Mapping[str, list[str]]:
-        """Signals by the last part of a tag's name, and by the name of a terminal."""
+        """Names of signals by the last part of a tag's name, and by the name of a terminal."""
         found: dict[str, list[str]] = {}
         for signal in self._tags:
             last = (key_of(signal.title) or signal.title.lower()).rpartition(".")[2]
@@ -78,7 +78,7 @@ class SignalNames:
         return meant[0] if meant else None
 
     def _of_image(self, text: str) -> str | None:
-        """Return the signal of a word or bit that has an address."""
+        """Return the signal of the word or bit at an address."""
         words = {slot.number: slot.words for slot in self._slots}
         try:
             at = parse_address(text, words)
@@ -98,7 +98,7 @@ class SignalNames:
 
 
 def is_named(signal: Signal, pattern: str) -> bool:
-    r"""Return whether a pattern means a tag: by its name in the trace, or by its full name or the last part.
+    r"""Return whether a pattern means a tag, by name in the trace, by full name, or by the last part of that.
 
     `*` and `?` are wildcards, brackets are subscripts; case does not matter. As in a rack file, a name
     means all members and elements below it.

@@ -25,7 +25,7 @@ Steps = Mapping[str, Sequence[Step]]
 def sequence_signals(steps: Steps) -> Iterator[Signal]:
     """Yield two signals for each sequence: its wait, and the number of the line.
 
-    The first has a code for each line and wait, in the order of their first appearance; code 0 is
+    The first signal has a code for each line and wait, in the order of their first appearance; code 0 is
     `NOT_BEGUN`.
     """
     for name, own in steps.items():
@@ -40,6 +40,6 @@ def sequence_signals(steps: Steps) -> Iterator[Signal]:
 
 
 def _values(scans: Array, values: Array, block: Block) -> Array:
-    """Return the value in force in each scan of a block; before the first step that of the first one."""
+    """Return the value in force in each scan of a block; before the first step, the first value."""
     found: Array = values[np.searchsorted(scans, block.scan, side="right")]
     return found

@@ -29,7 +29,7 @@ class SignalKind(Enum):
     """A whole number joined from two words; an array of float64, NaN where the image has none."""
 
     NUMBER = "number"
-    """A number of the program's; an array of the tag's own type."""
+    """A number of the program; an array of the tag's own type."""
 
     CODE = "code"
     """A whole number that stands for a name; an array of uint16."""
@@ -48,16 +48,16 @@ class Signal:
     names: Mapping[int, str] = field(default_factory=dict)  # of kind CODE: meanings of the codes
     bits: int = 0  # of kind NUMBER: the bits of an integer; 0 for a float
     title: str = ""  # of a tag: its full name in the program, with the subscript of an element
-    signed: bool = True  # of an integer: whether it has a sign
+    signed: bool = True  # of an integer: whether it is signed
 
     @property
     def path(self) -> tuple[str, ...]:
-        """The parts of its name: slot, direction, name proper."""
+        """The parts of its name: slot, direction, and the name itself."""
         return tuple(self.name.split("."))
 
 
 def named(codes: Array, names: Mapping[int, str]) -> list[str]:
-    """Return the names of codes; a code without a name stays a number.
+    """Return the names of codes; a code without a name is returned as a number.
 
     >>> named(np.array([1, 0, 7]), {0: "IDLE", 1: "FILL"})
     ['FILL', 'IDLE', '7']
@@ -66,7 +66,7 @@ def named(codes: Array, names: Mapping[int, str]) -> list[str]:
 
 
 def whole_numbers(values: Array) -> tuple[Array, Array]:
-    """Split values of kind VALUE into whole numbers and a mask of those that are missing.
+    """Split values of kind VALUE into whole numbers and a mask of missing values.
 
     >>> numbers, missing = whole_numbers(np.array([4.0, np.nan]))
     >>> numbers.tolist(), missing.tolist()

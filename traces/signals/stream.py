@@ -1,7 +1,7 @@
-"""A trace as a stream of blocks of columns: the memory used does not depend on the trace's length.
+"""Reads a trace as a stream of blocks, so that memory use does not depend on the trace's length.
 
-A block has some additional scans before and after it, so that a change since the
-previous scan, or a mean over some scans, does not depend on the block's ends:
+A block has additional scans before and after it, so that a change since the
+previous scan, or a mean over several scans, does not depend on where the block ends:
 
     wide    . . . . o o o o o o o o o o . . . .
     inner           |<- the block's ->|
@@ -21,14 +21,14 @@ from ..read.columns import ALL, Columns, Selection
 from ..read.reader import Trace
 
 SPEED_WINDOW_NS = 20_000_000
-"""Time over which speeds are averaged; in less time the whole steps of a position appear as noise."""
+"""Time over which speeds are averaged; over less time, the whole steps of a position appear as noise."""
 
 
 @dataclass(frozen=True, slots=True)
 class Block:
-    """Some scans in a row."""
+    """Several successive scans."""
 
-    wide: Columns  # their columns, with up to `margin` more scans either side where the trace has them
+    wide: Columns  # their columns, with up to `margin` more scans on either side
     start: int  # first row of `wide` that belongs to the block
     stop: int  # the row after its last
     margin: int  # scans in half of `SPEED_WINDOW_NS`, 1 or more
@@ -39,7 +39,7 @@ class Block:
 
     @property
     def scan(self) -> NDArray[np.int64]:
-        """Numbers of the scans."""
+        """Numbers of the block's scans."""
         return self.wide.scan[self.start : self.stop]
 
     @property
@@ -82,10 +82,11 @@ def blocks(
 
     Args:
         progress: called at each block with the number of scans read so far.
-        measured: whether signals of several scans are read: without them blocks have no more scans.
+        measured: whether signals that depend on several scans are read; if not, blocks have no additional
+            scans.
 
     Raises:
-        EmptySelectionError: the trace has no such scan.
+        EmptySelectionError: the trace has no selected scan.
         TraceError: the file is damaged beyond what can be left out.
     """
     margin = half_window(trace) if measured else 0
@@ -104,12 +105,12 @@ def blocks(
 
 
 def count(trace: Trace, selection: Selection = ALL) -> int:
-    """Return the final `progress` of `blocks`, by the indexes."""
+    """Return the final `progress` of `blocks`, from the indexes."""
     return scan_count(trace, selection, margin=half_window(trace))
 
 
 def _nothing(selection: Selection, ends: Columns) -> str:
-    """Return the refusal of an empty selection; `ends` has the first and the last scan."""
+    """Return the message for an empty selection; `ends` has the first and the last scan."""
     if not len(ends.scan):
         return "the trace has no scans"
     start, end = (f"{time_ns / 1e9:.10g}" for time_ns in ends.time_ns.tolist())
@@ -128,7 +129,7 @@ def _without(stream: Iterator[Columns]) -> Iterator[tuple[Columns, int, int]]:
 
 
 def _with_margins(stream: Iterator[Columns], margin: int) -> Iterator[tuple[Columns, int, int]]:
-    """Yield each stretch of columns with `margin` rows before and after it: columns, first row, end."""
+    """Yield each part of a stream with `margin` rows before and after it, as columns, first row and end."""
     before = 0
     held: Columns | None = None
     for columns in stream:

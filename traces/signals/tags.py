@@ -16,7 +16,7 @@ CODES = ("ENUM", "TEXT")
 
 
 def tag_signals(plan: TagPlan, texts: Mapping[int, str]) -> Iterator[Signal]:
-    """Yield a signal for every value of a row.
+    """Yield a signal for every value in a row of tags.
 
     Args:
         texts: meanings of the codes of texts.
@@ -39,7 +39,7 @@ def code_names(field: TagField, texts: Mapping[int, str]) -> Mapping[int, str]:
 
 
 def constant(signal: Signal, name: str) -> Signal | None:
-    """Return the condition that a code has a name; None without such a code."""
+    """Return the signal that is true where a code means a name; None if no code does."""
     codes = [code for code, known in signal.names.items() if known == name]
     if signal.kind is not SignalKind.CODE or not codes:
         return None

@@ -1,1 +1,1 @@
-"""Writing of recordings."""
+"""Writing recordings."""

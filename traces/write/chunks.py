@@ -1,11 +1,11 @@
-"""A writer that lays the messages out itself, a chunk at a time.
+"""Writes MCAP in chunks, with a message layout of its own.
 
-A message is one struct pack and one append; the `mcap` library's writer takes five
+A message takes one struct pack and one append; the `mcap` library's writer takes five
 times as long. All other records are written with the library's own classes.
 
     chunk   | message | message | ...   compressed with zstd, level 1
     index   | time, offset | ...        per channel
-            both in one write, so that a killed process leaves both or neither
+            both are in one write, so that a killed process leaves both or neither
 """
 
 from __future__ import annotations
@@ -28,14 +28,14 @@ _MESSAGE_OPCODE = int(Opcode.MESSAGE)
 _MESSAGE_FIELDS_BYTES = 22
 _ZSTD_LEVEL = 1
 _NEVER_NS = 1 << 64
-"""After all times."""
+"""A time after all others, ns."""
 
 _GAPS, _GAP_MORE = 2, 1 << 16
-"""The room for a chunk before its draft: a multiple of its uncompressed size, and additional bytes."""
+"""Room for a chunk before its draft: this multiple of its uncompressed size, plus this many bytes."""
 
 
 class Sink(Protocol):
-    """The target of the records: a `TraceFile`, or a file that counts."""
+    """The target of the records: a `TraceFile`, or a file that counts its bytes."""
 
     def write(self, data: bytes, /) -> int:
         """Write records."""
@@ -47,7 +47,7 @@ class Sink(Protocol):
 class ChunkWriter:
     """Writes chunks of messages, with all indexes and the CRCs of chunks, data and summary.
 
-    Schemas, channels and metadata come first, then messages; attachments come between chunks at any time.
+    Schemas, channels and metadata come first, then messages; attachments may be added at any time.
 
     Args:
         profile: the MCAP profile, "ros2".
@@ -61,7 +61,7 @@ class ChunkWriter:
         self._records = bytearray()
         self._entries: dict[int, Entries] = {}  # by channel
         self._first_ns, self._last_ns = _NEVER_NS, 0  # the least and greatest time in the open chunk
-        self._offsets = array("Q")  # of messages of one size from the begin of a chunk on
+        self._offsets = array("Q")  # offsets in a chunk of successive messages with the same size
         self._summary = Summary()
         self._crc = 0
         self._drafted = 0
@@ -92,7 +92,7 @@ class ChunkWriter:
         self._write(content)
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
-        """Write an attachment. It has no own time."""
+        """Write an attachment, without a time."""
         record = Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=data)
         content = encoded(record)
         self._summary.attachment(self._file.tell(), len(content), record)
@@ -111,9 +111,9 @@ class ChunkWriter:
             self._write_chunk()
 
     def add_block(self, channel_id: int, log_times: array[int], block: bytearray) -> None:
-        """Add message records of one size, already laid out, with their times in ns, 64-bit, ascending.
+        """Add message records of the same size, already laid out; times are in ns, 64-bit, ascending.
 
-        The block becomes the writer's own.
+        The writer takes ownership of the block.
         """
         count = len(log_times)
         entries = array("Q", bytes(2 * log_times.itemsize * count))
@@ -129,7 +129,7 @@ class ChunkWriter:
             self._write_chunk()
 
     def _offsets_of(self, count: int, stride: int) -> array[int]:
-        """Return the offsets of the next messages, of `stride` bytes each: in most chunks the same."""
+        """Return the offsets of the next messages, of `stride` bytes each; they are equal in most chunks."""
         start = len(self._records)
         first, gap = divmod(start, stride)
         known = self._offsets[first : first + count]
@@ -146,10 +146,10 @@ class ChunkWriter:
             self._last_ns = last_ns
 
     def draft(self, file: TraceFile) -> None:
-        """Write the new messages of the open chunk uncompressed.
+        """Write the open chunk's new messages, uncompressed.
 
         Args:
-            file: the file of this writer. The chunk will replace them.
+            file: this writer's file. The chunk will replace the messages.
         """
         if len(self._records) > self._drafted:
             gap = _GAPS * self._chunk_bytes + _GAP_MORE
@@ -175,7 +175,7 @@ class ChunkWriter:
         self._write(content + indexes)
 
     def _write(self, data: bytes) -> None:
-        """Write records of the data section, which the CRC at its end covers; a draft is removed."""
+        """Write records of the data section, and include them in its CRC; a draft is removed."""
         self._drafted = 0
         self._file.write(data)
         self._crc = zlib.crc32(data, self._crc)
@@ -187,12 +187,12 @@ def chunk_of(
     last_ns: int,
     compressor: zstandard.ZstdCompressor | None = None,
 ) -> Chunk:
-    """Return the chunk of some messages.
+    """Return a chunk with some messages.
 
     Args:
         first_ns: least of their times.
         last_ns: greatest of their times.
-        compressor: of level 1; None = a new one.
+        compressor: a compressor of level 1; None = a new one.
     """
     compressor = compressor or zstandard.ZstdCompressor(level=_ZSTD_LEVEL)
     return Chunk(

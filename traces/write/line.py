@@ -4,7 +4,7 @@
     /unit1      registers, inputs and outputs of the unit at address 1, by name; on change only
     /unit2      ...
 
-`log_time` is virtual ns since power-up. Every value of a unit is its own number, so that Foxglove
+`log_time` is virtual ns since power-up. Every value of a unit is a field of its own, so that Foxglove
 and Lichtblick can plot `/unit1.position` directly.
 """
 
@@ -25,7 +25,7 @@ from .output import SUMMARY_ROOM, open_trace_file
 PROFILE = "scanrack-line"
 METADATA = "scanrack.line"
 CHUNK_BYTES = 256 * 1024
-"""A killed process loses at most the last chunk."""
+"""Maximum size of a chunk, bytes; a killed process loses at most the last chunk."""
 
 LINE_SCHEMA = {
     "title": "scanrack.Line",
@@ -52,7 +52,7 @@ class LineRecorder:
 
     Args:
         target: path of the file, replaced if it exists.
-        keeping: keeps earlier recordings; without, `target` is replaced.
+        keeping: keeps earlier recordings; if None, `target` is replaced.
 
     Raises:
         OSError: the target can't be written.
@@ -93,7 +93,7 @@ class LineRecorder:
             self._message(self._units[address], now_ns, values)
 
     def draft(self) -> None:
-        """Write the open chunk uncompressed: it survives a kill of the process."""
+        """Write the open chunk uncompressed, so that it survives a kill of the process."""
         self._writer.draft(self._file)
 
     def close(self) -> None:

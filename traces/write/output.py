@@ -1,8 +1,8 @@
 """The file of a recorder: whole records, and room reserved for the end.
 
 A trace without its summary opens in few tools, and a full disk has no room for
-one. A reserve therefore holds space from the start: an anonymous file in
-the same directory, as large as everything that must be writable when the disk is
+one. Therefore space is reserved from the start, by an anonymous file in
+the same directory. It is as large as everything that must still be written when the disk is
 full: the open chunk, its index and the summary.
 
     disk  | trace ............ | reserve |          recording
@@ -40,17 +40,17 @@ NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
 """Errors of a full disk and of an exhausted quota."""
 
 SUMMARY_BYTES_PER_WRITE = 256
-"""Upper bound of a write's share of the summary: at most one chunk index of 77 + 10 bytes per channel."""
+"""Upper bound of what a write adds to the summary: at most one chunk index, of 77 + 10 bytes per channel."""
 
 SUMMARY_ROOM = 64 * 1024
 """The reserve's room for the summary; it grows by this size whenever it may be used up."""
 
 
 class TraceFull(OSError):  # noqa: N818 - it says what is the matter
-    """The trace can't grow any further.
+    """There is no room to extend the trace.
 
     Attributes:
-        complete: everything recorded so far is in the file; otherwise the file was cut
+        complete: whether everything recorded so far is in the file; otherwise the file was cut
             back to its last whole record, and data after its last whole chunk is lost.
     """
 
@@ -60,10 +60,10 @@ class TraceFull(OSError):  # noqa: N818 - it says what is the matter
 
 
 class RawFile(Protocol):
-    """An unbuffered file, as `open(path, "wb", buffering=0)` gives it."""
+    """An unbuffered file, as returned by `open(path, "wb", buffering=0)`."""
 
     def write(self, data: memoryview, /) -> int | None:
-        """Write as much of `data` as fits; return its size."""
+        """Write as much of `data` as fits; return the number of bytes written."""
 
     def seek(self, place: int, /) -> int:
         """Continue at a place; only used for drafts."""
@@ -79,13 +79,13 @@ class ReservedSpace(Protocol):
     """Reserved space on the disk that can be released at once."""
 
     size: int
-    """Bytes held."""
+    """Reserved bytes."""
 
     def grow(self, size: int) -> None:
-        """Reserve `size` more bytes; OSError if that fails."""
+        """Reserve `size` more bytes; raise an OSError if that fails."""
 
     def release(self) -> None:
-        """Release all of it."""
+        """Release the reserved space."""
 
 
 NOISE_BYTES = 1024 * 1024
@@ -97,7 +97,7 @@ def _noise() -> memoryview:
 
 
 class DiskReserve:
-    """Space reserved by an anonymous file in a directory; it ends with the process.
+    """Space reserved by an anonymous file in a directory, until the process ends at the latest.
 
     Raises:
         OSError: no file can be created there.
@@ -108,13 +108,13 @@ class DiskReserve:
         self._file: Any = tempfile.TemporaryFile(dir=directory, buffering=0)  # noqa: SIM115
 
     def grow(self, size: int) -> None:
-        """Reserve `size` more bytes, filled with noise, since some file systems do not store zeros.
+        """Reserve `size` more bytes, filled with random data, since some file systems do not store zeros.
 
         Raises:
             OSError: the disk has no room for them.
         """
         while size:
-            place = int.from_bytes(os.urandom(2))  # anywhere: a file system may store equal blocks once
+            place = int.from_bytes(os.urandom(2))  # as equal blocks may be stored only once
             written = self._file.write(_noise()[place:][:size])
             self.size += written
             size -= written
@@ -129,14 +129,14 @@ class TraceFile:
     """Appends whole records, and cuts the file back to whole records on an error.
 
     `full` becomes true once the reserve has been used up: the data written so far
-    is safe, the summary still fits, and nothing else should follow.
+    is safe and the summary still fits, but nothing else should be written.
 
     Args:
-        raw: the empty file.
+        raw: the file, which is empty.
         room: the reserve, or None. Without one, a full disk costs the open chunk
             and the summary.
         keeping: keeps earlier recordings, or None.
-        drafts: whether drafts are possible: in a file, but not on a device.
+        drafts: whether drafts are possible, which they are in a file, but not on a device.
         presence: watches over the file, or None for a device.
     """
 
@@ -163,18 +163,18 @@ class TraceFile:
         self._summary_room = SUMMARY_ROOM
 
     def tell(self) -> int:
-        """Return the number of written bytes."""
+        """Return the number of bytes written."""
         return self._whole
 
     def flush(self) -> None:
-        """Do nothing: nothing is buffered."""
+        """Do nothing, because nothing is buffered."""
 
     def write(self, data: bytes, /) -> int:
         """Append whole records.
 
         Raises:
-            TraceFull: they could not be written, reserve or not; the file has been cut back to
-                its last whole record and takes no more.
+            TraceFull: they could not be written even with the reserve; the file has been cut back to
+                its last whole record, and accepts no more.
         """
         if self.failure is not None:
             raise self.failure
@@ -191,13 +191,13 @@ class TraceFile:
         return len(data)
 
     def draft(self, data: bytes, gap: int) -> None:
-        """Write records that the next `write` replaces; they survive a kill of the process until then.
+        """Write records that the next `write` replaces; until then they survive a kill of the process.
 
         After a failure, such as a full disk, there are no further drafts.
 
         Args:
             data: whole records, which follow those of earlier calls.
-            gap: room for the next `write`; longer data are written less safely.
+            gap: room for the next `write`, bytes; longer data are written less safely.
         """
         if not self._drafts or self.full:
             return
@@ -218,7 +218,7 @@ class TraceFile:
         """Enlarge the reserve by `size` bytes, for larger records than planned.
 
         Returns:
-            Whether the disk has that room; otherwise the file is full.
+            Whether the file is not full: it becomes full if the disk lacks the room.
         """
         if self._room is not None and not self.full:
             try:
@@ -261,7 +261,7 @@ class TraceFile:
             self._cut_draft(len(data))
 
     def _cut_draft(self, more: int = 0) -> None:
-        """Cut the file `more` bytes after its whole records; continue there."""
+        """Cut the file `more` bytes after its whole records, and continue there."""
         self._draft_end = 0
         self._raw.truncate(self._whole + more)
         self._raw.seek(self._whole + more)
@@ -295,7 +295,7 @@ class TraceFile:
         return True
 
     def _keep_up(self) -> None:
-        """Enlarge the reserve with the summary; if that fails, mark the file as full in time."""
+        """Enlarge the reserve as the summary grows; if that fails, mark the file as full, in time."""
         self._summary_room -= SUMMARY_BYTES_PER_WRITE
         if self._room is not None and self._summary_room < 0:
             try:
@@ -319,14 +319,14 @@ class TraceFile:
 def open_trace_file(path: Path, reserve_bytes: int, keeping: RecordingKeeper | None = None) -> TraceFile:
     """Open `path` for a new trace; replace the existing file, or keep it under another name.
 
-    A device or pipe has no reserve, nor has a file in a directory that allows no new files. The
+    A device or pipe has no reserve, and neither does a file in a directory that allows no new files. The
     file is locked until it is closed or the process ends (not on Windows).
 
     Raises:
         OwnedError: the existing file is not a recording, or would have to be moved while it is being
             recorded.
         OSError: the path can't be written, another process records there, or the reserve found no
-            room; the message has the cause, and nothing has changed.
+            room. The message has the cause, and nothing has changed.
     """
     if path.is_dir():
         raise _refusal(path, "it is a directory")
@@ -360,7 +360,7 @@ def _beginning(path: Path, keeping: RecordingKeeper) -> FileIO:
 
 
 def _emptied(path: Path) -> FileIO:
-    """Open a file for writing, lock it, then empty it; OSError if it is locked."""
+    """Open a file for writing, lock it, and then empty it; raise an OSError if it is locked already."""
     raw = open(path, "wb", buffering=0, opener=_not_truncating)  # noqa: SIM115
     try:
         if path.is_file():

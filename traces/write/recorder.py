@@ -7,7 +7,7 @@
 virtual ns. The file does not depend on when, where or in which process it
 was written, so that equal runs give equal bytes.
 
-The calls must not be interrupted: a caller handles Ctrl-C between
+Calls must not be interrupted: a caller handles Ctrl-C between
 scans, with a signal handler that sets a flag.
 """
 
@@ -49,7 +49,7 @@ from .writer import TraceWriter
 
 CHUNK_BYTES_MAX = 1024 * 1024
 CHUNK_SCANS = 4096
-"""Maximum scans in a chunk; a killed process loses those since the last draft, or all of them."""
+"""Maximum scans in a chunk; a killed process loses the scans since the last draft, or all."""
 
 _SEQUENCE_MASK = 0xFFFF_FFFF
 
@@ -58,9 +58,9 @@ Value = str | int | float | bool | None | list[int] | list[str] | Mapping[str, s
 
 @dataclass(frozen=True, slots=True)
 class Attachment:
-    """A file that travels with the trace."""
+    """A file that is attached to the trace."""
 
-    name: str  # its name, without a path of this machine
+    name: str  # its name, without a path on this machine
     data: bytes
     media_type: str = "text/plain"
 
@@ -74,16 +74,16 @@ class ScanRecorder:
             input image, 32 bytes in all.
         slots: in the order of the memory block.
         program: source of the logic. It is attached, and its SHA-256 goes into the metadata.
-        rack_file: the rack file, likewise.
-        chunk_scans: most scans in a chunk; a smaller number limits the loss if the process is killed.
+        rack_file: the rack file; it is attached, and hashed, like the program.
+        chunk_scans: maximum scans in a chunk; a smaller number limits the loss if the process is killed.
         tags: source of the recorded tags' values; None = no tags.
-        orders: whether the rack can be operated while it runs: the trace has /orders then.
+        orders: whether the rack can be operated while it runs; if so, the trace has /orders.
         sequences: whether there will be events of /sequences.
-        keeping: keeps earlier recordings; without, `target` is replaced.
-        snapshots: of the program's values, written at the end; None = none.
+        keeping: keeps earlier recordings; if None, `target` is replaced.
+        snapshots: snapshots of the program's values, which are written at the end; None = none.
 
     Raises:
-        ValueError: slots and memory block do not fit, or a slot is given twice.
+        ValueError: slots and memory block do not match, or a slot is given twice.
         OSError: the target can't be written; TraceFull on a full disk.
     """
 
@@ -167,14 +167,14 @@ class ScanRecorder:
             self._refuse("before the first scan")
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
-        """Record a finished scan: the present memory block.
+        """Record a finished scan, with the current memory block.
 
         Args:
             scan: its number, 0 or more.
             flags: of the CPU, 0 to 2**32 - 1.
 
         Raises:
-            TraceFull: the disk is full. This scan is in the trace, later ones are not; `close`
+            TraceFull: the disk is full. This scan is in the trace, but later scans will not be; `close`
                 still writes the summary.
         """
         if self._batch.add(scan, now_ns, flags):
@@ -184,19 +184,19 @@ class ScanRecorder:
 
     @property
     def look(self) -> Callable[[], bool] | None:
-        """What is called after the logic of each scan by rows: with tags, what copies them."""
+        """Function that copies tags after each scan's logic when scans are recorded by rows, or None."""
         return self._batch.look
 
     def begin_rows(self, scan: int) -> int:
-        """Return how many scans can be recorded at once: up to the end of a batch, and to a snapshot."""
+        """Return how many scans can be recorded at once: up to the end of a batch, or the next snapshot."""
         room, snapshots = self._batch.begin_rows(), self._snapshots
         return room if snapshots is None else min(room, snapshots.every - scan % snapshots.every)
 
     def rows(self, scans: list[int], times: list[int], flags: int, images: list[bytes]) -> None:
-        """Record successive finished scans, at most `begin_rows`; equal to a call of `scan` in each.
+        """Record successive finished scans, at most `begin_rows`; the same as calling `scan` for each.
 
         Args:
-            images: the memory block in each.
+            images: the memory block in each scan.
 
         Raises:
             TraceFull: as in `scan`.
@@ -214,7 +214,7 @@ class ScanRecorder:
             self._write_pending(scan, now_ns)
 
     def draft_soon(self) -> None:
-        """Write the open chunk uncompressed with the next scan: it survives a kill of the process.
+        """Write the open chunk uncompressed with the next scan, so that it survives a kill of the process.
 
         The bytes of the finished trace do not depend on it.
         """
@@ -228,7 +228,7 @@ class ScanRecorder:
         self._after_writing(scan)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Value]) -> None:
-        """Record an event. An unchanged state is not written again.
+        """Record an event; an unchanged state is not written again.
 
         Args:
             scan: number of the scan that reported it.
@@ -245,7 +245,7 @@ class ScanRecorder:
             if self._states.get(topic) == fields:
                 return
             self._states[topic] = dict(fields)
-        self._hand_over(scan)  # the scans before it
+        self._hand_over(scan)  # the scans that precede it
         self._write(scan, now_ns, topic, fields)
 
     def _topics(self) -> tuple[Topic, ...]:
@@ -253,7 +253,7 @@ class ScanRecorder:
         return (*TOPICS, *(TEXTS,) * texts, *(ORDERS,) * self._orders, *(SEQUENCES,) * self._sequences)
 
     def _write_pending(self, scan: int, now_ns: int) -> None:
-        """Write the events of the tags of a scan: new texts, values that do not fit."""
+        """Write the events of a scan's tags: new texts, and values that do not fit."""
         assert self._tags is not None
         for topic, fields in self._tags.pending:
             self._write(scan, now_ns, topic, fields)
@@ -285,13 +285,13 @@ class ScanRecorder:
         self._batch.room = max(1, -(-(self._chunk_bytes - self._writer.open_bytes) // self._batch.stride))
 
     def attach(self, scan: int, files: Sequence[Attachment]) -> None:
-        """Write further files that travel with the trace.
+        """Attach further files to the trace.
 
         Args:
             scan: number of the first scan that needs them.
 
         Raises:
-            TraceFull: the disk has no room for them; none is in the trace.
+            TraceFull: the disk has no room for them; none of them is in the trace.
         """
         if self._refusal is None and not self._file.reserve(sum(len(each.data) for each in files)):
             self._refuse(f"before scan {scan}")
@@ -300,7 +300,7 @@ class ScanRecorder:
         for each in files:
             self._writer.add_attachment(each.name, each.media_type, each.data)
         if self._drafts:
-            self._writer.draft(self._file)  # in place of the removed one
+            self._writer.draft(self._file)  # in place of the removed draft
 
     def close(self) -> None:
         """Write the open chunk and the summary, and close the file.
@@ -321,7 +321,7 @@ class ScanRecorder:
             self._file.close()
 
     def _attach_snapshots(self) -> None:
-        """Write the snapshots, if the disk has room for them: they save time, and tell nothing new."""
+        """Write the snapshots, if the disk has room: they only save time, and contain nothing new."""
         data = None if self._snapshots is None or self._refusal is not None else self._snapshots.packed()
         if data is not None and self._file.reserve(len(data)):
             self._writer.add_attachment(SNAPSHOTS, "application/zstd", data)

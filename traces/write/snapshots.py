@@ -1,10 +1,10 @@
-"""Snapshots of a program's values in a recording: a question about it begins at one, not at the first scan.
+"""Snapshots of a program's values in a recording, so that a question need not run all scans from the first.
 
     before scan   128        256        384   ...          text, a line each, compressed
     values        [0,1,...]  [0,1,...]  [0,1,...]
 
-They are kept in memory and written as one attachment when the recording ends: a recording without an end
-has none, nor has a short one, whose scans are soon repeated.
+They are kept in memory, and written as one attachment when the recording ends. A recording without an end
+has none; neither has a short one, whose scans are quickly repeated.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ EVERY = 128
 """Scans per snapshot, at first."""
 
 WORTH_SCANS = 4096
-"""A shorter recording has no snapshots."""
+"""Minimum scans of a recording with snapshots."""
 
 _BYTES_PER_SCAN = 16
-"""Maximum text per scan: the larger the values, the rarer their snapshots, which bounds what they cost."""
+"""Maximum text per scan, bytes: snapshots of larger values are taken less often, which limits their cost."""
 
 
 class SnapshotLog:
     """The snapshots of one recording.
 
     Args:
-        take: returns the present values as a line of text; None if they can no longer be snapshots.
+        take: returns the current values as a line of text; None if no more snapshots can be taken.
     """
 
     def __init__(self, take: Callable[[], str | None]) -> None:
@@ -40,7 +40,7 @@ class SnapshotLog:
         self._over = False
 
     def scan(self, scan: int) -> None:
-        """Take a snapshot after a scan whose successor's number is a multiple of `every`."""
+        """Take a snapshot after a scan; the number of the next scan must be a multiple of `every`."""
         text = None if self._over else self._take()
         if text is None:
             self._lines, self._over = {}, True
@@ -53,7 +53,7 @@ class SnapshotLog:
             self._bytes = sum(map(len, self._lines.values()))
 
     def packed(self) -> bytes | None:
-        """Return the data of the attachment; None if it has none."""
+        """Return the data of the attachment; None if the recording gets no snapshots."""
         if max(self._lines, default=0) < WORTH_SCANS:
             return None
         text = "\n".join(f"{at} {line}" for at, line in self._lines.items())

@@ -11,7 +11,7 @@ from .output import TraceFile
 class TraceWriter(Protocol):
     """A writer of records: channels and metadata first, then messages.
 
-    Attachments come at any time.
+    Attachments may be added at any time.
     """
 
     @property
@@ -25,7 +25,7 @@ class TraceWriter(Protocol):
         """Write a metadata record."""
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
-        """Write an attachment. It has no own time."""
+        """Write an attachment, without a time."""
 
     def add_message(
         self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int, /
@@ -33,13 +33,13 @@ class TraceWriter(Protocol):
         """Add one message; times in ns."""
 
     def add_block(self, channel_id: int, log_times: array[int], block: bytearray) -> None:
-        """Add message records of one size, already laid out, with their times in ns, 64-bit, ascending.
+        """Add message records of the same size, already laid out; times are in ns, 64-bit, ascending.
 
-        The block becomes the writer's own.
+        The writer takes ownership of the block.
         """
 
     def draft(self, file: TraceFile) -> None:
-        """Write the new messages of the open chunk uncompressed."""
+        """Write the open chunk's new messages, uncompressed."""
 
     def finish(self) -> None:
         """Write the open chunk, the summary and the footer. The file stays open."""

@@ -1,7 +1,7 @@
-"""Contracts of the 3601: what its input images never do, one row per rule of the manual.
+"""Contracts of the 3601: facts that its input images always keep, one row per rule of the manual.
 
-A proof takes a module's inputs as free words and narrows them by these rows. Random runs of the module
-model and all golden recordings keep each of them; one that a run breaks is a defect of the row or of the
+A proof treats a module's inputs as free words and restricts them by these rows. Random runs of the module
+model and all golden recordings keep each contract; if a run breaks one, the defect is in the row or in the
 model.
 
 >>> [contract.name for contract in broken(now=(0x4003, 0, 0, 0, 0, 0, 0, 0))]
@@ -31,8 +31,9 @@ def contracts_of(
 
     Args:
         readings: options of the simulated 3601 that differ from the default, by name.
-        each_update: whether the program sees each update of the module; else only those of a single image.
-        adapter: whether it is an adapter that acts as a 3601.
+        each_update: whether the program sees each update of the module; if not, only contracts about a single
+            image hold.
+        adapter: whether the module is an adapter that acts as a 3601.
     """
     chosen = readings or {}
     return tuple(
@@ -47,6 +48,6 @@ def contracts_of(
 def broken(
     now: Sequence[int], was: Sequence[int] | None = None, sent: Sequence[int] = (0,) * 8
 ) -> tuple[Contract, ...]:
-    """Return the contracts that images break; without `was` those of a single image."""
+    """Return the contracts that images break; without `was`, check only contracts about a single image."""
     rows = contracts_of(each_update=was is not None)
     return tuple(row for row in rows if not row.fact.holds(now, was or (0,) * 8, sent))

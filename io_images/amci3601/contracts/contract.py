@@ -12,15 +12,15 @@ from .fact import Fact, Side
 class Contract:
     """A fact about the images of a 3601.
 
-    Contracts that speak of two images hold as long as the PLC does not lose the module in between: a lost
-    link freezes the image, and what happened meanwhile shows all at once.
+    Contracts about two images hold as long as the PLC does not lose the module in between: a lost
+    link freezes the image, and afterwards all changes appear at once.
 
     Attributes:
         name: a word or two for reports, such as "position lost".
         says: the contract as a sentence.
         rules: ids of the rows of `RULES` that it follows from.
-        fact: what is true of the images.
-        adapters: whether images of the adapters keep it, too.
+        fact: the fact about the images.
+        adapters: whether images of adapters also keep it.
         readings: options of the simulated 3601 that it depends on, with the value that it needs.
     """
 
@@ -33,5 +33,5 @@ class Contract:
 
     @property
     def speaks_of_two(self) -> bool:
-        """Whether it speaks of two input images: then it holds with one update of the module in between."""
+        """Whether it is about two input images, and so holds only with one module update in between."""
         return self.fact.speaks_of != {Side.NOW}

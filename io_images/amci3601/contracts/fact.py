@@ -1,6 +1,6 @@
-"""Facts about images: what a contract says, as data that a checker and a prover read alike.
+"""Facts about images: the content of a contract, as data for both a checker and a prover.
 
-A fact speaks of up to three images of one module:
+A fact is about up to three images of one module:
 
     outputs |<-- sent --->|     words in force between two updates
     inputs  ^ was         ^ now
@@ -34,7 +34,7 @@ Truth = TypeVar("Truth")
 
 
 class Side(Enum):
-    """One of the images that a fact speaks of."""
+    """One of the images that a fact is about."""
 
     WAS = "was"
     NOW = "now"
@@ -42,13 +42,13 @@ class Side(Enum):
 
 
 class Reading(Protocol[Truth]):
-    """The images as truths of a kind: bools to check with, terms to prove with."""
+    """Images read as truth values of some type: bools for a checker, terms for a prover."""
 
     def any_of(self, side: Side, word: int, mask: int) -> Truth:
-        """Return whether a bit of the mask is set in word 0 to 7."""
+        """Return whether any bit of the mask is set in `word`, which is 0 to 7."""
 
     def within(self, side: Side, word: int, least: int, most: int) -> Truth:
-        """Return whether a signed word lies in a range."""
+        """Return whether a signed word is in a range."""
 
     def both(self, first: Truth, second: Truth) -> Truth:
         """Return the conjunction."""
@@ -58,11 +58,11 @@ class Reading(Protocol[Truth]):
 
 
 class Fact(ABC):
-    """What is true or false of images."""
+    """A statement about images that is true or false."""
 
     @abstractmethod
     def read(self, images: Reading[Truth]) -> Truth:
-        """Return the truth of the fact."""
+        """Return the truth value of the fact."""
 
     @property
     @abstractmethod
@@ -79,7 +79,7 @@ class Fact(ABC):
         return Negation(self)
 
     def only_with(self, other: Fact) -> Fact:
-        """Return the fact that `other` is true whenever this is."""
+        """Return the fact that `other` is true whenever this fact is."""
         return ~(self & ~other)
 
     def same_as(self, other: Fact) -> Fact:
@@ -89,13 +89,13 @@ class Fact(ABC):
     def holds(
         self, now: Sequence[int], was: Sequence[int] = (0,) * 8, sent: Sequence[int] = (0,) * 8
     ) -> bool:
-        """Return whether images have the fact; words are signed or unsigned, 16 bits."""
+        """Return whether the fact is true for images; words are 16 bits, signed or unsigned."""
         return self.read(_Words({Side.NOW: now, Side.WAS: was, Side.SENT: sent}))
 
 
 @dataclass(frozen=True, slots=True)
 class AnyOf(Fact):
-    """A bit of the mask is set."""
+    """The fact that any bit of a mask is set."""
 
     side: Side
     word: int
@@ -113,7 +113,7 @@ class AnyOf(Fact):
 
 @dataclass(frozen=True, slots=True)
 class Within(Fact):
-    """A signed word lies in a range."""
+    """The fact that a signed word is in a range."""
 
     side: Side
     word: int
@@ -132,7 +132,7 @@ class Within(Fact):
 
 @dataclass(frozen=True, slots=True)
 class Both(Fact):
-    """Two facts."""
+    """The fact that two facts are both true."""
 
     first: Fact
     second: Fact
@@ -149,7 +149,7 @@ class Both(Fact):
 
 @dataclass(frozen=True, slots=True)
 class Negation(Fact):
-    """The opposite of a fact."""
+    """The negation of a fact."""
 
     fact: Fact
 
@@ -165,7 +165,7 @@ class Negation(Fact):
 
 @dataclass(frozen=True, slots=True)
 class _Words:
-    """Images as numbers."""
+    """Images as numbers, which are read as bools."""
 
     images: dict[Side, Sequence[int]]
 
@@ -184,22 +184,22 @@ class _Words:
 
 
 def now(*bits: StatusMsw | StatusLsw) -> Fact:
-    """Return that one of the bits is set in the later inputs."""
+    """Return the fact that any of the bits is set in the later inputs."""
     return _set(Side.NOW, *bits)
 
 
 def was(*bits: StatusMsw | StatusLsw) -> Fact:
-    """Return that one of the bits was set in the earlier inputs."""
+    """Return the fact that any of the bits was set in the earlier inputs."""
     return _set(Side.WAS, *bits)
 
 
 def sent(*bits: CommandMsw | CommandLsw) -> Fact:
-    """Return that one of the bits was set in the outputs between both."""
+    """Return the fact that any of the bits was set in the outputs in between."""
     return _set(Side.SENT, *bits)
 
 
 def every(*facts: Fact) -> Fact:
-    """Return that all facts hold."""
+    """Return the fact that all of these facts hold."""
     return reduce(and_, facts)
 
 

@@ -26,40 +26,40 @@ OPERATING = now(OK)
 IN_COMMAND_MODE = OPERATING & ~now(MODE)
 STAYS_IN_COMMAND_MODE = IN_COMMAND_MODE & was(OK) & ~was(MODE)
 KNOWN = ~(was(MOVING[0]) & was(MOVING[1]) & ~was(MODE))
-"""Whether there was an image before: a proof has one in the first scan that no module shows."""
+"""The fact that there was an earlier image: in the first scan, a proof has one that no module shows."""
 
 POWERED_UP = now(CONFIG_ERROR)
-"""With both images in command mode, the sign of a power-up in between: the error comes in no other way."""
+"""The sign of a power-up between two images in command mode: nothing else causes this error."""
 
 
 def rises(bit: StatusMsw | StatusLsw) -> Fact:
-    """Return that a status bit is set, and was not, in command mode."""
+    """Return the fact that a status bit becomes set in command mode."""
     return STAYS_IN_COMMAND_MODE & now(bit) & ~was(bit)
 
 
 def falls(bit: StatusMsw | StatusLsw) -> Fact:
-    """Return that a status bit was set, and is not, in command mode, without a power-up in between."""
+    """Return the fact that a status bit becomes clear in command mode, without a power-up in between."""
     return STAYS_IN_COMMAND_MODE & was(bit) & ~now(bit) & ~POWERED_UP
 
 
 def none_but(*bits: StatusMsw) -> Fact:
-    """Return that no other bit of input word 0 is set."""
+    """Return the fact that no other bit of input word 0 is set."""
     return ~AnyOf(Side.NOW, 0, 0xFFFF & ~sum(bit.value for bit in bits))
 
 
 def frozen() -> Fact:
-    """Return that word 0 is that of before, without Module OK and the bits of a motion."""
+    """Return the fact that input word 0 is unchanged, except Module OK and the bits of a motion."""
     kept = (bit for bit in StatusMsw if bit not in (OK, *MOVING, *RAMPS))
     return every(*(now(bit).same_as(was(bit)) for bit in kept))
 
 
 def at_most_one(*bits: StatusMsw) -> Fact:
-    """Return that no two bits are set."""
+    """Return the fact that at most one of the bits is set."""
     return every(*(~(now(one) & now(*bits[at + 1 :])) for at, one in enumerate(bits[:-1])))
 
 
 def words(least: int, most: int, *numbers: int) -> Fact:
-    """Return that signed input words lie in a range."""
+    """Return the fact that signed input words are in a range."""
     return every(*(Within(Side.NOW, number, least, most) for number in numbers))
 
 
@@ -71,7 +71,7 @@ TYPICAL = (
     0x5080, 0x5010, 0x5208, 0x5001, 0x4D00, 0x4900,  # errors
     0xC000, 0xE000, 0xC43E, 0,  # configuration mode; removed
 )
-"""Input word 0 as a module often shows it: random scans that look for invariants choose from them."""
+"""Common values of input word 0, from which random scans choose when they search for invariants."""
 
 # One rule of the manual is one row here; the formatter would spread each over ten lines.
 

@@ -1,7 +1,7 @@
-"""What makes each status bit of a 3601: a row per bit, with the rules of the manual that state it.
+"""The cause of each status bit of a 3601: a row per bit, with the manual's rules about it.
 
-The rules say when a bit comes and goes; a row says where a question continues: a terminal, the commands
-whose motion the bit is about, the configuration, or the errors of chapter 6, whose rule is recorded.
+The rules say when a bit is set and cleared. A row says where a question continues: at a terminal, the
+commands whose motion the bit is about, the configuration, or the errors of chapter 6, whose rule is recorded.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from ..bits import MOTIONS, CommandMsw, StatusLsw, StatusMsw
 class Origin(Enum):
     """Where a question about a bit continues."""
 
-    TERMINAL = "terminal"  # the input beside it
-    COMMAND = "command"  # the command whose motion it is about
+    TERMINAL = "terminal"  # the corresponding input
+    COMMAND = "command"  # the command whose motion the bit is about
     CONFIGURATION = "configuration"  # the configuration words
     MODULE = "module"  # power and health of the module
     RULE = "rule"  # the rule that fired
@@ -27,13 +27,14 @@ _NONE = CommandMsw(0)
 
 @dataclass(frozen=True, slots=True)
 class BitCause:
-    """What makes a bit.
+    """The cause of a status bit.
 
     Attributes:
-        rules: ids of the rules that state it.
-        on: what has happened if it is on.
-        off: what has happened if it is off.
-        commands: bits of output word 0 whose motion it is about; none if it is about none.
+        rules: ids of the rules that state the cause.
+        on: what has happened if the bit is on.
+        off: what has happened if the bit is off.
+        commands: bits of output word 0 that command the motion it is about; none for a bit not about a
+            motion.
     """
 
     bit: StatusMsw | StatusLsw
@@ -109,7 +110,7 @@ ROWS: tuple[BitCause, ...] = (
 
 
 def cause_of(word: int, bit: int) -> BitCause | None:
-    """Return the row of a bit of an input word, by its number; None for a word without status bits.
+    """Return the row of a bit in an input word, by numbers; None for a word without status bits.
 
     >>> cause_of(0, 4).on
     'a search has found home'

@@ -1,7 +1,7 @@
 """Chapter 6, Status & Error Bit Functions: the numbered causes of each error bit.
 
-Each row sets the one bit in whose list it stands. Where the manual gives one
-cause in several lists, the rows name each other (reading A-20).
+Each row sets only the bit whose list it is in. Where the manual gives the same
+cause in several lists, the rows refer to each other (reading A-20).
 """
 
 from __future__ import annotations

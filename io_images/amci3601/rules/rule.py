@@ -67,19 +67,19 @@ class Rule:
     Attributes:
         id: prefix and number, e.g. "CMD-03"; rows of a chapter 6 list have the list's numbers.
         section: of the manual.
-        event: the words that recordings have when the rule applies; they never change.
+        event: the text in recordings when the rule applies; it never changes.
         sets: status bits that the rule sets; of MOVING_CW and MOVING_CCW, and of ACCELERATING and
-            DECELERATING, the applicable one. A row of a chapter 6 list sets the bit of its list only.
+            DECELERATING, the applicable one. A row of a chapter 6 list sets only the bit of its list.
         if_broken: status bits that the simulated module sets instead of `sets` when a command breaks
-            the rule: the manual does not state its consequence, or other bits are set already.
+            the rule: the manual does not state the consequence, or other bits are already set.
         clears: status bits that the rule clears.
-        list_of: the bit whose list in chapter 6 has this row, or None.
+        list_of: the bit whose list in chapter 6 contains this row, or None.
         together_with: ids of rows elsewhere that always apply with this one.
-        firmware_from: the first version with the rule; None for all.
-        firmware_until: the first version without it; None for none.
+        firmware_from: the first version with the rule; None if all versions have it.
+        firmware_until: the first version without the rule; None if there is none.
         untestable_because: why no image can show whether the rule holds; "" if one can.
         reading: readings ("A-36") of contradictions and gaps in the manual, see docs/readings.md.
-        says: better words than `event`, for everything but recordings; "" without any.
+        says: a better text than `event`, for use outside of recordings; "" to use `event`.
     """
 
     id: str
@@ -98,7 +98,7 @@ class Rule:
 
     @property
     def text(self) -> str:
-        """What it says, in words for the user of a module; for a fault, what was done wrong.
+        """What the rule says, for the user of a module; for a fault, what was done wrong.
 
         >>> Rule("CFG-02", "chapter 3", "The configuration has no limit.", says="No limit is set.").text
         'No limit is set.'
@@ -107,7 +107,7 @@ class Rule:
 
     @property
     def clause(self) -> str:
-        """The text as part of a sentence, with its section.
+        """The text as a clause of a sentence, with its section.
 
         >>> Rule("CFG-02", "chapter 3, Invalid Configurations 2", "The configuration has no limit.").clause
         'the configuration has no limit [CFG-02, chapter 3]'

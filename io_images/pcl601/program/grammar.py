@@ -23,7 +23,7 @@ TERMINALS: Mapping[str, tuple[str, str]] = {
 
 
 def row_rule(index: int) -> str:
-    """Return the grammar's rule of an instruction row."""
+    """Return the grammar's rule for an instruction row."""
     return f"row{index}"
 
 
@@ -51,12 +51,12 @@ def keywords() -> Iterator[str]:
 
 
 def keyword_terminal(word: str) -> str:
-    """Return the terminal of a keyword; the underscore hides it from the tree."""
+    """Return the terminal for a keyword; its underscore hides it from the tree."""
     return f"_W_{word}"
 
 
 def spoken(terminals: set[str]) -> str:
-    """Return the names of terminals in a message, in the grammar's order."""
+    """Return the names of terminals for a message, in the grammar's order."""
     known = {name: said for name, (_, said) in TERMINALS.items()}
     known |= {keyword_terminal(word): word for word in keywords()}
     known["$END"] = "the end of the line"

@@ -2,10 +2,10 @@
 
 The manual shows the instructions by their titles [section 3, "Add Tab Sheets"];
 their short names are those of the text format `pclt`. Real opcodes and sizes
-are not printed, only that an instruction takes 2 to 7 bytes of 2,046. Here an
-instruction is its opcode and one byte more, which holds ON, CW and the like,
-then its values: 1 byte for up to 255, 2 for up to 65,535, 4 beyond that. A
-loop takes the full 7. Text is the exception that the 7 can't hold: 2 bytes
+are not printed; the manual says only that an instruction takes 2 to 7 bytes of 2,046. Here an
+instruction is its opcode and a second byte, which holds ON, CW and the like,
+and then its values: 1 byte for up to 255, 2 for up to 65,535, and 4 beyond that. A
+loop takes all 7. Text is an exception, which does not fit in 7: 2 bytes
 and its characters.
 """
 
@@ -26,7 +26,7 @@ class Instruction:
 
     name: str  # in the text format, in upper case
     operands: tuple[Operand, ...]  # after the name
-    needs_idle: bool  # whether it ends the program with error 1024 during motion
+    needs_idle: bool  # whether, during motion, it ends the program with error 1024
     title: str
 
     @property

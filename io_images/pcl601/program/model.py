@@ -12,12 +12,12 @@ Value = int | str
 
 
 class ProgramError(ValueError):
-    """A program that can't be stored.
+    """The program can't be stored.
 
     Attributes:
-        line: from 1; None without text.
-        column: from 1; None for a whole line.
-        reason: the error and what is allowed.
+        line: number of the line, from 1; None if there is no text.
+        column: number of the column, from 1; None for a whole line.
+        reason: the error, and what is allowed.
     """
 
     def __init__(self, reason: str, line: int | None = None, column: int | None = None) -> None:
@@ -31,7 +31,7 @@ class Step:
     """One instruction with its values.
 
     Attributes:
-        name: in the instruction table.
+        name: name in the instruction table.
         values: one per operand: numbers, 1 or 0 for a word, digits with input or output 1 in
             bit 0, a label's name, the characters of a text.
     """
@@ -52,7 +52,7 @@ class Step:
 
     @property
     def target(self) -> str | None:
-        """The label of a possible jump."""
+        """The label to which it may jump; None if it does not jump."""
         jumps = self.name == "GOTO" or self.name.startswith("LOOP")
         return str(self.values[-1]) if jumps else None
 
@@ -64,7 +64,7 @@ class Program:
     steps: tuple[Step, ...]
     title: str | None = None  # directive `.title`
     axis: int | None = None  # address of its unit; directive `.axis`
-    autostart: bool | None = None  # whether loading it sets autorun on or off; directive `.autostart`
+    autostart: bool | None = None  # whether loading turns autorun on; directive `.autostart`
 
     @property
     def size(self) -> int:

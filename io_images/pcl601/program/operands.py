@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 
 class OperandError(ValueError):
-    """An invalid operand; the message has the allowed ones."""
+    """The operand is invalid; the message has the allowed ones."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -21,7 +21,7 @@ class Number:
     terminal = "NUMBER"
 
     def value(self, written: str) -> int:
-        """Return the value, or raise an `OperandError`."""
+        """Return the value; raise an `OperandError` if it is invalid."""
         value = int(written)
         if not self.low <= value <= self.high:
             raise OperandError(f"{value} is out of range: {self.name} is {self.low} to {self.high}")
@@ -76,7 +76,7 @@ class Digits:
 
 @dataclass(frozen=True, slots=True)
 class Label:
-    """A name of a program position, in any case; `width` bytes for its address, 0 at the position itself."""
+    """A label, in any case; its address takes `width` bytes, or 0 where the label is defined."""
 
     width: int
     terminal = "NAME"
@@ -98,13 +98,13 @@ ESCAPES: Mapping[str, str] = {"n": "\n", "r": "\r", '"': '"', "\\": "\\"}
 
 @dataclass(frozen=True, slots=True)
 class Text:
-    r"""A quoted text to send; \n, \r, \" and \\ are one character each."""
+    r"""A quoted text to send; the escapes \n, \r, \" and \\ are one character each."""
 
     width = 0
     terminal = "TEXT_"
 
     def value(self, written: str) -> str:
-        """Return the characters, or raise an `OperandError`."""
+        """Return the characters; raise an `OperandError` if the text is invalid."""
         text = unquoted(written)
         if len(text) > TEXT_MAX:
             raise OperandError(f"{len(text)} characters are too many: text is at most {TEXT_MAX}")

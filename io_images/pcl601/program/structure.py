@@ -18,7 +18,7 @@ class _Loop(NamedTuple):
 
 
 def check_structure(program: Program, lines: Sequence[int] | None = None) -> None:
-    """Raise a ProgramError for wrong labels, loops, end or size; `lines` are those of the steps."""
+    """Raise a ProgramError for wrong labels, loops, end or size; `lines` has the line of each step."""
     for step, reason in _mistakes(program):
         raise ProgramError(reason, None if lines is None else lines[step])
     if not program.steps or program.steps[-1].name != "END":

@@ -1,4 +1,4 @@
-"""The text format `pclt`, read and written.
+"""Reads and writes the text format `pclt`.
 
     file   one instruction or directive per line, upper or lower case; a comment begins with ;
     names  labels: a letter, then up to 15 letters, digits or _
@@ -33,7 +33,7 @@ class _Directive(NamedTuple):
 
 
 def parse_program(text: str) -> Program:
-    r"""Read a program, or raise a ProgramError with line, column and what is allowed.
+    r"""Read a program; raise a ProgramError with line, column and what is allowed if it is invalid.
 
     >>> program = parse_program("dir cw\nmove 4000 ; out\nfinish\nend")
     >>> program.steps[1], program.size
@@ -77,7 +77,7 @@ def _parser() -> Lark:
 
 
 class _MisplacedError(Exception):
-    """An invalid value at a column."""
+    """The value at a column is invalid."""
 
     def __init__(self, reason: str, column: int) -> None:
         super().__init__(reason)
@@ -137,7 +137,7 @@ def _allowed(error: UnexpectedInput) -> set[str]:
 
 
 def format_program(program: Program) -> str:
-    """Return a program as text, one instruction per line, which `parse_program` reads."""
+    """Return a program as text that `parse_program` reads, with one instruction per line."""
     lines = [] if program.title is None else [f".title {quoted(program.title)}"]
     lines += [] if program.axis is None else [f".axis {program.axis}"]
     lines += [] if program.autostart is None else [f".autostart {'on' if program.autostart else 'off'}"]

@@ -17,13 +17,13 @@ from scanrack.ladder.model.types import Structure
 
 @dataclass(frozen=True, slots=True)
 class BlockForm:
-    """A kind of blocks."""
+    """The structure and the structured text of a type of block."""
 
     structure: Structure
     lines: tuple[str, ...]
-    output: str = ""  # the pin that is computed here, "" for an instruction of structured text
+    output: str = ""  # the pin that the lines compute; "" for an instruction of structured text
     formula: str = ""
-    arrays: tuple[str, ...] = ()  # those beside its tag; the last ones may be missing
+    arrays: tuple[str, ...] = ()  # array operands besides its tag; the last ones may be omitted
 
 
 def _formula(structure: str, output: str, formula: str) -> BlockForm:
@@ -55,7 +55,7 @@ _MUX = BlockForm(
     ),
     "Out",
 )
-"""A Selector outside of 1 to 8 leaves Out, and sets InstructFault, Status.0, and SelectorInv, Status.1."""
+"""A Selector outside of 1 to 8 keeps Out, and sets InstructFault (Status.0) and SelectorInv (Status.1)."""
 
 FORMULAS: Mapping[str, BlockForm] = {
     "BAND": _formula("FBD_BOOLEAN_AND", "Out", _eight("AND")),
@@ -100,7 +100,7 @@ FORMULAS: Mapping[str, BlockForm] = {
     "NOT": _formula("FBD_LOGICAL", "Dest", "NOT {SourceA}"),
     "MVMT": _formula("FBD_MASKED_MOVE", "Dest", "({Source} AND {Mask}) OR ({Target} AND NOT {Mask})"),
 }
-"""Blocks that are a formula, and the functions of the same names."""
+"""Blocks that compute a formula, and the functions with the same names."""
 
 BLOCKS: Mapping[str, BlockForm] = {
     **FORMULAS,
@@ -129,10 +129,10 @@ OTHER_NAMES: Mapping[str, str] = {
     "ACOS": "ACS",
     "ATAN": "ATN",
 }
-"""Names that Studio 5000 gives since revision 36, and to functions."""
+"""Names in Studio 5000 since revision 36, and names of functions."""
 
 FUNCTION = "__F"
-"""End of the type of a function, `ADD__F`."""
+"""Suffix of a function's type, as in `ADD__F`."""
 
 
 def canonical(name: str) -> str:

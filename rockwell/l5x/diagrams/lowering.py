@@ -11,11 +11,11 @@
     END_IF;
     Level := Sum.Dest;                                    // output references, after their block
 
-Data latching: wherever an IRef is wired to, it has its value of the beginning of the routine [1756-RM003,
+Data latching: everywhere it is wired, an IRef has its value from the beginning of the routine [1756-RM003,
 Function Block Attributes, Latching Data], in a generated tag if the diagram may change it. EnableOut is the
 wired EnableIn, else true, and false after an overflow; prescan clears both [Function Block States].
 
-Interpretations: a wire carries its value also to a block that its EnableIn turns off; EnableIn without a wire
+Interpretations: a wire also carries its value to a block that EnableIn disables; EnableIn without a wire
 is not read.
 """
 
@@ -43,19 +43,19 @@ ENABLE_IN, ENABLE_OUT = "EnableIn", "EnableOut"
 
 _PIN = re.compile(r"\{(\w*)\}")
 _ANY = {"BAND": " AND ", "BOR": " OR "}
-"""Functions of as many inputs as are wired, with their operators."""
+"""Operators of the functions that take any number of wired inputs."""
 
 
 @dataclass(frozen=True, slots=True)
 class DiagramLine:
-    """A line of structured text, with its element."""
+    """A line of structured text, with the element it comes from."""
 
     text: str
     node: Node
 
     @property
     def place(self) -> str:
-        """Where its element stands, for people."""
+        """The place of its element, as text for people."""
         return self.node.place
 
     @property
@@ -66,15 +66,15 @@ class DiagramLine:
 
 @dataclass(slots=True)
 class DiagramText:
-    """A routine."""
+    """The structured text of a diagram's routine."""
 
     lines: list[DiagramLine] = field(default_factory=list)
-    tags: list[Tag] = field(default_factory=list)  # generated for it
+    tags: list[Tag] = field(default_factory=list)  # tags generated for it
     drawing: Drawing | None = None
 
 
 def lowered(content: ElementRecord, routine: str, known: DocumentNames) -> DiagramText:
-    """Return a diagram's structured text, or raise a DiagramError."""
+    """Return a diagram's structured text; raise a DiagramError if the diagram can't be run."""
     return _Lowering(content, routine, known).run()
 
 
@@ -93,7 +93,7 @@ class _Lowering:
                 self._values.hold(each)
 
     def _refuse_unknown(self) -> None:
-        """Raise one error for all blocks that are not known."""
+        """Raise one error that names all unknown blocks."""
         blocks = (each for each in self._order if each.tag in ("Block", "Function"))
         wrong = [each for each in blocks if form_of(each) is None]
         if wrong:
@@ -103,7 +103,7 @@ class _Lowering:
             raise DiagramError(text, Site(line=wrong[0].record.line))
 
     def _named_outputs(self) -> Iterator[str]:
-        """Yield the tags that the diagram writes, and those of its blocks."""
+        """Yield the tags that the diagram writes, including the tags of its blocks."""
         for each in self._diagram.nodes.values():
             if each.tag != "IRef" and each.operand:
                 yield each.operand
@@ -130,7 +130,7 @@ class _Lowering:
         return sorted(references, key=lambda each: each.position)
 
     def _latch(self) -> None:
-        """Copy input references to generated tags if theirs may change before they are used."""
+        """Copy input references to generated tags if their own tags may change before use."""
         used = self._used()
         for node in self._references():
             operand = self._values.operand(node)
@@ -142,7 +142,7 @@ class _Lowering:
                     self._add(node, f"{self._values.hold(node, kind)} := {node.operand};")
 
     def _used(self) -> set[Node]:
-        """Return the elements whose value is used, not only their tag as an InOut."""
+        """Return the elements whose value is used, other than as the tag of an InOut."""
         found: set[Node] = set()
         for key, inputs in self._diagram.inputs.items():
             inouts = self._values.inouts(self._diagram.nodes[key])
@@ -158,7 +158,7 @@ class _Lowering:
         self._lines += (DiagramLine(each, node) for each in texts)
 
     def _inputs(self, node: Node) -> None:
-        """Copy values to the inputs, which are memory; prescan clears EnableIn."""
+        """Copy values to the block's inputs, which are members of its tag; prescan clears EnableIn."""
         inouts = self._values.inouts(node)
         for each in self._diagram.inputs_of(node):
             if each.name.upper() not in inouts:
@@ -176,7 +176,7 @@ class _Lowering:
         return any(each.name.upper() == ENABLE_IN.upper() for each in self._diagram.inputs_of(node))
 
     def _enabled(self, node: Node, body: list[str], off: str = "") -> None:
-        """Add the lines of a block, below its EnableIn if that is wired; `off` runs if it is false."""
+        """Add the lines of a block, conditional on EnableIn if that is wired; else `off` runs."""
         if self._is_enabled_by_wire(node):
             otherwise = ("ELSE", f"    {off or f'{node.operand}.{ENABLE_OUT} := 0;'}", "END_IF;")
             body = [f"IF {node.operand}.{ENABLE_IN} THEN", *(f"    {each}" for each in body), *otherwise]
@@ -232,7 +232,7 @@ class _Lowering:
         self._enabled(node, [f"{node.type}{call}"], off)
 
     def _call(self, node: Node) -> None:
-        """JSR: its pins are the tags that it passes and gets; a wire to one writes the tag."""
+        """Add a JSR: its pins are the tags that it passes and receives; a wire to a pin writes the tag."""
         self._inputs(node)
         inputs, returns = (node.record.attributes.get(name, "").split() for name in ("In", "Ret"))
         self._add(node, f"JSR({','.join((node.type, str(len(inputs)), *inputs, *returns))});")
@@ -257,7 +257,7 @@ _RUN: Mapping[str, Callable[[_Lowering, Node], None]] = {
 
 
 def _arrays(node: Node, form: BlockForm) -> list[str]:
-    """Return the arrays of a block in the order of its call."""
+    """Return the arrays of a block in call order."""
     listed = (each.attributes for each in node.record.children if each.tag == "Array")
     given = {each.get("Name", "").upper().removesuffix("ARRAY"): each.get("Operand", "") for each in listed}
     found = [given.pop(name.upper(), "") for name in form.arrays]

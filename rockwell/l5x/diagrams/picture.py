@@ -1,4 +1,4 @@
-"""The drawing of a diagram: elements at their places, pins, and the tag of each value."""
+"""Draws a diagram: elements at their places, with pins and the tag of each value."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def drawn(diagram: Diagram, values: Values, places: Mapping[Node, Sequence[int]]
 
 @dataclass(frozen=True, slots=True)
 class _DiagramParts:
-    """What all sheets need of a diagram."""
+    """The parts of a diagram that all sheets share."""
 
     diagram: Diagram
     values: Values
@@ -69,7 +69,7 @@ class _Sheet:
         return DrawnWire(self._index[source.key], output, self._index[target.key], pin, value, feedback)
 
     def _value(self, node: Node, pin: str) -> str:
-        """Return the address of a value on this sheet; that of a connector is the one that leads to it."""
+        """Return the address of a value on this sheet; an input connector has the address of its source."""
         if node.tag != "ICon":
             return self._values.text(Pin(node, pin))
         source = self._shown.connected.get(node)
@@ -89,7 +89,7 @@ class _Sheet:
         return DrawnElement("block", x, y, lines, node.operand, inputs, outputs, places)
 
     def _pins(self, node: Node, wired: set[str]) -> tuple[tuple[DrawnPin, ...], tuple[DrawnPin, ...]]:
-        """Return the pins on the left and on the right: visible or wired ones in the order of the type."""
+        """Return the visible or wired pins on the left and on the right, in the order of the type."""
         sources = {each.name: each.source for each in self._diagram.inputs_of(node)}
         visible, inputs, returns = (_words(node, each) for each in ("VisiblePins", "In", "Ret"))
         names = list(dict.fromkeys((*visible, *inputs, *returns, *sources, *wired)))
@@ -107,7 +107,7 @@ class _Sheet:
         return left, tuple(pin for name, pin in pins.items() if name in right)
 
     def _outputs(self, node: Node, names: Iterable[str], order: list[str]) -> set[str]:
-        """Return the pins that are outputs by the type of a node."""
+        """Return the pins that are outputs according to a node's type."""
         of_type = order[order.index("EnableOut") :] if "EnableOut" in order else []
         of_add_on = self._values.outputs(node)
         return {each for each in names if each in of_type or each.upper() in of_add_on}

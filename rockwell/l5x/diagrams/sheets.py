@@ -1,15 +1,15 @@
 """The sheets of a function block diagram: elements, wires between them, and the order of the blocks.
 
     IRef -- Wire --> Block, Function, AddOnInstruction -- Wire --> ORef
-    OCon and ICon of one name join wires across sheets; one OCon may have several ICons
+    an OCon and an ICon with the same name join wires across sheets; an OCon may have several ICons
 
-A block runs after the blocks whose outputs it gets. A wire with the Assume Data Available indicator, in an
-export a FeedbackWire, gives the value of the execution before, and so does a wire from a block to itself. A
-loop of several blocks without such a wire has no order, as in Studio 5000 [1756-RM003, Function Block
+A block runs after the blocks whose outputs it receives. A wire with the Assume Data Available indicator, in
+an export a FeedbackWire, has the value of the previous execution, and so does a wire from a block to itself.
+A loop of several blocks without such a wire has no order, as in Studio 5000 [1756-RM003, Function Block
 Attributes, Order of Execution and Resolve a Loop; 1756-PM009, Program a Function Block Diagram].
 
 The manual says that order does not matter between blocks that are not wired together. Interpretation: where
-it does, since they name one tag, they run sheet by sheet, from left to right, then from top to bottom.
+it does, because they use the same tag, they run sheet by sheet, from left to right, then from top to bottom.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _NODES = (*RUN, "IRef", "ORef", "ICon", "OCon")
 _WIRES = ("Wire", "FeedbackWire")
 _REMARKS = ("TextBox", "Attachment", "Description")
 _RANKS = {"SBR": 0, "RET": 2}
-"""Order of elements that could run at once; 1 of all others."""
+"""Order of elements that could run at the same time; 1 for all others."""
 
 MOST_ELEMENTS = 20_000
 """Maximum elements and wires of a routine."""
@@ -40,7 +40,7 @@ Key = tuple[int, int]
 
 
 class DiagramError(LadderError):
-    """A diagram that can't be run; its site has the line."""
+    """The diagram can't be run; the error's site has the line."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class Node:
 
     @property
     def tag(self) -> str:
-        """Its kind, as an export names it."""
+        """Its kind, by the name in an export."""
         return self.record.tag
 
     @property
@@ -71,12 +71,12 @@ class Node:
 
     @property
     def operand(self) -> str:
-        """Its tag, address or number; "" without one."""
+        """Its tag, address or number; "" if it has none."""
         return self.record.attributes.get("Operand", "").strip()
 
     @property
     def place(self) -> str:
-        """Where it stands, for people."""
+        """Its place, as text for people."""
         name = self.operand or self.record.attributes.get("Name", "") * (self.tag in ("ICon", "OCon"))
         shown = " ".join(filter(None, (self.type or self.tag, name or f"with ID {self.key[1]}")))
         return f"sheet {self.key[0]}, {shown}"
@@ -96,10 +96,10 @@ class Node:
 class Input:
     """A wired input."""
 
-    name: str  # of the pin, "" of an ORef
+    name: str  # of the pin; "" for an ORef
     source: Pin
-    feedback: bool  # whether it gets the value of the execution before
-    through: Node | None = None  # the input connector at its wire
+    feedback: bool  # whether it has the value of the previous execution
+    through: Node | None = None  # the input connector at the end of its wire
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,14 +111,14 @@ class _Wire:
 
 
 class Diagram:
-    """The elements of a routine with their inputs."""
+    """The elements of a routine, with their inputs."""
 
     def __init__(self, content: ElementRecord) -> None:
         self.nodes: dict[Key, Node] = {}
         self.sheets: dict[int, ElementRecord] = {}
         self._wires: dict[Key, dict[str, _Wire]] = {}  # by target and pin in capitals
         self._connectors: dict[str, Node] = {}
-        self._sources: dict[Key, tuple[Key, str, bool]] = {}  # of each input connector, past connectors
+        self._sources: dict[Key, tuple[Key, str, bool]] = {}  # true source of each input connector
         self._read_sheets(content)
         self.inputs: Mapping[Key, tuple[Input, ...]] = {
             key: tuple(self._input(key, wire) for wire in wires.values())
@@ -176,7 +176,7 @@ class Diagram:
         return None if found is None else self.nodes.get((sheet, found))
 
     def _input(self, key: Key, wire: _Wire) -> Input:
-        """Return an input with its source past connectors."""
+        """Return an input, with its source traced through connectors."""
         first = self.nodes[wire.source]
         at, pin, delayed = self._past_connectors(wire.source, wire.output)
         if self.nodes[at].tag in ("ORef", "OCon"):
@@ -204,14 +204,14 @@ class Diagram:
         return self.inputs.get(node.key, ())
 
     def readers(self, node: Node) -> Sequence[tuple[Node, Input]]:
-        """Return the output references that get a value of a node, in order of position."""
+        """Return the output references that receive a value of a node, in order of position."""
         return self._readers.get(node.key, ())
 
     def _of(self, *tags: str) -> Iterator[Node]:
         return (each for each in self.nodes.values() if each.tag in tags)
 
     def in_order(self) -> list[Node]:
-        """Return the elements that run, in their order; SBR is first, RET last."""
+        """Return the elements that run, in order of execution: SBR is first, RET last."""
         blocks = {each.key: each for each in self._of(*RUN)}
         waits = {
             key: {each.source.node.key for each in self.inputs_of(node) if not each.feedback} & blocks.keys()
@@ -234,7 +234,7 @@ class Diagram:
         return found
 
     def _loop(self, waits: Mapping[Key, set[Key]], blocks: Mapping[Key, Node]) -> DiagramError:
-        """Return the error for a loop without an order: go backward until a block comes again."""
+        """Return the error for a loop without an order; go backward until a block repeats."""
         key = min(waits, key=lambda each: blocks[each].position)
         way: dict[Key, int] = {}
         while key not in way:

@@ -1,7 +1,7 @@
 """Values on the wires of a diagram: the text of each output, and its type.
 
-A function has no tag: a generated one holds its value. Interpretation: it has the type of the widest input,
-and an integer one is at least a DINT, so that 7 / 2 of two INTs is 3.
+A function has no tag: a generated tag holds its value. Interpretation: it has the type of the widest input,
+and an integer tag is at least a DINT, so that 7 / 2 with two INTs is 3.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ class DocumentNames:
 
     type_of: Callable[[Address], DataType | None]
     same: Callable[[str], str]  # the tag that an alias names, in capitals
-    arguments: Callable[[str], tuple[TagRecord, ...] | None]  # of an add-on in call order, None without it
+    arguments: Callable[[str], tuple[TagRecord, ...] | None]  # of an add-on, in call order; None if unknown
     acts_when_off: Callable[[str], bool]  # whether an add-on has logic for a false EnableIn
     outputs: Callable[[str], frozenset[str]]  # names of an add-on's outputs, in capitals
 
 
 def name_in(operand: str) -> str:
-    """Return the tag of an address, from text; any other operand unchanged."""
+    """Return the tag in an address given as text; return any other operand unchanged."""
     try:
         found = parse_expression(operand)
     except LadderError:
@@ -41,7 +41,7 @@ def name_in(operand: str) -> str:
 
 
 def form_of(node: Node) -> BlockForm | None:
-    """Return what a block or function does, None if it is not known here."""
+    """Return the form of a block or function; None if it is unknown."""
     found = BLOCKS.get(canonical(node.type))
     if node.tag == "Function":
         return found if found is not None and found.formula and node.type.endswith(FUNCTION) else None
@@ -62,14 +62,14 @@ class Values:
         return [*self._held.values()]
 
     def hold(self, node: Node, kind: Elementary | None = None) -> str:
-        """Generate a tag for a value, of a function by default; return its name."""
+        """Generate a tag for a value, by default that of a function; return its name."""
         sheet, number = node.key
         name = f"FBD_{self._routine}_{sheet}_{number}"
         self._held[node] = Tag(name, kind or self._result(node), comment=node.place)
         return name
 
     def operand(self, node: Node) -> Operand:
-        """Return the operand of a reference or the tag of a block, or raise a DiagramError."""
+        """Return the operand of a reference or the tag of a block; raise a DiagramError if it is invalid."""
         try:
             operand = parse_expression(node.operand)
         except LadderError:
@@ -92,7 +92,7 @@ class Values:
         return self.arguments(node).get(source.name.upper(), f"{node.operand}.{source.name}")
 
     def _type(self, source: Pin) -> DataType | None:
-        """Return the type of a value, None if it is unknown."""
+        """Return the type of a value; None if it is unknown."""
         if source.node in self._held:
             return self._held[source.node].type
         form = form_of(source.node)
@@ -119,7 +119,7 @@ class Values:
         return LINT if any(wide) else DINT
 
     def _types_of_inputs(self, node: Node) -> Iterator[DataType | None]:
-        """Yield the types of a node's inputs but for those of functions without a tag yet."""
+        """Yield the types of a node's inputs, except those from functions that have no tag yet."""
         for each in self._diagram.inputs_of(node):
             if each.source.node.tag != "Function" or each.source.node in self._held:
                 yield self._type(each.source)
@@ -127,16 +127,16 @@ class Values:
     # --- parameters of add-ons
 
     def outputs(self, node: Node) -> frozenset[str]:
-        """Return the outputs of an add-on's element, in capitals."""
+        """Return the outputs of an add-on's element, by name in capitals."""
         return self._known.outputs(node.type) if node.tag == "AddOnInstruction" else frozenset()
 
     def inouts(self, node: Node) -> frozenset[str]:
-        """Return the InOuts of an add-on's element, in capitals."""
+        """Return the InOuts of an add-on's element, by name in capitals."""
         arguments = self._known.arguments(node.type) if node.tag == "AddOnInstruction" else None
         return frozenset(each.name.upper() for each in arguments or () if each.usage.upper() == "INOUT")
 
     def arguments(self, node: Node) -> Mapping[str, str]:
-        """Return the arguments of InOuts by name in capitals: of the element, or of a wired reference."""
+        """Return the arguments of InOuts by name in capitals, from the element or from a wired reference."""
         if node.tag != "AddOnInstruction":
             return {}
         if node not in self._arguments:

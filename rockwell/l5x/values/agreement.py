@@ -1,6 +1,6 @@
-"""Whether two forms of a value agree: both in the form of `Tag.initial`.
+"""Compares two forms of a value, both as in `Tag.initial`.
 
-What the second form lacks agrees: it is without local tags of add-ons.
+Values that the second form lacks count as equal: it does not have local tags of add-ons.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _PRECISION = 1e-8  # relative, of an LREAL as text
 
 
 def first_difference(kind: DataType, dims: tuple[int, ...], whole: Any, other: Any) -> Path | None:
-    """Return the path to the first value that differs, None without one.
+    """Return the path to the first value that differs; None if none does.
 
     Args:
-        whole: a form with all values; what is None is zero.
-        other: a form that may lack some, which are None; it has its zeros.
+        whole: a form with all values; None means zero.
+        other: a form with explicit zeros; None means that it lacks the value.
     """
     if other is None:
         return None

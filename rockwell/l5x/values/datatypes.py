@@ -1,7 +1,7 @@
 """Data types of a document: their own, string families, add-on types, predefined and module-defined ones.
 
-Types are searched by name in this order: those of every program, the document's, its add-on instructions',
-the predefined ones of `predefined`, those that values in the document show.
+Types are looked up by name in this order: elementary types, the document's, its add-on instructions',
+predefined types (`predefined`), and types that values in the document show.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from .layouts import Layouts
 from .module_bits import in_words
 
 PATH_BYTES, VALUE_BYTES = 1400, 8
-"""Memory of a path to values, such as `Line.Speed`, and of one of its values, as measured."""
+"""Measured memory of a path to values, such as `Line.Speed`, and of one of its values, bytes."""
 
 EIGHTS_SINCE = 27
 """First software revision with 8-byte values at multiples of 8 [1756-RM100F, chapter 5]."""
@@ -55,11 +55,11 @@ class _Counts(NamedTuple):
 
 
 class UnknownTypeError(LadderError):
-    """A type without a definition in the document."""
+    """The document does not define a type."""
 
 
 class Types:
-    """The document's types by name (the first of each name counts), and all others."""
+    """All types by name: the document's, of which the first with each name counts, and others."""
 
     def __init__(
         self, records: Iterable[DataTypeRecord], revision: str = "", memory_mib: int = EXPORT_MIB
@@ -68,7 +68,7 @@ class Types:
         for each in records:
             self._records.setdefault(each.name.upper(), each)
         major = number_of(revision.partition(".")[0])
-        self._own = set(self._records)  # names of types of which all members are known
+        self._own = set(self._records)  # names of types with all members known
         self.layouts = Layouts(major is None or major >= EIGHTS_SINCE, self._own)
         self._initials: dict[int, tuple[DataType, bool]] = {}
         self._instances: dict[int, tuple[DataType, bool]] = {}
@@ -88,7 +88,12 @@ class Types:
         return [each.name for each in self._records.values()]
 
     def find(self, name: str) -> DataType:
-        """Return a type by name; an UnknownTypeError if undefined, a LadderError if unusable."""
+        """Return a type by name.
+
+        Raises:
+            UnknownTypeError: the type is undefined.
+            LadderError: the type is unusable.
+        """
         key = name.upper()
         known = self._known.get(key)
         if known is not None:
@@ -140,7 +145,7 @@ class Types:
             raise LadderError(f"{what} takes {mib}; {self._mib:,} MiB are allowed (--memory)")
 
     def _bytes(self, kind: DataType, dims: tuple[int, ...]) -> int:
-        """Return the memory of a tag, about."""
+        """Return the approximate memory of a tag, bytes."""
         found = self._counted(kind)
         return found.paths * PATH_BYTES + found.values * count_of(dims) * VALUE_BYTES
 
@@ -157,7 +162,7 @@ class Types:
         return known[1]
 
     def has_initials(self, kind: DataType) -> bool:
-        """Whether a type has initial values other than zero."""
+        """Return whether a type has initial values other than zero."""
         if isinstance(kind, Elementary):
             return False
         known = self._initials.get(id(kind))  # equal types may have other initial values
@@ -167,7 +172,7 @@ class Types:
         return known[1]
 
     def has_locals(self, kind: DataType) -> bool:
-        """Whether a type has instances of add-ons, whose local tags decorated data lack."""
+        """Return whether a type contains instances of add-ons, whose local tags decorated data lack."""
         if isinstance(kind, Elementary):
             return False
         known = self._instances.get(id(kind))
@@ -179,7 +184,7 @@ class Types:
         return known[1]
 
     def take(self, kind: DataType, dims: tuple[int, ...]) -> None:
-        """Add the memory of a tag to the total; a LadderError beyond the limit."""
+        """Add the memory of a tag to the total; raise a LadderError beyond the limit."""
         needed = self._bytes(kind, dims)
         self._refuse("it", needed)
         if needed > self._left:
@@ -206,7 +211,7 @@ class Types:
         return Member(member.name, kind, member.dims, hidden=member.hidden)
 
     def own(self, kind: Structure) -> Structure:
-        """Return a type that was made here of all its members."""
+        """Register a type built here from all of its members; return it."""
         self._own.add(kind.name.upper())
         return kind
 
@@ -216,7 +221,7 @@ class Types:
         self.wrong.clear()  # types with members of this one
 
     def show(self, data: Element) -> DataType | None:
-        """Return the type of decorated data (`Structure`, `Array`, `DataValue`, member elements), or None."""
+        """Return the type that decorated data show (`Structure`, `Array`, `DataValue`, members), or None."""
         kind = data.get("DataType", "")
         try:
             return self.find(kind)
@@ -257,7 +262,7 @@ class Types:
 
 
 def _refuse_host(kind: Structure, member: Member) -> None:
-    """Refuse a packed bit without an integer host, or beyond its bits."""
+    """Raise a LadderError for a packed bit whose host is no integer, or lacks that bit."""
     name, _, bit = member.at.partition(".")
     host = kind.member(name) if member.at else None
     if host is None:

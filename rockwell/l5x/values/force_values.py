@@ -6,9 +6,9 @@
 | bytes of the tag | `<ForceData>00 00 00 00 01 00 FF FF 01 00 B8 22</ForceData>` |
 | bytes as a list | `<ForceData Format="L5K"><![CDATA[[0,0,1,0,3,0]]]></ForceData>` |
 
-The bytes are as many as the tag's memory three times: its image, the mask of forced bits, their values.
+The bytes are three times the tag's memory: its image, the mask of forced bits, and their values.
 
-They are read and listed; a run holds them on request.
+Forces are read and listed; a run applies them on request.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _INDEX = re.compile(r"\[\d{1,9}(?:,\d{1,9})*+\]")
 
 
 def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], types: Types) -> Iterator[Force]:
-    """Yield the forces of a tag, from `Data` elements that show any, otherwise from its `ForceData`.
+    """Yield the forces of a tag, from `Data` elements that show forces, else from its `ForceData`.
 
     Raises:
         ValueTextError: force data that can't be read.
@@ -74,7 +74,7 @@ def _of_bytes(text: str, kind: Elementary, mask: bytes, values: bytes) -> Iterat
 
 
 def image_of(forced: Sequence[Data], kind: DataType, layouts: Layouts) -> Any:
-    """Return the value of a tag without other data: the first third of its force data; None for zeros."""
+    """Return the value of a tag that has only force data, from their first third; None for zeros."""
     for each in forced:
         if each.element.tag == "ForceData":
             data = _bytes(each.element)
@@ -117,7 +117,7 @@ def _number(kind: DataType | None, pattern: int, width: int) -> int | float:
 
 
 def _shown(element: Element, path: str) -> Iterator[Force]:
-    """Yield the forces of a decorated value and of those in it."""
+    """Yield the forces of a decorated value and of nested ones."""
     todo = [(element, path)]
     while todo:
         node, here = todo.pop()
@@ -161,7 +161,7 @@ class _ForceMask:
     def places(
         self, kind: DataType, dims: tuple[int, ...], at: int
     ) -> Iterator[tuple[str, Elementary, int, int | None]]:
-        """Yield address, type, byte, and the bit of a BOOL."""
+        """Yield the address, type and byte of each value, and the bit of a BOOL."""
         if dims:
             yield from self._elements(kind, dims, at)
         elif isinstance(kind, Structure):

@@ -2,13 +2,13 @@
 
 | form | content |
 |---|---|
-| bytes, `<Data>3C 00</Data>` | all of the tag, see `raw`, where the order of bytes is known |
-| L5K | all of the tag in its order, see `l5k`, where that is known |
+| bytes, `<Data>3C 00</Data>` | all of the tag, if its memory layout is known, see `raw` |
+| L5K | all of the tag in memory order, if that is known, see `l5k` |
 | Decorated | members by name without local tags of add-ons; zeros may be left out |
-| String | the characters of one string; of an array those of its first element |
+| String | the characters of a string, or of an array's first element |
 | Message, Alarm, Axis | members as attributes |
 
-The first of these forms that a tag has is its value. Where another form has another value, that is reported.
+The first of these forms that a tag has is its value. A difference in another form is reported.
 
     <Structure DataType="Recipe">
       <DataValueMember Name="Speed" DataType="REAL" Radix="Float" Value="1.5"/>
@@ -49,7 +49,11 @@ def initial_of(
     types: Types,
     say: Callable[[str], None] = unsaid,
 ) -> Any:
-    """Return an initial value from `Data` elements, None for the type's own, or raise a ValueTextError."""
+    """Return an initial value from `Data` elements; None for the type's own.
+
+    Raises:
+        ValueTextError: the value can't be read.
+    """
     if len(data) == 1 and data[0].value is not None and isinstance(kind, Elementary) and not dims:
         return scalar(data[0].value, kind, ValueReading(say=say))
     return _Forms(data, kind, dims, types, say).value()
@@ -87,7 +91,7 @@ class _Forms:
         return self._other()
 
     def _whole(self) -> Iterator[tuple[str, Any]]:
-        """Yield the forms with all of the memory that can be read, with their values."""
+        """Yield the readable forms that have all of the memory, with their values."""
         kind, dims, layouts = self._kind, self._dims, self._types.layouts
         raw = self._raw() if layouts.is_known(kind) else None
         if raw and fits(raw, kind, dims, layouts) and (len(self._data) == 1 or layouts.is_certain(kind)):
@@ -105,7 +109,7 @@ class _Forms:
                 self._say(str(error))
 
     def _filled(self, value: Any) -> Any:
-        """Return a value with members whose memory is not known as decorated data have them."""
+        """Fill in, from decorated data, the members of a value whose memory layout is unknown."""
         if self._types.has_locals(self._kind):
             names = ", ".join(dict.fromkeys(self._how.unread))
             self._say(f"{names} in local tags start with their defaults: their memory is not known")
@@ -149,7 +153,7 @@ class _Forms:
         return None
 
     def _compare(self, found: Mapping[str, Any]) -> None:
-        """Report the first value that differs between two forms, as each has it."""
+        """Report the first value that differs between two forms, with both values."""
         (first, value), *others = found.items()
         for _form, other in others:
             path = first_difference(self._kind, self._dims, value, other)
@@ -191,7 +195,7 @@ _ZEROS = ("0", "0.0", "0.00000000e+000")
 
 
 class _Part(NamedTuple):
-    """A member, and why it can't have a value, "" if it can."""
+    """A member, and why it can't have a value; "" if it can."""
 
     member: Member
     plain: Elementary | None  # its type if it is a single value
@@ -227,7 +231,7 @@ def _characters(values: DecoratedValue, kind: Structure, how: ValueReading) -> s
 
 
 def _has_elements(values: DecoratedValue) -> bool:
-    """Whether the characters of a string are elements, not a text."""
+    """Return whether the characters of a string are given as elements, not as text."""
     return any(
         inner.tag == "Element" for each in values.inner if each.tag == "ArrayMember" for inner in each.inner
     )
@@ -235,7 +239,7 @@ def _has_elements(values: DecoratedValue) -> bool:
 
 @lru_cache(maxsize=1024)
 def _parts(kind: Structure) -> tuple[dict[str, _Part], bool]:
-    """Return the members by name, as it is written and in capitals, and whether it is a string."""
+    """Return the members by name, both as written and in capitals, and whether the structure is a string."""
     found: dict[str, _Part] = {}
     for each in kind.members:
         plain = None if each.dims or isinstance(each.type, Structure) else each.type
@@ -245,7 +249,7 @@ def _parts(kind: Structure) -> tuple[dict[str, _Part], bool]:
 
 
 def _wrong_alias(kind: Structure, member: Member) -> str:
-    """Return why a member with `at` can't have a value, "" if it can."""
+    """Return why a member with `at` can't have a value; "" if it can."""
     try:
         there = meant_by("", kind, member, 0)
     except ValueError as error:
@@ -270,7 +274,7 @@ def _cut(text: str, kind: Structure) -> str:
 
 
 def _array(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
-    """Return nested lists, None if all elements have the type's initial value."""
+    """Return nested lists; None if all elements have the type's initial value."""
     flat: list[Any] = [None] * count_of(dims)
     something = False
     row = dims[0] if len(dims) == 1 else 0
@@ -321,4 +325,4 @@ def _parameters(element: Element | None, kind: DataType) -> Any:
 
 
 _ATTRIBUTES = {"ObjectType": "Class", "TargetObject": "Instance", "AttributeNumber": "Attribute"}
-"""Attributes of MessageParameters with another member name."""
+"""Attributes of MessageParameters whose members have other names."""

@@ -16,14 +16,18 @@ from .value_texts import unsaid, value_of
 class ValueReading:
     """How values are read."""
 
-    keep: bool = False  # whether zeros are values, as the type has other initial values
+    keep: bool = False  # whether zeros are kept, because the type has other initial values
     say: Callable[[str], None] = unsaid  # called with each value that is omitted or truncated
     layouts: Layouts = field(default_factory=lambda: Layouts(eights=True))
-    unread: list[str] = field(default_factory=list)  # names of types in it whose memory is not known
+    unread: list[str] = field(default_factory=list)  # names of types in it whose memory layout is unknown
 
 
 def scalar(text: str | None, kind: Elementary, how: ValueReading) -> Any:
-    """Return an elementary value, None for the type's initial value; a ValueTextError if it is invalid."""
+    """Return an elementary value; None for the type's initial value.
+
+    Raises:
+        ValueTextError: the text is no such value.
+    """
     if text is None:
         return None
     value = value_of(text, kind, how.say)

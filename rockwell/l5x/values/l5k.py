@@ -24,23 +24,23 @@ _TOKEN = re.compile(
 
 
 UNREAD: Any = object()
-"""The value of a member whose memory is not known."""
+"""The value of a member whose memory layout is unknown."""
 
 
 class OtherVersionError(ValueTextError):
-    """Data of another version of their type, or of a type whose memory is not known."""
+    """The data belong to another version of their type, or to a type with an unknown memory layout."""
 
 
 _NUL = "$00"
-"""A character after the LEN of a string."""
+"""A padding character after the LEN of a string."""
 
 
 def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
-    """Return an initial value as in `Tag.initial`, None for the type's own.
+    """Return an initial value as in `Tag.initial`; None for the type's own.
 
     Raises:
-        OtherVersionError: it has not as many values as its type.
-        ValueTextError: it can't be read.
+        OtherVersionError: the number of values differs from the type's.
+        ValueTextError: the text can't be read.
     """
     text = text.strip()
     if not text:
@@ -111,8 +111,8 @@ def _l5k_string(tree: Any, kind: Structure, how: ValueReading) -> str | None:
 
 
 def _without_padding(text: str, most: int) -> str:
-    """Return a literal with its first characters, without zeros at its end."""
-    count = max(0, len(text) // len(_NUL) - most)  # a character has at most as many letters
+    """Return a literal without padding zeros at its end, down to `most` characters."""
+    count = max(0, len(text) // len(_NUL) - most)  # an escaped character has at most this many letters
     end = len(text) - count * len(_NUL)
     is_padding = text[end:] == _NUL * count and text[end - 1 : end] != "$"
     return text[:end] if is_padding else text
@@ -142,7 +142,7 @@ def _l5k_structure(tree: Any, kind: Structure, how: ValueReading) -> Any:
 
 
 def filled(value: Any, other: Any) -> Any:
-    """Return a value with the members of another form in place of those that are `UNREAD`."""
+    """Return a value with `UNREAD` members replaced by those of another form."""
     if value is UNREAD:
         return other
     if isinstance(value, dict):

@@ -1,13 +1,13 @@
-"""The memory of a structure as a controller has it: the order of its values, and their bytes.
+"""The memory layout of a structure in a controller: the order of its values, and their bytes.
 
 | type | memory |
 |---|---|
 | TIMER, COUNTER, CONTROL | a word of status bits, then the members |
-| of the document | the members in order; bits lie in hidden members |
+| of the document | the members in order; bits are in hidden members |
 | add-on instruction | parameters by value, then local tags, in order; BOOLs are bits of words of 32 |
 | of a module | the members that its values show |
 
-A word of BOOLs lies at the place of its first one [1756-RM084S p. 131]. A value lies at a
+A word of BOOLs is at the place of its first BOOL [1756-RM084S p. 131]. A value is at a
 multiple of its size, a structure at one of 4, with a value of 8 bytes at one of 8.
 """
 
@@ -32,7 +32,7 @@ from scanrack.ladder.model.types import (
 )
 
 Bits: TypeAlias = tuple[tuple[Member, int], ...]
-"""BOOLs in a word of 32 bits, each with its bit."""
+"""BOOLs in a 32-bit word, each with its bit number."""
 
 Part: TypeAlias = Member | Bits
 """A member with its own memory, or a word of BOOLs."""
@@ -58,9 +58,9 @@ class Layouts:
     """The layouts of a document's types.
 
     Attributes:
-        eights: whether values of 8 bytes lie at multiples of 8.
-        own: names in capitals of the types whose members all are in the document.
-        add_ons: add-on instructions in capitals, each with the members that are in no file.
+        eights: whether values of 8 bytes are at multiples of 8.
+        own: names in capitals of the types of which the document has all members.
+        add_ons: add-on instructions by name in capitals, each with the members that no file contains.
     """
 
     eights: bool
@@ -87,18 +87,18 @@ class Layouts:
         return _packed(each for each in kind.own if each.name not in left_out)
 
     def has_members(self, kind: DataType) -> bool:
-        """Whether a type is one of the document's, so that its parts are known singly."""
+        """Return whether the members of a type are known one by one, because the document defines it."""
         return kind.name.upper() in self.own or kind.name.upper() in self.add_ons
 
     def is_complete(self, kind: Structure) -> bool:
-        """Whether all values in the memory of a type have a member here."""
+        """Return whether each value in the memory of a type has a member here."""
         name = kind.name.upper()
         if name in self.add_ons or kind in _WITH_STATUS:
             return True
         return not any(each.type is BOOL and not each.dims for each in kind.own)
 
     def is_known(self, kind: DataType) -> bool:
-        """Whether the bytes of a type are known."""
+        """Return whether the memory layout of a type is known."""
         known = self._known.get(id(kind))
         if known is None:
             known = self._known[id(kind)] = kind, self._is_known(kind)
@@ -116,7 +116,7 @@ class Layouts:
         )
 
     def size(self, kind: DataType, dims: tuple[int, ...] = ()) -> int:
-        """Return the bytes of a value."""
+        """Return the size of a value, bytes."""
         if kind is BOOL and dims:
             return -(-count_of(dims) // WORD_BITS) * WORD_BYTES
         own = self._memory(kind).size if isinstance(kind, Structure) else size_of(kind)
@@ -155,7 +155,7 @@ class Layouts:
         return WORD_BYTES if kind is BOOL else size_of(kind)
 
     def is_certain(self, kind: DataType) -> bool:
-        """Whether all arrays in a type begin at a multiple of 4, whatever the alignment of small numbers."""
+        """Return whether all arrays in a type begin at multiples of 4, however small numbers are aligned."""
         if isinstance(kind, Elementary) or kind.is_string:
             return True
         return all(
@@ -166,7 +166,7 @@ class Layouts:
 
 
 def _packed(members: Iterable[Member]) -> Iterable[Part]:
-    """Return members, single BOOLs as words."""
+    """Return members, with single BOOLs combined to words."""
     parts: list[Member | list[tuple[Member, int]]] = []
     word: list[tuple[Member, int]] = []
     for each in members:

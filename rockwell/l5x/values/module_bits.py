@@ -1,11 +1,11 @@
-"""BOOLs of module-defined types: bits of the integer before them, which no file says.
+"""BOOLs of module-defined types: bits of the preceding integer, although no file states that.
 
 | BOOLs after an integer | bits |
 |---|---|
 | as many as it has bits | all, in order |
 | numbered from 0 on: `Ch0Status`, `Ch1Status` | their numbers |
 | numbered with gaps at their ends: `Ch0Range_8`, `Ch0Range_9` | their numbers |
-| others, and those whose values are not the bits of the integer's value | memory of their own |
+| others, or BOOLs whose values differ from the integer's bits | memory of their own |
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ from scanrack.ladder.model.types import BOOL, Elementary, Member
 from .value_texts import ValueTextError, value_of
 
 FAULT = "FAULT"
-"""The integer of every input tag that is no host of bits, in capitals."""
+"""Name, in capitals, of the integer in every input tag that is never a host of bits."""
 
 _NUMBER = re.compile(r"\d{1,2}")
 _AT_END = re.compile(r"_(\d{1,2})\Z")
 
 
 def in_words(members: Iterable[Member], values: Mapping[str, str]) -> tuple[list[Member], list[str]]:
-    """Return the members of a module's type with the places of bits, and the integers with unknown ones.
+    """Return the members of a module's type with places of bits, and the integers whose bits are unknown.
 
     Args:
         values: the texts of single values by name.
@@ -47,7 +47,7 @@ def in_words(members: Iterable[Member], values: Mapping[str, str]) -> tuple[list
 
 
 def _runs(members: Iterable[Member]) -> Iterator[tuple[Member | None, list[Member]]]:
-    """Yield each member that is not a single BOOL with the single BOOLs after it."""
+    """Yield each member that is not a single BOOL, with the single BOOLs that follow it."""
     host: Member | None = None
     run: list[Member] = []
     for each in members:
@@ -89,7 +89,7 @@ def _numbers(names: Sequence[str], bits: int) -> dict[str, int]:
 
 
 def _are_series(names: Sequence[str]) -> bool:
-    """Return whether names differ in their first number only, which counts from 0."""
+    """Return whether names differ only in their first number, which counts from 0."""
     numbers = [_NUMBER.search(name) for name in names]
     series = [int(each[0]) for each in numbers if each]
     return series == list(range(len(names))) and len({_NUMBER.sub("#", name, count=1) for name in names}) == 1

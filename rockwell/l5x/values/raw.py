@@ -2,7 +2,7 @@
 
 | type | bytes |
 |---|---|
-| BOOL | bit 0 of one; an array has one bit each, 32 to a group |
+| BOOL | bit 0 of one byte; an array has one bit each, in groups of 32 |
 | SINT to LREAL | 1, 2, 4, 8, at a multiple of that in a structure |
 | structure | begins at a multiple of 4; of 8 with a value of 8, from revision 27 on [1756-RM100F] |
 | string | LEN, then the characters |
@@ -23,7 +23,7 @@ from .layouts import Layouts
 
 
 def bytes_in(element: Element) -> bytes | None:
-    """Return the bytes of an element, None if it has another form."""
+    """Return the bytes in an element; None if it has another form."""
     try:
         return bytes.fromhex(element.text or "")
     except ValueError:
@@ -31,7 +31,7 @@ def bytes_in(element: Element) -> bytes | None:
 
 
 def fits(data: bytes, kind: DataType, dims: tuple[int, ...], layouts: Layouts) -> bool:
-    """Whether bytes match a tag's size, possibly padded to a multiple of 4 or 8."""
+    """Return whether bytes match a tag's size, possibly padded to a multiple of 4 or 8."""
     size = layouts.size(kind, dims)
     return len(data) in (size, -(-size // 4) * 4, -(-size // 8) * 8)
 
@@ -43,7 +43,7 @@ class RawReader:
         self._data, self._layouts, self._keep = data, layouts, keep
 
     def read(self, kind: DataType, dims: tuple[int, ...]) -> Any:
-        """Return an initial value as in `Tag.initial`, None for zeros."""
+        """Return an initial value as in `Tag.initial`; None for zeros."""
         return self._value(0, kind, dims) if self._keep or any(self._data) else None
 
     def _value(self, at: int, kind: DataType, dims: tuple[int, ...]) -> Any:

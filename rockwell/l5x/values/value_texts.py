@@ -1,4 +1,4 @@
-"""One value as text: whole numbers in any radix, reals, characters, dates and durations."""
+"""Reads single values from text: whole numbers in any radix, reals, characters, dates and durations."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ TRUTH = {"true": "1", "false": "0"}
 
 
 class ValueTextError(ValueError):
-    """An unreadable value, as text."""
+    """The text of a value can't be read."""
 
 
 def unsaid(_text: str) -> None:
@@ -50,7 +50,11 @@ def _single_of(text: str, kind: Elementary, say: Callable[[str], None]) -> float
 
 
 def value_of(text: str, kind: Elementary, say: Callable[[str], None] = unsaid) -> bool | int | float:
-    """Return a value from text in any radix, truncated to the type's bits, or raise a ValueTextError."""
+    """Return a value from text in any radix, truncated to the type's bits.
+
+    Raises:
+        ValueTextError: the text is no such value.
+    """
     if kind.is_double:
         return _real_of(text)
     if kind.is_real:
@@ -97,7 +101,7 @@ def _integer_of(text: str) -> int:
 
 
 def unquoted_or_raise(text: str) -> str:
-    """Return the characters of a literal; a ValueTextError for an invalid escape."""
+    """Return the characters of a literal; raise a ValueTextError for an invalid escape."""
     try:
         return unquoted(text)
     except ValueError as error:

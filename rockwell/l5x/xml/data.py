@@ -4,8 +4,8 @@ Parsed elements take sixteen times the memory of their text.
 
     <Data Format="Decorated"> ... </Data>   becomes   <Data Format="Decorated" Cut="0"/>
 
-A regular expression reads values as Studio 5000 writes them, in a third of the time that elements take. The
-XML parser reads all others, and says what is wrong with them.
+A regular expression reads values in Studio 5000's own form, in a third of the time that elements take. The
+XML parser reads all other forms, and reports their errors.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _ONE_VALUE = re.compile(
 
 
 class DecoratedValue(NamedTuple):
-    """An element of decorated data; what it does not have is ""."""
+    """An element of decorated data; attributes that it lacks are ""."""
 
     tag: str
     name: str  # its Name; of an Element its Index
@@ -50,16 +50,16 @@ _MARKS = {
     True: re.compile(rf"{_BLANK}*+(?:{_MARK})", re.ASCII),
     False: re.compile(rf"(?:{_BLANK}|{_ZERO})*+(?:{_MARK})", re.ASCII),
 }
-"""The marks of values, by whether members that are 0 are among them."""
+"""Patterns of values; the key says whether members that are 0 are included."""
 
 _HEAD, _TAIL = '<Data Format="Decorated">', "</Data>"
 
 _DEEPEST = 200
-"""Levels of values; the XML parser allows 256 of elements."""
+"""Maximum depth of values; the XML parser allows elements 256 deep."""
 
 
 def _read(text: str, marks: re.Pattern[str]) -> list[DecoratedValue] | None:
-    """Return the values in the text of decorated data, None if it has what Studio 5000 does not write."""
+    """Return the values in the text of decorated data; None if it is not in Studio 5000's own form."""
     here: list[DecoratedValue] = []
     around: list[tuple[str, list[DecoratedValue]]] = []
     for tag, name, value, ends, characters, closed, other in marks.findall(
@@ -79,7 +79,7 @@ def _read(text: str, marks: re.Pattern[str]) -> list[DecoratedValue] | None:
 
 
 def _of_element(element: Any) -> list[DecoratedValue]:
-    """Return the values inside of an element."""
+    """Return the values in an element."""
     return [
         DecoratedValue(
             each.tag,
@@ -97,7 +97,7 @@ class Data:
 
     Attributes:
         form: `Decorated`, `L5K`, `String`, …; "" for bytes.
-        value: the text of a single value if nothing else is in it, else None.
+        value: the text of the value, if there is only a single one, else None.
     """
 
     __slots__ = ("_element", "_parse", "_text", "form", "value")
@@ -114,7 +114,7 @@ class Data:
 
     @property
     def shows_forces(self) -> bool:
-        """Whether forces are beside its values."""
+        """Whether it has forces beside its values."""
         if self._text is not None:
             return b"ForceValue" in self._text
         return self.form == "Decorated" and any(
@@ -129,7 +129,7 @@ class Data:
         return self._parse(self._text, self._element.sourceline)
 
     def values(self, *, zeros: bool) -> list[DecoratedValue]:
-        """Return the elements of its values; without `zeros`, members that are 0 may be missing."""
+        """Return its values; without `zeros`, members that are 0 may be missing."""
         read = None
         if self._text is not None:
             read = _read(self._text.decode(), _MARKS[zeros])
@@ -137,7 +137,7 @@ class Data:
 
 
 def cut_out(data: bytes) -> tuple[bytes, list[bytes]]:
-    """Return a document with as many lines but without values, and its values."""
+    """Cut values out of a document; return the document, with its line breaks kept, and the values."""
     if _CUT.search(data):
         return data, []
     kept: list[bytes] = []
@@ -160,7 +160,7 @@ def cut_out(data: bytes) -> tuple[bytes, list[bytes]]:
 
 
 def _end_of_data(data: bytes, at: int) -> int:
-    """Return the end of values that begin before `at`, -1 without one."""
+    """Return the end of values that begin before `at`; -1 if there is none."""
     while found := _END.search(data, at):
         closing = _CLOSING.get(found.group())
         if closing is None:

@@ -1,4 +1,4 @@
-"""From elements to records; `parsing` refuses what no export has."""
+"""Reads elements into records; `parsing` refuses content that no export has."""
 
 from __future__ import annotations
 
@@ -47,12 +47,12 @@ _KINDS = {"RLLContent": "RLL", "STContent": "ST", "FBDContent": "FBD", "SFCConte
 
 
 def read_document(path: Path) -> L5xDocument:
-    """Read an L5X file; an L5xError if it is not one, or has parts that no export has."""
+    """Read an L5X file; raise an L5xError if it is not one, or has parts that no export has."""
     return parse_document(read_bytes(path), str(path))
 
 
 def read_bytes(path: Path) -> bytes:
-    """Read a file, not far beyond the limit of an L5X; an L5xError if that fails."""
+    """Read a file, up to just over the size limit of an L5X; raise an L5xError if that fails."""
     try:
         with open_input(path) as stream:
             return stream.read(MOST_BYTES + 1)
@@ -61,7 +61,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def copied(path: Path) -> bytes:
-    """Return the bytes of an L5X file; an L5xError as from `read_document`."""
+    """Return the bytes of an L5X file; raise an L5xError as `read_document` does."""
     data, file = read_bytes(path), str(path)
     root, _ = _parsed(data, file)
     _controller(root, file)
@@ -75,7 +75,7 @@ def parse_document(data: bytes, file: str) -> L5xDocument:
 
 
 def _parsed(data: bytes, file: str) -> tuple[Any, list[bytes]]:
-    """Return the root of a document without its values, and them."""
+    """Return the root of a document without its values, and the values."""
     text, cut = cut_out(checked(data, file))
     root = parsed(text, file)
     if root.tag != ROOT:
@@ -323,7 +323,7 @@ class _L5xReader:
 
 
 DEEPEST = 8
-"""Levels of elements in a chart that are read: a line of an action is the fifth."""
+"""Maximum depth of elements that are read in a chart; a line of an action is at depth 5."""
 
 
 def _chosen(contents: Sequence[Any], *, tested: bool) -> tuple[list[str], int]:

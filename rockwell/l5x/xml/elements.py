@@ -10,7 +10,7 @@ NUMBER = re.compile(r"\d{1,9}")
 
 
 def text_of(element: Any) -> str:
-    """Return the text of an element, the first language's if there are several."""
+    """Return the text of an element; if there are several languages, that of the first."""
     if element is None:
         return ""
     if not len(element):
@@ -24,23 +24,23 @@ _DIMS = re.compile(r"\d{1,9}(?:[\s,]+\d{1,9})*+")
 
 
 def dims_in(text: str) -> tuple[int, ...]:
-    """Return dimensions: `4 3 2`, `4,3,2`; `0` and "" mean none."""
+    """Return the dimensions in a text such as `4 3 2` or `4,3,2`; `0` and "" mean none."""
     lengths = tuple(map(int, NUMBER.findall(text))) if _DIMS.fullmatch(text) else ()
     return lengths if any(lengths) else ()
 
 
 def wrong_dims(text: str) -> str:
-    """Return a text that is no list of dimensions, else ""."""
+    """Return the text if it is not a list of dimensions, else ""."""
     return "" if not text or _DIMS.fullmatch(text) else text
 
 
 def is_true(text: str) -> bool:
-    """Whether an attribute is true."""
+    """Return whether an attribute is true."""
     return text.lower() in ("true", "1")
 
 
 def whole_in(text: str) -> int:
-    """Return a whole number in an attribute; 0 of any other text."""
+    """Return the whole number in an attribute; 0 for any other text."""
     return int(text) if NUMBER.fullmatch(text) else 0
 
 
@@ -62,9 +62,9 @@ def defined(element: Any, *path: str) -> Iterator[Any]:
 
 
 def defined_routines(program: Any) -> Iterator[Any]:
-    """Yield the routines that a partial export defines: what is context without a content is only named.
+    """Yield the routines that a partial export defines; context without content is only a reference.
 
-    One whose content is encoded is none of them.
+    A routine with encoded content is left out.
     """
     for each in defined(program, "Routines", "Routine"):
         has_content = any(str(part.tag).endswith("Content") for part in each)

@@ -1,7 +1,7 @@
 """Limits of a document's content. The XML's own limits are in `document`.
 
-All logic of a document is compiled for the trial, so time and memory follow what is counted here. The largest
-controllers have some 15,000 rungs; a document beyond the limits is refused before anything of it is built.
+All logic of a document is compiled for the trial, so time and memory depend on these counts. The largest
+controllers have some 15,000 rungs; a document beyond the limits is refused before any of it is built.
 """
 
 from __future__ import annotations
@@ -13,11 +13,11 @@ from .parsing import L5xError
 from .records import L5xDocument, RoutineRecord
 
 MOST_IN_RUNG = 5_000
-"""Maximum instructions in a rung; only the rung is refused beyond it."""
+"""Maximum instructions in a rung; a longer rung is refused by itself."""
 
 
 class Limit(NamedTuple):
-    """A maximum, its noun, and the function that counts."""
+    """A maximum, the noun of what it limits, and the function that counts it."""
 
     most: int
     noun: str
@@ -25,7 +25,7 @@ class Limit(NamedTuple):
 
 
 def check_limits(document: L5xDocument) -> None:
-    """Raise an L5xError for a document beyond a limit."""
+    """Raise an L5xError if a document exceeds a limit."""
     for limit in LIMITS:
         count = limit.count(document)
         if count > limit.most:

@@ -1,4 +1,4 @@
-"""From bytes to elements. An L5X is untrusted: anything no export has is refused before or during parsing.
+"""Parses untrusted bytes into elements; content that no export has is refused before or during parsing.
 
 | refused | why |
 |---|---|
@@ -37,11 +37,11 @@ _TEXT = re.compile(rb">\s*+[^<\s]")
 _ZERO = re.compile(
     rb'<Element Index="\[[0-9,]{1,30}\]" Value="(?:0|0\.0|0\.0{8}e\+0{3}|(?:2|8|16)#[0_]{1,100})"/>'
 )
-"""An array element equal to the default."""
+"""An array element that equals the default."""
 
 
 class L5xError(LadderError):
-    """An unusable L5X; the message has file and line."""
+    """The L5X is unusable; the message has file and line."""
 
     def __init__(self, file: str, line: int, text: str) -> None:
         site = Site(file=file, line=line)
@@ -56,14 +56,14 @@ class FileText(NamedTuple):
     encoding: str
 
     def bytes_of(self, text: bytes) -> bytes:
-        """Return the bytes of the file with another text; what its encoding lacks becomes `&#8364;`."""
+        """Return the file's bytes with another text; characters not in its encoding become `&#8364;`."""
         if self.encoding == "utf-8":
             return self.lead + text
         return self.lead + text.decode().encode(self.encoding, "xmlcharrefreplace")
 
 
 def checked(data: bytes, file: str) -> bytes:
-    """Return a document's bytes as UTF-8, or raise an L5xError for what no export has."""
+    """Return a document's bytes as UTF-8; raise an L5xError for content that no export has."""
     if len(data) > MOST_BYTES:
         raise L5xError(file, 0, f"it has more than {MOST_BYTES:,} bytes")
     data = decoded(data, file).text
@@ -85,7 +85,7 @@ def _parser() -> Any:
 
 
 def parsed(data: bytes, file: str, line: int = 1) -> Any:
-    """Return the root of a document, or of a part that begins on a line."""
+    """Return the root of a document, or of a part that begins on line `line`."""
     try:
         return etree.fromstring(data, _parser())
     except etree.XMLSyntaxError as error:
@@ -95,7 +95,7 @@ def parsed(data: bytes, file: str, line: int = 1) -> Any:
 
 
 def _marks(data: bytes) -> int:
-    """Count tags, attributes and texts; more than the limit only if there are more."""
+    """Count tags, attributes and texts; below the limit the result may be an upper bound."""
     tags, attributes = data.count(b"<"), data.count(b"=")
     if 2 * tags + attributes <= MOST_MARKS:  # at most one text after each tag
         return tags + attributes
@@ -103,7 +103,11 @@ def _marks(data: bytes) -> int:
 
 
 def decoded(data: bytes, file: str) -> FileText:
-    """Decode by byte order mark, UTF-16 zeros or the declaration, else UTF-8; an L5xError if that fails."""
+    """Decode by byte order mark, UTF-16 zeros or the declaration, else as UTF-8.
+
+    Raises:
+        L5xError: the bytes can't be decoded.
+    """
     encoding = next((name for mark, name in _BOMS if data.startswith(mark)), None)
     if encoding is None and data[:2] in (b"<\0", b"\0<"):
         encoding = "utf-16-le" if data[:1] == b"<" else "utf-16-be"

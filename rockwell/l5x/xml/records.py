@@ -34,7 +34,7 @@ class MemberRecord:
     name: str
     type: str  # `BIT` for a packed bit
     dims: tuple[int, ...]
-    hidden: bool  # whether users do not see it
+    hidden: bool  # whether it is hidden from users
     target: str  # host member of a packed bit
     bit: int  # number of a packed bit in its host
     line: int
@@ -62,7 +62,7 @@ class TagRecord:
     dims: tuple[int, ...]
     target: str  # address of an alias
     usage: str  # `Input`, `Output`, `InOut`, `Public`, `Local` or ""
-    required: bool  # whether a call has an argument for it
+    required: bool  # whether a call takes an argument for it
     comment: str
     comments: tuple[tuple[str, str], ...]  # descriptions of parts, by their address after the name
     data: list[Data]  # elements with its values, until `L5xDocument.release`
@@ -88,7 +88,7 @@ class L5xRungRecord:
 
 @dataclass(frozen=True, slots=True)
 class ElementRecord:
-    """An element of a chart or a diagram, with those inside it."""
+    """An element of a chart or a diagram, with the elements inside it."""
 
     tag: str
     attributes: Mapping[str, str]
@@ -111,7 +111,7 @@ class RoutineRecord:
     rungs: tuple[L5xRungRecord, ...]
     lines: tuple[tuple[str, int], ...]  # of structured text, in a chart too: text and line
     line: int
-    tests_edits: bool = False  # whether its program executes accepted edits
+    tests_edits: bool = False  # whether its program executes (tests) accepted edits
     texts: tuple[tuple[str, int], ...] = ()  # of structured text under edit: type and line of all texts
     chosen: int = 0  # which of them `lines` are
     chart: ElementRecord | None = None  # the content of a chart or a function block diagram
@@ -136,13 +136,13 @@ class AddOnRecord:
     routines: tuple[RoutineRecord, ...]
     comment: str
     encoded: bool
-    switched_off: frozenset[str]  # names of routines that the definition has and does not run
+    switched_off: frozenset[str]  # names of routines that the definition has but does not run
     line: int
 
 
 @dataclass(frozen=True, slots=True)
 class ProgramRecord:
-    """A program; `encoded` are its routines without source, `disabled` means that its task skips it."""
+    """A program; `encoded` has its routines without source; a disabled program is skipped by its task."""
 
     name: str
     main: str
@@ -216,12 +216,12 @@ class L5xDocument:
     programs: tuple[ProgramRecord, ...]
     tasks: tuple[TaskRecord, ...]
     modules: tuple[ModuleRecord, ...]
-    others: tuple[tuple[str, str, int], ...]  # parts that are not read: name, what it is, and line
+    others: tuple[tuple[str, str, int], ...]  # parts that are not read: name, description, line
     charts: tuple[str, str, str] = ("", "", "")  # SFCExecutionControl, SFCRestartPosition, SFCLastScan
     source: bytes = field(default=b"", repr=False)  # the file as it was read
 
     def release(self) -> None:
-        """Release the XML of values, ten times the memory of the rest."""
+        """Release the XML of values, which takes ten times the memory of the rest."""
         for each in self._with_data():
             each.data.clear()
             each.forced.clear()
@@ -242,7 +242,7 @@ class L5xDocument:
 
 
 def lines_of(printed: Iterable[tuple[str, int]]) -> tuple[list[str], list[int]]:
-    """Return lines of structured text, and their numbers in the file, from the elements with their lines."""
+    """Return the lines of structured text, and their numbers in the file."""
     lines: list[str] = []
     numbers: list[int] = []
     for text, number in printed:

@@ -1,9 +1,9 @@
-"""Where elements stand in the text of an L5X, so that an edit replaces them and nothing else.
+"""Finds the places of elements in the text of an L5X, so that an edit replaces only them.
 
     <Rung Number="0" Type="N"><Text>XIC(Go);</Text></Rung>
     ^begin                    ^inner               ^close ^end
 
-Found are the elements that exports and edits touch: the parts of the controller, its programs, their tags and
+It finds the elements that exports and edits change: the parts of the controller, its programs, their tags and
 routines, and rungs with their texts.
 """
 
@@ -32,17 +32,17 @@ _FOLLOWED: Mapping[str, tuple[str, ...]] = {
     "Rung": ("Text",),
     "Text": _ALL,
 }
-"""Relevant children, by their parent element."""
+"""Relevant children, by parent element."""
 
 _DEEPEST = 256
-"""Levels of elements, as `parsing` allows."""
+"""Maximum depth of elements, as in `parsing`."""
 
 _START_TAG = re.compile(rb"""<[^<>"']*+(?:"[^"]*+"[^<>"']*+|'[^']*+'[^<>"']*+)*+>""")
 _BLANKS = b" \t\r\n"
 
 
 class Splice(NamedTuple):
-    """A text in place of another one; an empty place is an insertion."""
+    """A text that replaces another one; an empty place means an insertion."""
 
     begin: int
     end: int
@@ -50,7 +50,7 @@ class Splice(NamedTuple):
 
 
 class Span:
-    """The places of an element: of `<`, after its start tag, of its end tag, and after that."""
+    """The places of an element: its `<`, the end of its start tag, its end tag, and the end of that."""
 
     __slots__ = ("attributes", "begin", "children", "close", "end", "inner", "tag")
 
@@ -66,7 +66,7 @@ class Span:
 
     @property
     def is_empty(self) -> bool:
-        """Whether it is one tag, `<Tags/>`."""
+        """Whether it is a single tag such as `<Tags/>`."""
         return self.inner == self.end
 
     def child(self, tag: str) -> Span | None:
@@ -88,7 +88,7 @@ class L5xText:
     """
 
     def __init__(self, data: bytes, file: str) -> None:
-        """Find them; an L5xError for what can't be imported."""
+        """Find the elements; raise an L5xError for a file that can't be imported."""
         checked(data, file)
         self._decoded: FileText = decoded(data, file)
         self.text = self._decoded.text
@@ -111,7 +111,7 @@ class L5xText:
         return 1 + self._decoded.lead.count(b"\n") + self.text.count(b"\n", 0, at)
 
     def spliced(self, splices: Iterable[Splice]) -> bytes:
-        """Return the bytes of the file with other texts, of which none overlaps another one."""
+        """Return the file's bytes with splices applied; no two may overlap."""
         kept, at = [], 0
         for begin, end, text in sorted(splices, key=lambda each: each[:2]):
             kept += [self.text[at:begin], text]
@@ -119,7 +119,7 @@ class L5xText:
         return self._decoded.bytes_of(b"".join((*kept, self.text[at:])))
 
     def characters(self, text: str) -> bytes:
-        """Return a text as the content of an element, as a section of character data if it can be one."""
+        """Return a text as an element's content, as a CDATA section if possible."""
         text = escaped(text)
         try:
             text.encode(self._decoded.encoding)
@@ -128,7 +128,7 @@ class L5xText:
         return escape(text, quote=False).encode() if "]]>" in text else f"<![CDATA[{text}]]>".encode()
 
     def attribute(self, span: Span, name: str, value: str | None) -> Splice:
-        """Return what gives an attribute of an element another value, adds it, or with None takes it away."""
+        """Return the splice that sets or adds an attribute of an element; None removes it."""
         head = self.text[span.begin : span.inner]
         found = re.search(rb"""\s%s\s*=\s*("[^"]*"|'[^']*')""" % name.encode(), head)
         shown = b"" if value is None else b'"%s"' % escape(value).encode()
@@ -139,7 +139,7 @@ class L5xText:
         return Splice(span.begin + begin, span.begin + end, shown)
 
     def without(self, span: Span) -> Splice:
-        """Return what takes an element away, with the blanks after it."""
+        """Return the splice that removes an element and the blanks after it."""
         rest = self.text[span.end : span.end + 200]
         return Splice(span.begin, span.end + len(rest) - len(rest.lstrip(_BLANKS)), b"")
 
@@ -149,13 +149,13 @@ class L5xText:
         return before[len(before.rstrip(_BLANKS)) :]
 
     def content(self, span: Span, content: bytes) -> Splice:
-        """Return what replaces the content of an element, without the blanks at both ends of it."""
+        """Return the splice that replaces an element's content, except the blanks at both ends."""
         inside = self.text[span.inner : span.close]
         begin = span.inner + len(inside) - len(inside.lstrip(_BLANKS))
         return Splice(begin, max(begin, span.inner + len(inside.rstrip(_BLANKS))), content)
 
     def last(self, span: Span, content: bytes) -> Splice:
-        """Return what adds content after all of an element's."""
+        """Return the splice that appends to an element's content."""
         if not span.is_empty:
             return Splice(span.close, span.close, content)
         slash = span.end - len(b"/>")
@@ -163,11 +163,11 @@ class L5xText:
 
 
 _NO_CHARACTER = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
-"""What XML 1.0 has no character for [XML 1.0, 2.2]."""
+"""Characters that XML 1.0 does not allow [XML 1.0, 2.2]."""
 
 
 def escaped(text: str) -> str:
-    r"""Return a text without characters that XML lacks: Logix writes them by their code.
+    r"""Replace characters that XML does not allow by their codes, as Logix writes them.
 
     >>> escaped("a\x02b")
     'a$02b'
@@ -176,12 +176,12 @@ def escaped(text: str) -> str:
 
 
 class _Finder:
-    """Finds elements by the places at which the XML parser is when it meets their tags."""
+    """Finds elements by the positions at which the XML parser reports their tags."""
 
     def __init__(self, text: bytes, file: str) -> None:
         self._text, self._file = text, file
         self._around = [Span("", {}, 0)]
-        self._inside = 0  # levels of an element that is not followed
+        self._inside = 0  # depth inside an irrelevant element
 
     def root(self) -> Span:
         self._parser = parser = expat.ParserCreate("utf-8")
@@ -224,7 +224,7 @@ class _Finder:
 
 
 def defined(among: Iterable[Span], name: str) -> Iterator[Span]:
-    """Yield the elements with a name that the file defines: one to which it only refers is none."""
+    """Yield the elements with a name that the file defines, without mere references."""
     for each in among:
         use = each.attributes.get("Use")
         content = any(part.tag.endswith("Content") for part in each.children)

@@ -1,4 +1,4 @@
-"""Parts and attributes of a document that are not read: the file keeps them, the report names them.
+"""Parts and attributes of a document that are not read; the file keeps them, and the report names them.
 
 Each release of Studio 5000 adds some.
 """
@@ -19,7 +19,7 @@ _DEFINED = ("Name", "DataType", "Dimension", "Dimensions", "Radix", "ExternalAcc
 
 
 class _KnownElement(NamedTuple):
-    """Elements, their parts, and their attributes; None: any."""
+    """Path of elements, with their known parts and attributes; None allows any attribute."""
 
     path: str
     parts: tuple[str, ...]
@@ -97,12 +97,12 @@ _PARTS = (
     ),
     _KnownElement("Controller/Tasks", ("Task",), ("Use",)),
 )
-"""What a document has, as Studio 5000 wrote it up to version 33."""
+"""The known parts of a document, as Studio 5000 writes them up to version 33."""
 
 
 @cache
 def _others() -> tuple[tuple[Any, ...], Mapping[str, frozenset[str]]]:
-    """Return what finds parts that are not in the table, and the attributes in it, by element."""
+    """Return XPaths that find parts not in the table, and the table's attributes by element."""
     parts = (f"{each.path}/*[not({_any(f'self::{name}' for name in each.parts)})]" for each in _PARTS)
     names = {
         each.path.rpartition("/")[2]: frozenset(each.attributes)
@@ -117,7 +117,7 @@ def _any(tests: Iterable[str]) -> str:
 
 
 def unread(root: Any) -> list[tuple[str, str, int]]:
-    """Return the name of each part or attribute that is not read, what it is, and its line."""
+    """Return the name, a description and the line of each part or attribute that is not read."""
     parts, names = _others()
     found = []
     for each in (element for find in parts for element in find(root)):
@@ -133,12 +133,12 @@ def unread(root: Any) -> list[tuple[str, str, int]]:
 
 
 def is_add_on(element: Any) -> bool:
-    """Whether an element among the definitions of add-on instructions is one."""
+    """Return whether an element in the definitions of add-on instructions is an add-on instruction."""
     return element.tag != "EncodedData" or "AddOn" in element.get("EncodedType", "AddOn")
 
 
 def _name(element: Any) -> str:
-    """Return the name of a part: of an encoded object also what it is."""
+    """Return the name of a part; for an encoded object also its type and name."""
     if element.tag != "EncodedData":
         return str(element.tag)
     return " ".join(filter(None, (element.tag, element.get("EncodedType"), element.get("Name"))))
